@@ -1,0 +1,130 @@
+"""Removal of drift from an acceleration history."""
+
+from __future__ import annotations
+
+import math
+import operator
+
+import numpy as np
+
+from ground_motions import integration
+from ground_motions.checks import FloatArray, positive
+from ground_motions.errors import GroundMotionError
+
+_HIGHEST_ORDER = 10
+_POLES = 4
+
+
+def corrected(
+    acceleration: FloatArray, dt: float, order: int, highpass_hz: float | None = None
+) -> FloatArray:
+    """Take a polynomial and, if asked for, low frequencies from an acceleration.
+
+    Parameters
+    ----------
+    acceleration : (n,) ndarray
+        Acceleration, m/s2, linear between samples.
+    dt : float
+        Sampling step, s.
+    order : int
+        Degree of the polynomial; see `remove_polynomial`.
+    highpass_hz : float, optional
+        Corner of the high-pass, Hz; see `highpass`.
+
+    Returns
+    -------
+    (n,) ndarray
+        Corrected acceleration, m/s2, whose velocity ends at zero.
+
+    Raises
+    ------
+    GroundMotionError
+        If ``order`` or ``highpass_hz`` is out of range.
+    """
+    result = remove_polynomial(acceleration, dt, order)
+    if highpass_hz is not None:
+        # The polynomial goes last too: cutting the filter's pads off leaves a little velocity.
+        result = remove_polynomial(highpass(result, dt, highpass_hz), dt, order)
+    return result
+
+
+def remove_polynomial(acceleration: FloatArray, dt: float, order: int) -> FloatArray:
+    """Take away the polynomial that ends the velocity at zero and leaves the least of it.
+
+    Parameters
+    ----------
+    acceleration : (n,) ndarray
+        Acceleration, m/s2, linear between samples.
+    dt : float
+        Sampling step, s.
+    order : int
+        Degree of the polynomial, 0 to 10; held below the number of samples.
+
+    Returns
+    -------
+    (n,) ndarray
+        Corrected acceleration, m/s2.
+
+    Raises
+    ------
+    GroundMotionError
+        If ``order`` is not a whole number from 0 to 10.
+    """
+    accepted = f"a whole number from 0 to {_HIGHEST_ORDER}"
+    try:
+        degree = operator.index(order)
+    except TypeError:
+        raise GroundMotionError("order", repr(order), accepted) from None
+    if not 0 <= degree <= _HIGHEST_ORDER:
+        raise GroundMotionError("order", repr(order), accepted)
+
+    n = len(acceleration)
+    basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), min(degree, n - 1))
+    basis_velocity = integration.velocity(basis, dt)
+    velocity = integration.velocity(acceleration, dt)
+    # The constant term alone ends the velocity at zero; the other terms, each freed of its own
+    # final velocity, then reduce the mean square.
+    share = basis_velocity[-1, 1:] / basis_velocity[-1, 0]
+    free = basis[:, 1:] - share
+    free_velocity = basis_velocity[:, 1:] - np.outer(basis_velocity[:, 0], share)
+    constant = velocity[-1] / basis_velocity[-1, 0]
+    remainder = velocity - constant * basis_velocity[:, 0]
+    weights = np.linalg.lstsq(free_velocity, remainder, rcond=None)[0]
+    result: FloatArray = acceleration - constant - free @ weights
+    return result
+
+
+def highpass(acceleration: FloatArray, dt: float, corner_hz: float) -> FloatArray:
+    """High-pass filter without phase shift, over zero pads that are then cut off again.
+
+    Parameters
+    ----------
+    acceleration : (n,) ndarray
+        Acceleration, m/s2.
+    dt : float
+        Sampling step, s.
+    corner_hz : float
+        Corner frequency, Hz, where the two passes together halve the amplitude.
+
+    Returns
+    -------
+    (n,) ndarray
+        Filtered acceleration, m/s2.
+
+    Raises
+    ------
+    GroundMotionError
+        If the corner is not between 0 and the Nyquist frequency.
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    corner = positive("highpass_hz (Hz)", corner_hz)
+    nyquist = 0.5 / dt
+    if corner >= nyquist:
+        raise GroundMotionError(
+            "highpass_hz (Hz)", f"{corner:g}", f"below the Nyquist frequency, {nyquist:g} Hz"
+        )
+    pad = math.ceil(1.5 * _POLES / corner / dt)
+    sections = butter(_POLES, corner, "highpass", fs=1.0 / dt, output="sos")
+    filtered: FloatArray = sosfiltfilt(sections, np.pad(acceleration, pad), padlen=0)
+    return filtered[pad:-pad]

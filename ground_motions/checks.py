@@ -1,0 +1,248 @@
+"""Checks of arguments, each refusing with one line that names the argument."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ground_motions.errors import GroundMotionError, nearest
+
+FloatArray = npt.NDArray[np.floating[Any]]
+
+
+def number(name: str, value: Any, accepted: str) -> float:
+    """Return a finite float.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name, with its unit.
+    value : object
+        What was given.
+    accepted : str
+        What to say is accepted when it is refused.
+
+    Returns
+    -------
+    float
+        The value.
+
+    Raises
+    ------
+    GroundMotionError
+        If the value is not a finite number.
+    """
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        raise GroundMotionError(name, repr(value), accepted) from None
+    if not math.isfinite(result):
+        raise GroundMotionError(name, repr(value), accepted)
+    return result
+
+
+def positive(name: str, value: Any) -> float:
+    """Return a finite float above zero, or raise `GroundMotionError`.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name, with its unit.
+    value : object
+        What was given.
+
+    Returns
+    -------
+    float
+        The value.
+    """
+    accepted = "a finite number above 0"
+    result = number(name, value, accepted)
+    if result <= 0.0:
+        raise GroundMotionError(name, repr(value), accepted)
+    return result
+
+
+def within(name: str, value: Any, low: float, high: float, *, open_high: bool = False) -> float:
+    """Return a float in [low, high], or in [low, high) if ``open_high``.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name, with its unit.
+    value : object
+        What was given.
+    low, high : float
+        The bounds, in the argument's unit; ``high`` may be infinite.
+    open_high : bool
+        Whether ``high`` itself is refused.
+
+    Returns
+    -------
+    float
+        The value.
+
+    Raises
+    ------
+    GroundMotionError
+        If the value is not a finite number within the bounds.
+    """
+    if math.isinf(high):
+        accepted = f"a finite number, {low:g} or above"
+    else:
+        accepted = f"a number from {low:g} to {'below ' if open_high else ''}{high:g}"
+    result = number(name, value, accepted)
+    if result < low or result > high or (open_high and result == high):
+        raise GroundMotionError(name, repr(value), accepted)
+    return result
+
+
+def exactly_one(**values: Any) -> tuple[str, float]:
+    """Return the name and value of the one positive argument that is not None.
+
+    Parameters
+    ----------
+    **values : float or None
+        Alternative arguments, of which one must be given.
+
+    Returns
+    -------
+    name : str
+        Which one was given.
+    value : float
+        Its value.
+
+    Raises
+    ------
+    GroundMotionError
+        If none or several are given, or the one is not a finite number above zero.
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    if len(given) != 1:
+        raise GroundMotionError(
+            " and ".join(values), " and ".join(given) or "neither", "exactly one of them"
+        )
+    ((name, value),) = given.items()
+    return name, positive(name, value)
+
+
+def choice(name: str, value: str, options: Iterable[str]) -> str:
+    """Return a value that is one of the options, or raise naming the nearest.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name.
+    value : str
+        What was given.
+    options : iterable of str
+        What is accepted.
+
+    Returns
+    -------
+    str
+        The value.
+    """
+    options = list(options)
+    if value not in options:
+        raise GroundMotionError(name, repr(value), nearest(str(value), options))
+    return value
+
+
+def sample_count(duration: float, dt: float) -> int:
+    """Return how many samples reach from zero to a duration, both ends included.
+
+    Parameters
+    ----------
+    duration : float
+        Length, s; rounded up to a whole number of steps.
+    dt : float
+        Sampling step, s.
+
+    Returns
+    -------
+    int
+        Number of samples, two or more.
+
+    Raises
+    ------
+    GroundMotionError
+        If either is not a finite number above zero, or the duration is shorter than one step.
+    """
+    duration, dt = positive("duration (s)", duration), positive("dt (s)", dt)
+    if duration < dt:
+        raise GroundMotionError("duration (s)", f"{duration:g}", f"one step or more (dt {dt:g} s)")
+    return whole_steps(duration, dt) + 1
+
+
+def whole_steps(duration: float, dt: float) -> int:
+    """Return the least number of steps that cover a duration.
+
+    Parameters
+    ----------
+    duration : float
+        Length, s.
+    dt : float
+        Sampling step, s.
+
+    Returns
+    -------
+    int
+        Number of steps; a duration that is a whole number of them gains none by rounding.
+    """
+    return math.ceil(duration / dt * (1.0 - 1e-12))
+
+
+def read_only(values: npt.ArrayLike) -> FloatArray:
+    """Return a float64 copy that cannot be written to.
+
+    Parameters
+    ----------
+    values : array_like
+        Numbers of any shape and unit.
+
+    Returns
+    -------
+    ndarray
+        The same numbers, same shape and unit.
+    """
+    array: FloatArray = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def finite_row(name: str, values: npt.ArrayLike) -> FloatArray:
+    """Return a read-only copy of one row of two or more finite numbers.
+
+    Parameters
+    ----------
+    name : str
+        The argument's name, with its unit.
+    values : (n,) array_like
+        What was given.
+
+    Returns
+    -------
+    (n,) ndarray
+        The same numbers, in the same unit.
+
+    Raises
+    ------
+    GroundMotionError
+        If they are not numbers, not one row, fewer than two, or not all finite.
+    """
+    accepted = "one row of two or more finite numbers"
+    try:
+        row = read_only(values)
+    except (TypeError, ValueError):
+        raise GroundMotionError(name, "values that are not numbers", accepted) from None
+    if row.ndim != 1 or len(row) < 2:
+        raise GroundMotionError(name, f"shape {row.shape}", accepted)
+    bad = np.flatnonzero(~np.isfinite(row))
+    if bad.size:
+        raise GroundMotionError(name, f"{row[bad[0]]} at sample {bad[0]}", accepted)
+    return row

@@ -1,0 +1,51 @@
+"""Writing a record to a CSV file that `read_csv` reads back."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+
+from ground_motions.errors import GroundMotionError
+from ground_motions.record import Record
+
+
+def write_csv(record: Record, path: str | Path) -> Path:
+    """Write a record as ``time_s, ground_acceleration_m_s2``, every digit kept.
+
+    Parameters
+    ----------
+    record : Record
+        The motion.
+    path : str or Path
+        The file to write. It appears whole or not at all: the text goes to a temporary name in
+        the same folder, which is then renamed.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    GroundMotionError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    comments = [f"# {' '.join(text.split())}" for text in (record.name, record.source)]
+    rows = (
+        f"{time!r},{value!r}"
+        for time, value in zip(record.time.tolist(), record.acceleration.tolist(), strict=True)
+    )
+    text = "\n".join([*comments, "time_s,ground_acceleration_m_s2", *rows, ""])
+    try:
+        temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+        try:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise GroundMotionError(
+            str(path), f"a file that cannot be written ({error.strerror})", "a writable place"
+        ) from None
+    return path

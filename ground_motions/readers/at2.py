@@ -1,0 +1,106 @@
+"""PEER strong-motion files (AT2)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ground_motions.checks import positive
+from ground_motions.errors import GroundMotionError
+from ground_motions.readers.lines import parse_number, read_lines, require_two, shown
+from ground_motions.record import Record
+from ground_motions.units import STANDARD_GRAVITY
+
+_HEADER_LINES = 10
+# "NPTS=   5372, DT=   .0100 SEC," (NGA-West2) and "4000   0.0100   NPTS, DT" (1990s).
+_NPTS_DT = (
+    re.compile(r"NPTS\s*=\s*(?P<npts>[^\s,]+)[\s,]+DT\s*=\s*(?P<dt>[^\s,]+)", re.IGNORECASE),
+    re.compile(r"^\s*(?P<npts>\d+)[\s,]+(?P<dt>[^\s,]+)[\s,]+NPTS\s*,\s*DT", re.IGNORECASE),
+)
+_UNIT = re.compile(r"UNITS?\s*(?:OF|:|=)?\s*(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE)
+_OTHER_SERIES = re.compile(r"\b(?P<kind>VELOCITY|DISPLACEMENT)\s+TIME", re.IGNORECASE)
+
+
+def read_at2(path: str | Path) -> Record:
+    """Read a PEER acceleration file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file: a header with the units (g) and the line of NPTS and DT, in the NGA-West2 or
+        the older form, then NPTS numbers in any number of columns.
+
+    Returns
+    -------
+    Record
+        The motion in m/s2 (1 g is 9.80665 m/s2), named after the file.
+
+    Raises
+    ------
+    GroundMotionError
+        If the file cannot be read; holds velocity (VT2) or displacement (DT2); has no units, units
+        other than g, or no NPTS and DT; holds another number of samples than NPTS; or has a
+        sample that is not a finite number.
+    """
+    accepted = "a PEER acceleration file (AT2) in units of g"
+    if Path(path).suffix.lower() in (".vt2", ".dt2"):
+        raise GroundMotionError(str(path), f"a {Path(path).suffix} file", accepted)
+    lines = read_lines(path)
+    after, npts, dt = _npts_and_dt(lines, path)
+    _check_units(lines[:after], path, accepted)
+
+    samples = []
+    for number, line in enumerate(lines[after:], start=after + 1):
+        for column, cell in enumerate(line.split(), start=1):
+            samples.append(parse_number(cell, f"{path}, line {number}, column {column}"))
+    if len(samples) != npts:
+        raise GroundMotionError(
+            f"{path}, line {after}", f"NPTS {npts} over {len(samples)} samples", "equal numbers"
+        )
+    require_two(npts, str(path))
+    return Record(
+        np.array(samples) * STANDARD_GRAVITY,
+        dt,
+        name=Path(path).stem,
+        source=f"{path}, {' '.join(lines[min(1, after - 1)].split())}",
+        unit_as_given="g",
+    )
+
+
+def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:
+    """Return the number of header lines, NPTS, and DT in s."""
+    for number, line in enumerate(lines[:_HEADER_LINES], start=1):
+        match = next((m for pattern in _NPTS_DT if (m := pattern.search(line))), None)
+        if match is None:
+            continue
+        place = f"{path}, line {number}"
+        if not match["npts"].isdecimal():
+            raise GroundMotionError(place, f"NPTS {shown(match['npts'])}", "a whole number")
+        dt = parse_number(match["dt"], f"{place}, DT")
+        return number, int(match["npts"]), positive(f"{place}, DT (s)", dt)
+    raise GroundMotionError(
+        f"{path}, lines 1 to {min(_HEADER_LINES, len(lines))}",
+        "no number of points and step",
+        "a header line such as 'NPTS= 4000, DT= .01000 SEC' or '4000 0.0100 NPTS, DT'",
+    )
+
+
+def _check_units(header: list[str], path: str | Path, accepted: str) -> None:
+    for number, line in enumerate(header, start=1):
+        series = _OTHER_SERIES.search(line)
+        if series:
+            raise GroundMotionError(
+                f"{path}, line {number}", f"a {series['kind'].lower()} time series", accepted
+            )
+        unit = _UNIT.search(line)
+        if unit:
+            if unit["unit"].upper() != "G":
+                raise GroundMotionError(
+                    f"{path}, line {number}", f"units {shown(unit['unit'])}", accepted
+                )
+            return
+    raise GroundMotionError(
+        f"{path}, lines 1 to {len(header)}", "no units", "a header line with 'UNITS OF G'"
+    )

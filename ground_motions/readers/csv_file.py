@@ -1,0 +1,135 @@
+"""CSV files whose column names end in their unit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ground_motions.errors import GroundMotionError, nearest
+from ground_motions.readers.lines import parse_number, read_lines, require_two, shown
+from ground_motions.readers.time_column import uniform_step
+from ground_motions.record import Record
+from ground_motions.units import to_m_s2
+
+TIME_COLUMN = "time_s"
+PREFERRED_QUANTITY = "ground_acceleration"
+_SUFFIXES = {"_m_s2": "m/s2", "_cm_s2": "cm/s2", "_mm_s2": "mm/s2", "_gal": "gal", "_g": "g"}
+
+
+def read_csv(path: str | Path, column: str | None = None) -> Record:
+    """Read one acceleration column of a CSV file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Comma-separated UTF-8 text: a line of column names, then numbers. Lines that start with
+        ``#`` and blank lines are skipped. A column ``time_s`` gives the step.
+    column : str, optional
+        Name of the acceleration column, ending in its unit: ``_m_s2``, ``_cm_s2``, ``_mm_s2``,
+        ``_gal`` or ``_g``. May be left out where one column alone has such a name, or one alone
+        is named ``ground_acceleration_...``.
+
+    Returns
+    -------
+    Record
+        The motion in m/s2. Its name is the file's, with the column's where there are several.
+
+    Raises
+    ------
+    GroundMotionError
+        If the file cannot be read; a column is missing, unknown or named twice; a cell is not a
+        finite number; or the times do not increase uniformly.
+    """
+    rows = [
+        (number, line)
+        for number, line in enumerate(read_lines(path), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not rows:
+        raise GroundMotionError(str(path), "comments only", "a line of column names, then numbers")
+    header_line, names = rows[0][0], _cells(rows[0][1])
+    place = f"{path}, line {header_line}"
+    _check_header(names, place)
+    units = {name: unit for name in names if (unit := _unit_of(name))}
+    column = _chosen_column(names, list(units), column, place)
+    require_two(len(rows) - 1, str(path))
+
+    wanted = names.index(TIME_COLUMN), names.index(column)
+    times, values, line_numbers = [], [], []
+    for number, line in rows[1:]:
+        cells = _cells(line)
+        if len(cells) != len(names):
+            raise GroundMotionError(
+                f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
+            )
+        time, value = (
+            parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in wanted
+        )
+        times.append(time)
+        values.append(value)
+        line_numbers.append(number)
+
+    dt = uniform_step(times, line_numbers, f"{path}, column {TIME_COLUMN}")
+    stem = Path(path).stem
+    return Record(
+        np.array(values) * to_m_s2(units[column]),
+        dt,
+        name=f"{stem}_{_quantity_of(column)}" if len(units) > 1 else stem,
+        source=f"{path}, column {column}",
+        unit_as_given=units[column],
+    )
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip().strip('"').strip() for cell in line.split(",")]
+
+
+def _suffix_of(column: str) -> str:
+    return next((suffix for suffix in _SUFFIXES if column.lower().endswith(suffix)), "")
+
+
+def _unit_of(column: str) -> str | None:
+    return _SUFFIXES.get(_suffix_of(column))
+
+
+def _quantity_of(column: str) -> str:
+    return column[: len(column) - len(_suffix_of(column))]
+
+
+def _check_header(names: list[str], place: str) -> None:
+    if TIME_COLUMN not in names:
+        raise GroundMotionError(
+            place, f"columns {shown(', '.join(names))}", f"a column {TIME_COLUMN} among them"
+        )
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise GroundMotionError(place, f"column {twice[0]!r} twice", "different column names")
+
+
+def _chosen_column(names: list[str], candidates: list[str], column: str | None, place: str) -> str:
+    """Return the column asked for, or the one that is meant where none is; see `read_csv`."""
+    suffixes = ", ".join(_SUFFIXES)
+    if column in candidates:
+        return column
+    if column is not None and column in names:
+        raise GroundMotionError(
+            place, f"column {column!r}", f"a name that ends in a unit: {suffixes}"
+        )
+    if not candidates:
+        raise GroundMotionError(
+            place,
+            f"columns {shown(', '.join(names))}",
+            f"an acceleration column whose name ends in a unit: {suffixes}",
+        )
+    if column is not None:
+        raise GroundMotionError(place, f"column {column!r}", nearest(column, candidates))
+    ground = [name for name in candidates if _quantity_of(name) == PREFERRED_QUANTITY]
+    for chosen in (candidates, ground):
+        if len(chosen) == 1:
+            return chosen[0]
+    raise GroundMotionError(
+        place,
+        f"{len(candidates)} acceleration columns and no choice",
+        f"column= one of {', '.join(candidates)}",
+    )

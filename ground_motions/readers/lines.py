@@ -1,0 +1,111 @@
+"""Text files as lines and numbers, with errors that name the place."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from ground_motions.errors import GroundMotionError
+
+
+def read_lines(path: str | Path) -> list[str]:
+    """Return the lines of a UTF-8 text file that holds something.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    list of str
+        Its lines, without line ends.
+
+    Raises
+    ------
+    GroundMotionError
+        If the file is missing, unreadable, not text, or empty.
+    """
+    accepted = "a UTF-8 text file"
+    try:
+        raw = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise GroundMotionError(str(path), "a file that does not exist", accepted) from None
+    except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
+        reason = getattr(error, "strerror", None) or str(error)
+        raise GroundMotionError(str(path), f"unreadable ({reason})", accepted) from None
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise GroundMotionError(
+            f"{path}, byte {error.start}", f"byte 0x{raw[error.start]:02x}", accepted
+        ) from None
+    if "\0" in text:
+        raise GroundMotionError(f"{path}, byte {raw.index(0)}", "binary content", accepted)
+    if not text.strip():
+        raise GroundMotionError(str(path), "an empty file", accepted)
+    return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
+
+
+def parse_number(cell: str, place: str) -> float:
+    """Return the finite number in a cell.
+
+    Parameters
+    ----------
+    cell : str
+        The cell's text.
+    place : str
+        File, line and column, for the error.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    GroundMotionError
+        If it is not a finite number.
+    """
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise GroundMotionError(place, shown(cell), "a finite number")
+    return value
+
+
+def shown(text: str) -> str:
+    """Return text as it is to be quoted in an error, cut to 60 characters.
+
+    Parameters
+    ----------
+    text : str
+        What a file holds.
+
+    Returns
+    -------
+    str
+        Its quoted beginning.
+    """
+    return repr(text if len(text) <= 60 else text[:57] + "...")
+
+
+def require_two(count: int, place: str) -> None:
+    """Refuse a file with fewer than two samples.
+
+    Parameters
+    ----------
+    count : int
+        How many it holds.
+    place : str
+        The file, for the error.
+
+    Raises
+    ------
+    GroundMotionError
+        If there are fewer than two.
+    """
+    if count < 2:
+        raise GroundMotionError(place, f"{count} samples", "two samples or more")

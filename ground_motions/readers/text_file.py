@@ -1,0 +1,82 @@
+"""Plain text of one or two columns."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ground_motions.checks import positive
+from ground_motions.errors import GroundMotionError
+from ground_motions.readers.lines import parse_number, read_lines, require_two
+from ground_motions.readers.time_column import uniform_step
+from ground_motions.record import Record
+from ground_motions.units import to_m_s2
+
+
+def read_text(
+    path: str | Path, unit: str, dt: float | None = None, *, skip_lines: int = 0
+) -> Record:
+    """Read one column of accelerations, or two of times and accelerations.
+
+    Parameters
+    ----------
+    path : str or Path
+        UTF-8 text; columns parted by blanks, commas or semicolons. Blank lines and lines that
+        start with ``#`` or ``%`` are skipped.
+    unit : str
+        Unit of the accelerations: ``m/s2``, ``g``, ``cm/s2``, ``gal`` or ``mm/s2``.
+    dt : float, optional
+        Sampling step, s; needed for one column, refused for two.
+    skip_lines : int
+        Lines to pass over at the top, for files with a header.
+
+    Returns
+    -------
+    Record
+        The motion in m/s2, named after the file.
+
+    Raises
+    ------
+    GroundMotionError
+        If the file cannot be read, the unit is unknown, ``dt`` is missing or given for nothing, a
+        line has another number of columns, a cell is not a finite number, or the times do not
+        increase uniformly.
+    """
+    factor = to_m_s2(unit, f"{path}, unit")
+    rows: list[list[float]] = []
+    line_numbers: list[int] = []
+    for number, line in enumerate(read_lines(path), start=1):
+        if number <= skip_lines or not line.strip() or line.lstrip()[0] in "#%":
+            continue
+        cells = line.replace(",", " ").replace(";", " ").split()
+        wanted = len(rows[0]) if rows else len(cells)
+        if len(cells) not in (1, 2) or len(cells) != wanted:
+            raise GroundMotionError(
+                f"{path}, line {number}",
+                f"{len(cells)} columns",
+                f"{wanted}, as above" if rows else "one column (acceleration) or two (time first)",
+            )
+        rows.append(
+            [parse_number(cell, f"{path}, line {number}, column {i}")
+             for i, cell in enumerate(cells, start=1)]
+        )  # fmt: skip
+        line_numbers.append(number)
+    require_two(len(rows), str(path))
+
+    table = np.array(rows)
+    if table.shape[1] == 2:
+        if dt is not None:
+            raise GroundMotionError(
+                f"{path}, dt", f"{dt!r} beside a column of times", "dt for one column only"
+            )
+        dt = uniform_step(table[:, 0].tolist(), line_numbers, f"{path}, column 1")
+    elif dt is None:
+        raise GroundMotionError(f"{path}, dt", "one column and no dt", "dt=, the step in s")
+    return Record(
+        table[:, -1] * factor,
+        positive(f"{path}, dt (s)", dt),
+        name=Path(path).stem,
+        source=f"{path}, {unit}",
+        unit_as_given=unit.lower(),
+    )

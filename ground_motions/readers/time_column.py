@@ -1,0 +1,57 @@
+"""The sampling step from a column of times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ground_motions.errors import GroundMotionError
+
+TOLERANCE = 0.02
+"""How far a time may lie from the uniform grid, in steps: some times are printed short."""
+
+
+def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: str) -> float:
+    """Return the step of increasing, uniform times.
+
+    Parameters
+    ----------
+    times : (n,) sequence of float
+        Times, s; two or more.
+    line_numbers : (n,) sequence of int
+        The file's line of each time, for the error.
+    column : str
+        File and column, for the error.
+
+    Returns
+    -------
+    float
+        Step, s, to twelve significant digits (the rest is the times' own rounding).
+
+    Raises
+    ------
+    GroundMotionError
+        If times do not increase, or one is off the uniform grid by more than `TOLERANCE` steps.
+    """
+    t = np.asarray(times)
+    steps = np.diff(t)
+    backward = np.flatnonzero(steps <= 0.0)
+    if backward.size:
+        i = backward[0] + 1
+        raise GroundMotionError(
+            f"{column}, line {line_numbers[i]}",
+            f"{t[i]:.12g} after {t[i - 1]:.12g}",
+            "times that increase",
+        )
+    step = (t[-1] - t[0]) / len(steps)
+    off = np.abs(t - t[0] - step * np.arange(len(t)))
+    if off.max() > TOLERANCE * step:
+        usual = float(np.median(steps))
+        i = int(np.argmax(np.abs(steps - usual))) + 1
+        raise GroundMotionError(
+            f"{column}, line {line_numbers[i]}",
+            f"a step of {steps[i - 1]:.6g} s where {usual:.6g} s is usual",
+            f"uniform times, each within {TOLERANCE:g} of a step of its place",
+        )
+    return float(f"{step:.12g}")

@@ -1,0 +1,53 @@
+"""Records that ship with the package."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ground_motions.errors import GroundMotionError, nearest
+from ground_motions.record import Record
+from ground_motions.records.el_centro import el_centro_1940
+
+RECORDS: dict[str, Callable[[], Record]] = {
+    "el_centro_1940_ns": el_centro_1940,
+}
+"""Loader of each record by name; add a line to add a record."""
+
+
+def available_records() -> tuple[str, ...]:
+    """Return the names of the records that ship with the package.
+
+    Returns
+    -------
+    tuple of str
+        Names, for `load_record`.
+    """
+    return tuple(RECORDS)
+
+
+def load_record(name: str) -> Record:
+    """Return a record that ships with the package.
+
+    Parameters
+    ----------
+    name : str
+        One of `available_records`.
+
+    Returns
+    -------
+    Record
+        The motion, m/s2.
+
+    Raises
+    ------
+    GroundMotionError
+        If there is no such record; the message names the nearest.
+    """
+    try:
+        loader = RECORDS[name]
+    except (KeyError, TypeError):
+        raise GroundMotionError("record name", repr(name), nearest(str(name), RECORDS)) from None
+    return loader()
+
+
+__all__ = ["RECORDS", "available_records", "el_centro_1940", "load_record"]

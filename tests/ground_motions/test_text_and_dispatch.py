@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from ground_motions import STANDARD_GRAVITY, el_centro_1940, read, read_text, write_csv
+
+
+@pytest.fixture
+def text(tmp_path):
+    def write(content, name="motion.txt"):
+        path = tmp_path / name
+        path.write_text(content)
+        return path
+
+    return write
+
+
+def test_one_column(text):
+    record = read_text(text("# note\n1\n\n% note\n-2e0\n3\n"), unit="gal", dt=0.02)
+    np.testing.assert_allclose(record.acceleration, [0.01, -0.02, 0.03], rtol=1e-15)
+    assert (record.dt, record.name, record.unit_as_given) == (0.02, "motion", "gal")
+
+
+@pytest.mark.parametrize("delimiter", [" ", "\t", ", ", ";", "   "])
+def test_two_columns(text, delimiter):
+    path = text("".join(f"{time}{delimiter}{a}\n" for time, a in ((0.1, 1), (0.15, 2), (0.2, 3))))
+    record = read_text(path, unit="G")
+    np.testing.assert_allclose(record.acceleration, np.array([1, 2, 3]) * STANDARD_GRAVITY)
+    assert record.dt == 0.05
+    assert record.unit_as_given == "g"
+
+
+def test_header_lines_are_passed_over(text):
+    record = read_text(text("Station 9\nacc in g\n1\n2\n"), unit="m/s2", dt=1.0, skip_lines=2)
+    assert record.acceleration.tolist() == [1.0, 2.0]
+
+
+@given(values=st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=40), dt=st.floats(1e-3, 1.0))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_written_numbers_are_read_back(text, values, dt):
+    path = text("\n".join(map(repr, values)))
+    record = read_text(path, unit="m/s2", dt=dt)
+    assert record.acceleration.tolist() == values
+    assert record.dt == dt
+    two = text("\n".join(f"{i * dt!r} {value!r}" for i, value in enumerate(values)))
+    record = read_text(two, unit="m/s2")
+    assert record.acceleration.tolist() == values
+    assert record.dt == pytest.approx(dt, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "parts"),
+    [
+        ("1\n2\n", {"unit": "ft/s2", "dt": 1}, ("unit", "'ft/s2'", "m/s2", "gal")),
+        ("1\n2\n", {"unit": "cm/s", "dt": 1}, ("unit", "'cm/s'", "cm/s2 (did you mean it?)")),
+        ("1\n2\n", {"unit": None, "dt": 1}, ("unit", "None", "m/s2")),
+        ("1\n2\n", {"unit": "g"}, ("dt", "one column and no dt", "the step in s")),
+        ("1\n2\n", {"unit": "g", "dt": -1}, ("dt (s)", "-1", "above 0")),
+        ("0 1\n1 2\n", {"unit": "g", "dt": 1}, ("dt", "1 beside a column", "one column only")),
+        ("1 2 3\n", {"unit": "g"}, ("line 1", "3 columns", "one column (acc")),
+        ("0 1\n1\n", {"unit": "g"}, ("line 2", "1 columns", "2, as above")),
+        ("0 1\n1 b\n", {"unit": "g"}, ("line 2, column 2", "'b'", "a finite number")),
+        ("1\n# c\nnan\n", {"unit": "g", "dt": 1}, ("line 3, column 1", "'nan'", "finite")),
+        ("time acc\n0 1\n", {"unit": "g"}, ("line 1, column 1", "'time'", "finite number")),
+        ("1 1\n0 1\n", {"unit": "g"}, ("column 1, line 2", "0 after 1", "increase")),
+        ("0 1\n1 1\n3 1\n4 1\n", {"unit": "g"}, ("column 1, line 3", "2 s where 1 s", "uniform")),
+        ("1\n", {"unit": "g", "dt": 1}, ("1 samples", "two samples")),
+        ("# c\n", {"unit": "g", "dt": 1}, ("0 samples", "two samples")),
+        ("", {"unit": "g", "dt": 1}, ("an empty file", "UTF-8")),
+    ],
+)
+def test_bad_text_is_refused(text, refused, content, options, parts):
+    path = text(content)
+    with refused(path, *parts):
+        read_text(path, **options)
+
+
+def test_read_goes_by_suffix(text, tmp_path):
+    record = el_centro_1940()
+    path = write_csv(record, tmp_path / "a.CSV")
+    assert np.array_equal(read(path).acceleration, record.acceleration)
+    chosen = read(path, column="ground_acceleration_m_s2")
+    assert np.array_equal(chosen.acceleration, record.acceleration)
+    for name in ("a.txt", "a.dat"):
+        assert read(text("1\n2\n", name), unit="m/s2", dt=0.5).acceleration.tolist() == [1.0, 2.0]
+    at2 = text("T\nE\nUNITS OF G\nNPTS= 2, DT= .5 SEC\n1 2\n", "a.at2")
+    assert read(str(at2)).pga == 2 * STANDARD_GRAVITY
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "parts"),
+    [
+        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .txt or .dat")),
+        ("a", {}, ("suffix ''", ".at2, .csv, .txt or .dat")),
+        ("a.vt2", {}, ("a .vt2 file", "units of g")),
+        ("a.csv", {"unit": "g"}, ("option unit", "'g'", "for .csv files: column")),
+        ("a.at2", {"dt": 0.1}, ("option dt", "0.1", "for .at2 files: no options")),
+        ("a.txt", {"column": "x"}, ("option column", "'x'", "for .txt files: unit, dt")),
+        ("a.txt", {}, ("option unit", "nothing", "unit='g'")),
+    ],
+)
+def test_bad_calls_are_refused(text, refused, name, options, parts):
+    path = text("1\n2\n", name)
+    with refused(path, *parts):
+        read(path, **options)
