@@ -1,0 +1,21 @@
+"""Device laws: one file a law, each written once as pure arithmetic."""
+
+from .current_dependence import CurrentDependence
+from .device import Device, Scaled
+from .law import Law, Quantity
+from .plain import from_dict, to_dict
+from .registry import LAWS, available_laws, available_sets, law
+
+__all__ = [
+    "LAWS",
+    "CurrentDependence",
+    "Device",
+    "Law",
+    "Quantity",
+    "Scaled",
+    "available_laws",
+    "available_sets",
+    "from_dict",
+    "law",
+    "to_dict",
+]

@@ -1,0 +1,93 @@
+"""What exact derivatives of a law tell, through CasADi."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .current_dependence import CurrentDependence
+from .emit import symbols
+from .law import Law
+
+
+@lru_cache(maxsize=64)
+def _jacobian_at_rest(law: Law) -> Any:
+    """CasADi function: parameters -> d(force, rates) / d(x, v, states) at rest."""
+    import casadi
+
+    arguments = symbols(["x", "v", *law.state_names])
+    parameters = symbols(list(law.parameter_names))
+    x, v, *states = arguments
+    outputs = [
+        law.force(x, v, tuple(states), tuple(parameters)),
+        *law.rates(x, v, tuple(states), tuple(parameters)),
+    ]
+    jacobian = casadi.jacobian(casadi.vertcat(*outputs), casadi.vertcat(*arguments))
+    at_rest = casadi.substitute(
+        jacobian, casadi.vertcat(*arguments), casadi.DM.zeros(len(arguments))
+    )
+    return casadi.Function("jacobian_at_rest", [casadi.vertcat(*parameters)], [at_rest])
+
+
+def complex_stiffness(law: Law, parameters: Sequence[float], omega: float) -> complex:
+    """Complex stiffness of a law for small vibrations about rest.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    parameters : sequence of float
+        Its parameters in SI units.
+    omega : float, rad/s
+        Circular frequency, above zero.
+
+    Returns
+    -------
+    complex, N/m
+        F_x + i omega F_v + F_s (i omega I - S_s)^-1 (S_x + i omega S_v).
+
+    Raises
+    ------
+    InputError
+        If a derivative does not exist at rest.
+    """
+    jacobian = np.array(_jacobian_at_rest(law)(np.array(parameters, dtype=float)))
+    if not np.all(np.isfinite(jacobian)):
+        raise InputError(f"{law.name} has no finite derivatives at rest: it cannot be linearised")
+    by_motion = jacobian[:, 0] + 1j * omega * jacobian[:, 1]
+    by_states = jacobian[:, 2:]
+    resolvent = 1j * omega * np.eye(len(law.states)) - by_states[1:]
+    return complex(by_motion[0] + by_states[0] @ np.linalg.solve(resolvent, by_motion[1:]))
+
+
+def force_is_affine_in_current(law: Law, dependence: CurrentDependence) -> bool:
+    """Whether the force's second derivative by the current is identically zero.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    dependence : CurrentDependence
+        Its parameters against the current, in the law's order.
+
+    Returns
+    -------
+    bool
+        True if the force is affine in the current at every deformation, velocity and state.
+        Dependences of several different pieces are never affine.
+    """
+    import casadi
+
+    if np.any(dependence.coefficients != dependence.coefficients[:1]):
+        return False
+    x, v, current, *states = symbols(["x", "v", "current", *law.state_names])
+    one_piece = CurrentDependence(
+        dependence.names, np.array([-np.inf, np.inf]), dependence.coefficients[:1]
+    )
+    force = law.force(x, v, tuple(states), one_piece.at(current))
+    curvature = casadi.jacobian(casadi.jacobian(force, current), current)
+    return curvature.nnz() == 0 or bool(casadi.simplify(curvature).is_zero())

@@ -1,0 +1,166 @@
+"""Write a law's arithmetic out as plain Numba source.
+
+CasADi traces the law from its one definition; its SX graph is then walked instruction by
+instruction and printed as straight-line scalar Python, which Numba compiles without knowing
+anything of laws, effects or CasADi. Whatever depends on the parameters alone is split off into a
+``prepare`` function, so that the inner loops neither divide by nor recompute it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+_BINARY = {
+    "OP_ADD": "({} + {})",
+    "OP_SUB": "({} - {})",
+    "OP_MUL": "({} * {})",
+    "OP_DIV": "({} / {})",
+    "OP_POW": "({} ** {})",
+    "OP_CONSTPOW": "({} ** {})",
+    "OP_LT": "(1.0 if {} < {} else 0.0)",
+    "OP_LE": "(1.0 if {} <= {} else 0.0)",
+    "OP_EQ": "(1.0 if {} == {} else 0.0)",
+    "OP_NE": "(1.0 if {} != {} else 0.0)",
+    "OP_AND": "(1.0 if {} != 0.0 and {} != 0.0 else 0.0)",
+    "OP_OR": "(1.0 if {} != 0.0 or {} != 0.0 else 0.0)",
+    "OP_FMIN": "min({}, {})",
+    "OP_FMAX": "max({}, {})",
+    "OP_FMOD": "math.fmod({}, {})",
+    "OP_COPYSIGN": "math.copysign({}, {})",
+    "OP_ATAN2": "math.atan2({}, {})",
+    "OP_HYPOT": "math.hypot({}, {})",
+    "OP_IF_ELSE_ZERO": "({1} if {0} != 0.0 else 0.0)",
+}
+_UNARY = {
+    "OP_NEG": "(-{})",
+    "OP_SQ": "({0} * {0})",
+    "OP_TWICE": "(2.0 * {})",
+    "OP_INV": "(1.0 / {})",
+    "OP_NOT": "(1.0 if {} == 0.0 else 0.0)",
+    "OP_FABS": "abs({})",
+    "OP_SIGN": "(1.0 if {0} > 0.0 else (-1.0 if {0} < 0.0 else 0.0))",
+    "OP_FLOOR": "math.floor({})",
+    "OP_CEIL": "math.ceil({})",
+    **{
+        f"OP_{name.upper()}": f"math.{name}({{}})"
+        for name in (
+            "sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh "
+            "exp log expm1 log1p erf"
+        ).split()
+    },
+}
+
+
+class NotTraceable(ValueError):
+    """A law uses an operation that cannot be written out for the compiled kernels."""
+
+
+def straight_line(
+    inputs: dict[str, Any], outputs: Sequence[Any], hoist: Sequence[str] = ()
+) -> tuple[list[str], list[str], list[str], list[str]]:
+    """Print a symbolic computation as scalar Python statements.
+
+    Parameters
+    ----------
+    inputs : dict of str to casadi.SX scalar
+        Input name to symbol; the names are the variables of the printed text.
+    outputs : sequence of casadi.SX scalar
+        Expressions to compute.
+    hoist : sequence of str
+        Inputs that change seldom. Statements that depend on these (and constants) alone come
+        out separately.
+
+    Returns
+    -------
+    hoisted : list of str
+        Statements that depend on the ``hoist`` inputs alone.
+    kept : list of str
+        Variables of ``hoisted`` that ``statements`` or ``results`` use.
+    statements : list of str
+        The remaining statements.
+    results : list of str
+        One expression an output.
+
+    Raises
+    ------
+    NotTraceable
+        If an operation has no scalar counterpart.
+    """
+    import casadi
+
+    code_name = {getattr(casadi, n): n for n in dir(casadi) if n.startswith("OP_")}
+    names = list(inputs)
+    function = casadi.Function("f", list(inputs.values()), casadi.cse(list(outputs)))
+    register: dict[int, str] = {}
+    seldom = set(hoist)  # names (inputs and variables) that depend on hoisted inputs alone
+    reciprocal: dict[str, str] = {}
+    hoisted: list[str] = []
+    statements: list[str] = []
+    results = ["0.0"] * len(outputs)
+
+    def is_seldom(operand: str) -> bool:
+        return operand in seldom or operand[0] in "-0123456789"
+
+    def assign(expression: str, operands: Sequence[str]) -> str:
+        if all(is_seldom(o) for o in operands):
+            name = f"pre{len(hoisted)}"
+            hoisted.append(f"{name} = {expression}")
+            seldom.add(name)
+        else:
+            name = f"tmp{len(statements)}"
+            statements.append(f"{name} = {expression}")
+        return name
+
+    for k in range(function.n_instructions()):
+        op = code_name[function.instruction_id(k)]
+        out = function.instruction_output(k)
+        if op == "OP_CONST":
+            register[out[0]] = repr(float(function.instruction_constant(k)))
+        elif op == "OP_INPUT":
+            register[out[0]] = names[function.instruction_input(k)[0]]
+        elif op == "OP_OUTPUT":
+            results[out[0]] = register[function.instruction_input(k)[0]]
+        elif op == "OP_ASSIGN":
+            register[out[0]] = register[function.instruction_input(k)[0]]
+        else:
+            operands = [register[i] for i in function.instruction_input(k)]
+            if op == "OP_DIV" and operands[1] in seldom and not is_seldom(operands[0]):
+                divisor = operands[1]
+                if divisor not in reciprocal:
+                    reciprocal[divisor] = assign(f"(1.0 / {divisor})", [divisor])
+                op, operands = "OP_MUL", [operands[0], reciprocal[divisor]]
+            template = _BINARY.get(op) if len(operands) == 2 else _UNARY.get(op)
+            if template is None:
+                raise NotTraceable(
+                    f"operation {op[3:].lower()} has no compiled counterpart; a law may use "
+                    "+ - * / **, comparisons and the functions that DESIGN lists"
+                )
+            register[out[0]] = assign(template.format(*operands), operands)
+
+    text = " ".join(statements) + " " + " ".join(results)
+    tokens = set("".join(c if c.isalnum() or c == "_" else " " for c in text).split())
+    kept = [name for name in [*hoist, *(h.split(" = ")[0] for h in hoisted)] if name in tokens]
+    return hoisted, kept, statements, results
+
+
+def function_text(
+    name: str, arguments: str, body: Sequence[str], decorator: str = "@inline", doc: str = ""
+) -> str:
+    """Assemble one function's source text."""
+    lines = [decorator, f"def {name}({arguments}):"]
+    if doc:
+        lines.append(f'    """{doc}"""')
+    lines += [f"    {line}" for line in body]
+    return "\n".join(lines) + "\n"
+
+
+def symbols(names: Sequence[str]) -> list[Any]:
+    """One CasADi symbol a name."""
+    import casadi
+
+    if hasattr(casadi.GlobalOptions, "setNumpyMode"):
+        casadi.GlobalOptions.setNumpyMode(-1)  # its present NumPy behaviour, without the warning
+
+    return [casadi.SX.sym(n) for n in names]
+

@@ -1,0 +1,32 @@
+"""Spring and dashpot side by side."""
+
+from typing import Any
+
+from .law import Law, Quantity
+
+
+def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
+    """Spring force plus viscous force."""
+    k, c = parameters
+    return k * x + c * v
+
+
+def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the spring."""
+    k, _ = parameters
+    return k * x**2 / 2
+
+
+LAW = Law(
+    name="kelvin_voigt",
+    title="Kelvin-Voigt (spring beside dashpot)",
+    parameters=(
+        Quantity("k", "N/m", "stiffness", lower=0.0),
+        Quantity("c", "N s/m", "viscous damping", lower=0.0),
+    ),
+    force=force,
+    stored_energy=stored_energy,
+    source="Kelvin, Voigt",
+)
+
+SETS: dict = {}

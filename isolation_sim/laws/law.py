@@ -1,0 +1,89 @@
+"""The contract of a law: pure arithmetic between a device's two ends, written once.
+
+NumPy calls it on arrays, CasADi traces it, and the compiled kernels are written out from that
+trace. What all three accept: ``+ - * / **``, comparisons used as multipliers, tuples, and ``np.sinh
+cosh tanh exp expm1 log log1p sqrt sin cos arctan arcsinh sign fabs hypot copysign floor power``.
+Not: ``if``, builtin ``abs`` or ``max``, ``np.where``, ``np.maximum``, ``math.*``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A state or a parameter of a law.
+
+    Attributes
+    ----------
+    name : str
+        Its symbol in the equations, as text.
+    unit : str
+        SI unit.
+    meaning : str
+        What it is, in a few words.
+    lower, upper : float
+        Bounds within which the law is meaningful, in ``unit``.
+    divides : bool
+        Whether the law divides by it, so that zero is refused.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    lower: float = -np.inf
+    upper: float = np.inf
+    divides: bool = False
+
+
+def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
+    """Rates of a law without internal states: none."""
+    return ()
+
+
+@dataclass(frozen=True)
+class Law:
+    """Arithmetic of a device.
+
+    Attributes
+    ----------
+    name : str
+        Registry name.
+    title : str
+        Name to print.
+    parameters, states : tuple of Quantity
+        What the functions below unpack, in this order.
+    force : callable
+        ``force(x, v, states, parameters)`` -> N, for deformation x (m) and velocity v (m/s).
+    rates : callable
+        ``rates(x, v, states, parameters)`` -> tuple of the states' time derivatives.
+    stored_energy : callable or None
+        ``stored_energy(x, states, parameters)`` -> J, what the device could give back; None where
+        no such function is known: the ledger then books the device's whole work as dissipated.
+    source : str
+        Paper and equations.
+    """
+
+    name: str
+    title: str
+    parameters: tuple[Quantity, ...]
+    force: Callable[..., Any]
+    states: tuple[Quantity, ...] = ()
+    rates: Callable[..., tuple] = no_rates
+    stored_energy: Callable[..., Any] | None = None
+    source: str = ""
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters, in the law's order."""
+        return tuple(quantity.name for quantity in self.parameters)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the internal states, in the law's order."""
+        return tuple(quantity.name for quantity in self.states)

@@ -1,0 +1,29 @@
+"""Linear spring."""
+
+from typing import Any
+
+from .law import Law, Quantity
+
+
+def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
+    """Hooke's law."""
+    (k,) = parameters
+    return k * x
+
+
+def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the spring."""
+    (k,) = parameters
+    return k * x**2 / 2
+
+
+LAW = Law(
+    name="linear",
+    title="Linear spring",
+    parameters=(Quantity("k", "N/m", "stiffness", lower=0.0),),
+    force=force,
+    stored_energy=stored_energy,
+    source="Hooke",
+)
+
+SETS: dict = {}

@@ -1,0 +1,101 @@
+"""Laws and published parameter sets by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..errors import InputError, unknown_name
+from . import hybrid, kelvin_voigt, linear, strain_stiffening
+from .current_dependence import CurrentDependence
+from .device import Device
+from .law import Law
+
+# one line a law: its file holds LAW and SETS, the published sets by name, the default one first
+_FILES = (
+    strain_stiffening,
+    hybrid,
+    linear,
+    kelvin_voigt,
+)
+
+LAWS: dict[str, Law] = {file.LAW.name: file.LAW for file in _FILES}
+"""Every law by name."""
+
+_SETS = {file.LAW.name: file.SETS for file in _FILES}
+
+Coefficients = float | Sequence[float]
+
+
+def available_laws() -> tuple[str, ...]:
+    """Names of the laws.
+
+    Returns
+    -------
+    tuple of str
+    """
+    return tuple(LAWS)
+
+
+def available_sets(name: str) -> tuple[str, ...]:
+    """Names of a law's published parameter sets, the default one first.
+
+    Parameters
+    ----------
+    name : str
+        Name of the law.
+
+    Returns
+    -------
+    tuple of str
+        Empty where the law needs explicit numbers.
+
+    Raises
+    ------
+    InputError
+        If there is no such law.
+    """
+    if name not in LAWS:
+        raise unknown_name("law", name, LAWS)
+    return tuple(_SETS[name])
+
+
+def _published(name: str, set_name: str | None) -> Device:
+    sets = available_sets(name)
+    if not sets:
+        needed = ", ".join(LAWS[name].parameter_names)
+        raise InputError(f"{name} has no published set; parameters needed: {needed}")
+    if set_name is None:
+        set_name = sets[0]
+    if set_name not in sets:
+        raise unknown_name(f"parameter set of {name}", set_name, sets)
+    return _SETS[name][set_name]()
+
+
+def law(name: str, parameters: str | Mapping[str, Coefficients] | None = None) -> Device:
+    """Build a device from a law's name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the law.
+    parameters : str or mapping of str to float or sequence of float, optional
+        Name of a published set; or numbers in SI units, constants or ascending powers of the
+        current in A. Numbers replace those of the default published set where the law has one,
+        and keep its range; a law without one needs all of its parameters. The default published
+        set if not given.
+
+    Returns
+    -------
+    Device
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a parameter is missing, or a number is not usable.
+    """
+    if parameters is None or isinstance(parameters, str):
+        return _published(name, parameters)
+    if available_sets(name):
+        return _published(name, None).with_parameters(**parameters)
+    order = LAWS[name].parameter_names
+    return Device(LAWS[name], CurrentDependence.polynomial(parameters, order))

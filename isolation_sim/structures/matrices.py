@@ -1,0 +1,235 @@
+"""Structures from their matrices."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..errors import InputError
+from .checks import matrix, numbers
+from .structure import Structure
+
+_REQUIRED = ("M", "C", "K")
+_OPTIONAL = ("influence", "base")
+
+
+def from_matrices(
+    mass: Any,
+    damping: Any,
+    stiffness: Any,
+    influence: Any = None,
+    base: int | Sequence[int] = 0,
+    names: Sequence[str] | None = None,
+    drift_rows: Any = None,
+    storeys: Sequence[str] | None = None,
+    directions: Sequence[str] | None = None,
+    heights: Any = None,
+    name: str = "structure",
+) -> Structure:
+    """Structure from matrices that include the base, in coordinates relative to the ground.
+
+    Parameters
+    ----------
+    mass : array_like, shape (n, n), kg
+        Symmetric, positive definite.
+    damping : array_like, shape (n, n), N s/m
+        Viscous damping.
+    stiffness : array_like, shape (n, n), N/m
+        Stiffness, without the isolators.
+    influence : array_like, shape (n,) or (n, n_directions), optional
+        Displacement of the dofs when the ground moves by one unit; ones by default.
+    base : int or sequence of int, default 0
+        Dofs of the isolated base; ``()`` for a structure that the ground holds.
+    names : sequence of str, optional
+        Dofs; ``base``, ``floor1``, … where the base is dof 0 alone, else ``dof0``, ``dof1``, ….
+    drift_rows : array_like, shape (n_storeys, n), optional
+        Rows that turn displacements into storey drifts. By default differences between
+        neighbouring floors where the base is the first dofs and every floor has as many; else none.
+    storeys : sequence of str, optional
+        Names of the storeys, one a drift row.
+    directions : sequence of str, optional
+        Names of the directions of ground motion; ``x``, ``y``, ``z``, … by default.
+    heights : array_like, shape (n_storeys,), optional, m
+        Storey heights.
+    name : str, default "structure"
+        Name to print.
+
+    Returns
+    -------
+    Structure
+
+    Raises
+    ------
+    InputError
+        If shapes disagree, a number is not finite, or the mass is not positive definite.
+    """
+    try:
+        n = len(mass)
+    except TypeError:
+        raise InputError("mass must be a square matrix in kg") from None
+    bases = tuple(int(i) for i in numbers("base", base).ravel())
+    if names is None:
+        alone = bases == (0,)
+        names = [
+            "base" if alone and i == 0 else f"{'floor' if alone else 'dof'}{i}" for i in range(n)
+        ]
+    influence = np.ones((n, 1)) if influence is None else numbers("influence", influence)
+    if influence.ndim == 1:
+        influence = influence[:, np.newaxis]
+    if directions is None:
+        count = influence.shape[-1]
+        directions = list("xyz")[:count] if count <= 3 else [f"d{j + 1}" for j in range(count)]
+    if drift_rows is None:
+        drift_rows, default_storeys = _neighbour_drifts(n, bases)
+    else:
+        default_storeys = [f"storey{i + 1}" for i in range(len(drift_rows))]
+    return Structure(
+        mass=mass,
+        damping=damping,
+        stiffness=stiffness,
+        influence=influence,
+        base=bases,
+        names=tuple(names),
+        drift_rows=drift_rows,
+        storeys=tuple(default_storeys if storeys is None else storeys),
+        directions=tuple(directions),
+        heights=heights,
+        name=name,
+    )
+
+
+def from_fixed_base(
+    mass: Any,
+    damping: Any,
+    stiffness: Any,
+    base_mass: Any,
+    rigid_motion: Any = None,
+    shaken: Sequence[int] | None = None,
+    **labels: Any,
+) -> Structure:
+    """Structure from the matrices of its superstructure on a held base, put on a rigid base.
+
+    The superstructure's matrices are relative to the base, so that rigid motion of the whole is
+    neither stiff nor damped.
+
+    Parameters
+    ----------
+    mass : array_like, shape (n, n), kg
+        Superstructure alone.
+    damping : array_like, shape (n, n), N s/m
+        Superstructure alone.
+    stiffness : array_like, shape (n, n), N/m
+        Superstructure alone.
+    base_mass : float or array_like, shape (n_base, n_base), kg
+        Mass of the base.
+    rigid_motion : array_like, shape (n, n_base), optional
+        Displacement of the superstructure's dofs when a dof of the base moves by one unit; ones
+        by default.
+    shaken : sequence of int, optional
+        Dofs of the base along which the ground moves; all by default.
+    **labels
+        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``, ``name`` as in
+        ``from_matrices``, for the base's dofs followed by the superstructure's.
+
+    Returns
+    -------
+    Structure
+
+    Raises
+    ------
+    InputError
+        If shapes disagree, a number is not finite, or the mass is not positive definite.
+    """
+    base_mass = np.atleast_2d(numbers("base_mass", base_mass))
+    m = len(base_mass)
+    base_mass = matrix("base_mass", base_mass, (m, m))
+    try:
+        n = len(mass)
+    except TypeError:
+        raise InputError("mass must be a square matrix in kg") from None
+    rigid_motion = np.ones((n, 1)) if rigid_motion is None else rigid_motion
+    rigid = matrix("rigid_motion", rigid_motion, (n, m))
+    relative = np.hstack([-rigid, np.eye(n)])
+    full_mass = np.zeros((m + n, m + n))
+    full_mass[:m, :m] = base_mass
+    full_mass[m:, m:] = matrix("mass", mass, (n, n))
+    influence = np.vstack([np.eye(m), rigid])
+    columns = list(range(m)) if shaken is None else list(shaken)
+    if not columns or any(j not in range(m) for j in columns):
+        raise InputError(f"shaken is {shaken}; accepted: numbers of base dofs, 0 to {m - 1}")
+    return from_matrices(
+        full_mass,
+        relative.T @ matrix("damping", damping, (n, n)) @ relative,
+        relative.T @ matrix("stiffness", stiffness, (n, n)) @ relative,
+        influence=influence[:, columns],
+        base=range(m),
+        **labels,
+    )
+
+
+def read_matrices(path: str | Path, **labels: Any) -> Structure:
+    """Structure from a NumPy ``.npz`` file.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        File with the arrays ``M`` (kg), ``C`` (N s/m) and ``K`` (N/m), each (n, n), and optionally
+        ``influence`` (n, n_directions) and ``base`` (dof numbers); see ``from_matrices``. Other
+        arrays are left alone.
+    **labels
+        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``, ``name`` as in
+        ``from_matrices``.
+
+    Returns
+    -------
+    Structure
+
+    Raises
+    ------
+    InputError
+        Naming the file, the array and what is accepted.
+    """
+    arrays = _read_npz(Path(path))
+    for key in _REQUIRED:
+        if key not in arrays:
+            raise InputError(
+                f"{path}: array {key!r} is missing; needed: {', '.join(_REQUIRED)}, optional: "
+                f"{', '.join(_OPTIONAL)}; the file holds: {', '.join(sorted(arrays)) or 'nothing'}"
+            )
+    for key in arrays:
+        near = difflib.get_close_matches(key, _OPTIONAL, n=1, cutoff=0.75)
+        if near and near[0] not in arrays:
+            raise InputError(f"{path}: array {key!r} looks like {near[0]!r} misspelt; rename it")
+    optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
+    labels = {"name": Path(path).stem, **labels}
+    try:
+        return from_matrices(arrays["M"], arrays["C"], arrays["K"], **optional, **labels)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _read_npz(path: Path) -> dict[str, np.ndarray]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {key: archive[key] for key in archive.files}
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError, TypeError, AttributeError, EOFError, BadZipFile) as error:
+        raise InputError(
+            f"{path}: not a NumPy .npz file of plain number arrays ({error})"
+        ) from None
+
+
+def _neighbour_drifts(n: int, base: tuple[int, ...]) -> tuple[np.ndarray, list[str]]:
+    m = len(base)
+    if base != tuple(range(m)) or m == 0 or n % m:
+        return np.zeros((0, n)), []
+    rows = np.eye(n)[m:] - np.eye(n)[:-m]
+    axes = [""] if m == 1 else [f"_{'xyz'[j]}" if m <= 3 else f"_{j + 1}" for j in range(m)]
+    storeys = [f"storey{floor + 1}{axis}" for floor in range(n // m - 1) for axis in axes]
+    return rows, storeys

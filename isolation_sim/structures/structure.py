@@ -1,0 +1,281 @@
+"""Linear structures in SI units: masses, springs and dashpots that the ground shakes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from .checks import check_matrices, matrix, read_only
+from .modes import undamped_modes
+
+if TYPE_CHECKING:
+    from ..laws.device import Device
+    from .isolated import IsolatedStructure
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """Linear structure M q'' + C q' + K q = -M r a_g, with q relative to the ground.
+
+    Isolators and whatever else is nonlinear are added by ``on`` and ``with_element``; without them
+    the base is free.
+
+    Attributes
+    ----------
+    mass : numpy.ndarray, shape (n, n), kg
+        Symmetric, positive definite.
+    damping : numpy.ndarray, shape (n, n), N s/m
+        Viscous damping.
+    stiffness : numpy.ndarray, shape (n, n), N/m
+        Stiffness.
+    influence : numpy.ndarray, shape (n, n_directions)
+        Displacement of the dofs when the ground moves rigidly by one unit; one column a direction
+        of ground motion.
+    base : tuple of int
+        Dofs of the isolated base; none where the ground holds the structure itself.
+    names : tuple of str
+        Dofs.
+    drift_rows : numpy.ndarray, shape (n_storeys, n)
+        ``drift_rows @ q`` are the storey drifts.
+    storeys : tuple of str
+        Storeys, one a drift row.
+    directions : tuple of str
+        Directions of ground motion, one a column of ``influence``.
+    heights : numpy.ndarray or None, shape (n_storeys,), m
+        Storey heights, one a drift row, where they are known.
+    name : str
+        Name to print.
+
+    Raises
+    ------
+    InputError
+        If shapes disagree, a number is not finite, or the mass is not positive definite.
+    """
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    influence: np.ndarray
+    base: tuple[int, ...]
+    names: tuple[str, ...]
+    drift_rows: np.ndarray
+    storeys: tuple[str, ...]
+    directions: tuple[str, ...] = ("x",)
+    heights: np.ndarray | None = None
+    name: str = "structure"
+
+    def __post_init__(self) -> None:
+        def put(field: str, value: Any) -> None:
+            object.__setattr__(self, field, value)
+
+        put("names", tuple(self.names))
+        put("storeys", tuple(self.storeys))
+        put("directions", tuple(self.directions))
+        n = len(self.names)
+        for field in ("mass", "damping", "stiffness"):
+            put(field, matrix(field, getattr(self, field), (n, n)))
+        put("influence", matrix("influence", self.influence, (n, len(self.directions))))
+        put("drift_rows", matrix("drift_rows", self.drift_rows, (len(self.storeys), n)))
+        if self.heights is not None:
+            put("heights", matrix("heights", self.heights, (len(self.storeys),)))
+        put("base", tuple(int(i) for i in self.base))
+        check_matrices(self.mass, self.stiffness, self.names)
+        if len(set(self.base)) < len(self.base) or not all(0 <= i < n for i in self.base):
+            raise InputError(f"base is {self.base}; accepted: different dofs, 0 to {n - 1}")
+        for what in ("names", "storeys", "directions"):
+            values = getattr(self, what)
+            if len(set(values)) < len(values):
+                raise InputError(f"{what} of {self.name} hold a name twice: {', '.join(values)}")
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.names)
+
+    @property
+    def superstructure(self) -> tuple[int, ...]:
+        """Dofs above the base."""
+        return tuple(i for i in range(self.n_dofs) if i not in self.base)
+
+    @property
+    def total_mass(self) -> float:
+        """Mass that moves with the ground in the first direction, kg."""
+        return float(self.influence[:, 0] @ self.mass @ self.influence[:, 0])
+
+    def base_shear_rows(self, above_base: bool = True) -> np.ndarray:
+        """Rows that turn absolute accelerations into the base shear.
+
+        Parameters
+        ----------
+        above_base : bool, default True
+            True for the shear that the superstructure puts on the base; False for the shear that
+            the whole structure, base included, puts on the isolators.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_directions, n), kg
+            Base shear in N = -rows @ (q'' + influence @ a_g): the sum of the inertia forces.
+        """
+        moving = self.influence.copy()
+        if above_base:
+            moving[list(self.base)] = 0.0
+        return moving.T @ self.mass
+
+    def fixed_base_modes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Undamped modes of the superstructure on a base that is held.
+
+        Returns
+        -------
+        frequencies : numpy.ndarray, shape (n_modes,), rad/s
+            Increasing.
+        shapes : numpy.ndarray, shape (n, n_modes), 1/sqrt(kg)
+            Columns with unit modal mass; zero at the base.
+
+        Raises
+        ------
+        InputError
+            If the superstructure is not held by its stiffness.
+        """
+        free = np.ix_(self.superstructure, self.superstructure)
+        frequencies, inner = undamped_modes(self.mass[free], self.stiffness[free])
+        shapes = np.zeros((self.n_dofs, frequencies.size))
+        shapes[list(self.superstructure)] = inner
+        return frequencies, shapes
+
+    def fixed_base_periods(self) -> np.ndarray:
+        """Periods of the superstructure on a base that is held.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_modes,), s
+            Decreasing.
+
+        Raises
+        ------
+        InputError
+            If the superstructure is not held by its stiffness.
+        """
+        return 2 * np.pi / self.fixed_base_modes()[0]
+
+    def fixed_base(self) -> Structure:
+        """Superstructure alone, on a base that is held: the building without isolation.
+
+        Returns
+        -------
+        Structure
+            Without base dofs.
+        """
+        kept = list(self.superstructure)
+        block = np.ix_(kept, kept)
+        return replace(
+            self,
+            mass=self.mass[block],
+            damping=self.damping[block],
+            stiffness=self.stiffness[block],
+            influence=self.influence[kept],
+            base=(),
+            names=tuple(self.names[i] for i in kept),
+            drift_rows=self.drift_rows[:, kept],
+            name=f"{self.name}, fixed base",
+        )
+
+    def direction_row(self, direction: str | Sequence[float] | np.ndarray) -> np.ndarray:
+        """Row b that turns displacements into the deformation b @ q of an element.
+
+        Parameters
+        ----------
+        direction : str or sequence of float, shape (n,)
+            Name of a storey (its drift) or of a dof (its displacement relative to the ground), or
+            the row itself.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n,)
+
+        Raises
+        ------
+        InputError
+            If the name is unknown, or the row has another shape, is zero or not finite.
+        """
+        if isinstance(direction, str):
+            if direction in self.storeys:
+                return self.drift_rows[self.storeys.index(direction)]
+            if direction in self.names:
+                return read_only(np.eye(self.n_dofs)[self.names.index(direction)])
+            raise unknown_name("storey or dof", direction, [*self.storeys, *self.names])
+        row = matrix("direction of an element", direction, (self.n_dofs,))
+        if not np.any(row):
+            raise InputError("direction of an element is zero: it would never deform")
+        return row
+
+    def on(self, device: Device, count: float = 1) -> IsolatedStructure:
+        """Put the structure on isolators between the ground and the base.
+
+        Parameters
+        ----------
+        device : Device
+            The isolator; all of them lumped into one, the device's scale says how many. With
+            several directions of ground motion there is one in each, on the same coil channel.
+        count : float, default 1
+            Number of such devices side by side.
+
+        Returns
+        -------
+        IsolatedStructure
+
+        Raises
+        ------
+        InputError
+            If the device is not one, ``count`` is not a positive number, or the structure has no
+            base.
+        """
+        from .isolated import Element, IsolatedStructure, check_device
+
+        check_device(device, "isolator")
+        if not self.base:
+            raise InputError(f"{self.name} has no base to put on isolators")
+        channel = 0 if device.depends_on_current else None
+        elements = []
+        for column, label in zip(self.influence.T, self.directions, strict=True):
+            row = np.zeros(self.n_dofs)
+            row[list(self.base)] = column[list(self.base)]
+            name = "isolator" if len(self.directions) == 1 else f"isolator_{label}"
+            elements.append(Element(device.scaled(force=count), row, channel, name))
+        return IsolatedStructure(self, tuple(elements))
+
+    def with_element(
+        self,
+        device: Device,
+        direction: str | Sequence[float] | np.ndarray,
+        channel: int | None = None,
+        name: str = "",
+    ) -> IsolatedStructure:
+        """Add a nonlinear element; see ``IsolatedStructure.with_element``.
+
+        Parameters
+        ----------
+        device : Device
+            Its law and numbers.
+        direction : str or sequence of float, shape (n,)
+            See ``direction_row``.
+        channel : int, optional
+            Coil channel.
+        name : str, optional
+            Name to print.
+
+        Returns
+        -------
+        IsolatedStructure
+
+        Raises
+        ------
+        InputError
+            If the direction, channel or name cannot be used.
+        """
+        from .isolated import IsolatedStructure
+
+        return IsolatedStructure(self, ()).with_element(device, direction, channel, name)

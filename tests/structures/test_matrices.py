@@ -1,0 +1,159 @@
+"""Structures from matrices and from files."""
+
+import numpy as np
+import pytest
+
+from isolation_sim.errors import InputError
+from isolation_sim.laws import law
+from isolation_sim.structures import from_fixed_base, from_matrices, read_matrices
+from isolation_sim.structures import reference_building as reference
+
+M, C, K = np.diag([2.0, 1.0]), np.zeros((2, 2)), np.array([[1.0, -1.0], [-1.0, 1.0]])
+
+
+def benchmark(shared_data):
+    """The smart base-isolated benchmark building: 8 storeys of x, y and rotation on a base."""
+    data = np.load(shared_data / "benchmark_8_storey" / "structure.npz")
+    mega = {key: 1e3 * data[key] for key in ("M", "C", "K", "m")}
+    floors = ["base", *(f"floor{i}" for i in range(1, 9))]
+    axes = ("x", "y", "rotation")
+    return from_fixed_base(
+        mega["M"],
+        mega["C"],
+        mega["K"],
+        base_mass=mega["m"],
+        rigid_motion=data["R"],
+        shaken=(0, 1),
+        names=[f"{floor}_{axis}" for floor in floors for axis in axes],
+        heights=np.repeat(data["dh"], 3),
+        name="benchmark",
+    )
+
+
+def test_benchmark_building(shared_data):
+    building = benchmark(shared_data)
+    assert building.n_dofs == 27 and building.base == (0, 1, 2)
+    assert building.directions == ("x", "y") and len(building.storeys) == 24
+    expected = [0.897, 0.780, 0.658, 0.283, 0.267, 0.214]
+    # printed to 3 decimals: agree to the last one
+    np.testing.assert_allclose(building.fixed_base_periods()[:6], expected, atol=6e-4)
+    data = np.load(shared_data / "benchmark_8_storey" / "structure.npz")
+    total = 1e3 * (data["m"][0, 0] + np.trace(data["M"][0::3, 0::3]))
+    assert building.total_mass == pytest.approx(total)
+
+
+def test_benchmark_on_isolators_in_two_directions(shared_data):
+    building = benchmark(shared_data)
+    isolated = building.on(law("hybrid").scaled(length=20), count=1000)
+    assert isolated.element_names == ("isolator_x", "isolator_y")
+    expected = np.zeros((2, 27))
+    expected[0, 0] = expected[1, 1] = 1.0
+    np.testing.assert_array_equal(isolated.element_rows, expected)
+    assert isolated.n_channels == 1
+
+
+def test_with_the_base_and_on_the_base_agree():
+    whole = reference()
+    above = np.ix_(range(1, 6), range(1, 6))
+    again = from_fixed_base(
+        whole.mass[above], whole.damping[above], whole.stiffness[above], base_mass=3e5
+    )
+    for field in ("mass", "damping", "stiffness", "influence", "drift_rows"):
+        np.testing.assert_allclose(
+            getattr(again, field), getattr(whole, field), rtol=1e-12, atol=1e-6
+        )
+
+
+def test_defaults():
+    structure = from_matrices(M, C, K)
+    assert structure.names == ("base", "floor1") and structure.storeys == ("storey1",)
+    np.testing.assert_array_equal(structure.drift_rows, [[-1.0, 1.0]])
+    np.testing.assert_array_equal(structure.influence, [[1.0], [1.0]])
+    other = from_matrices(M, C, K, base=1)
+    assert other.names == ("dof0", "dof1") and other.storeys == ()
+
+
+def test_several_directions_of_ground_motion():
+    structure = from_matrices(M, C, K, influence=np.eye(2), base=(0, 1))
+    assert structure.directions == ("x", "y")
+    np.testing.assert_array_equal(structure.base_shear_rows(above_base=False), M)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"mass": np.diag([2.0, -1.0])}, "mass of 'floor1' is -1 kg"),
+        ({"mass": np.array([[2.0, 0.5], [0.0, 1.0]])}, "mass is not symmetric between"),
+        ({"mass": np.array([[1.0, 2.0], [2.0, 1.0]])}, "not positive definite"),
+        ({"mass": 3.0}, "square matrix"),
+        ({"mass": [[1.0, "a"], [0.0, 1.0]]}, "mass must be numbers"),
+        ({"damping": np.zeros((3, 3))}, r"damping has shape \(3, 3\)"),
+        ({"damping": [[0.0, np.inf], [0.0, 0.0]]}, r"damping\[0, 1\] is inf"),
+        ({"stiffness": np.array([[1.0, -1.0], [0.0, 1.0]])}, "stiffness is not symmetric"),
+        ({"influence": np.ones(3)}, "influence has shape"),
+        ({"influence": "x"}, "influence must be numbers"),
+        ({"base": 2}, "accepted: different dofs, 0 to 1"),
+        ({"base": (0, 0)}, "different dofs"),
+        ({"base": "bottom"}, "base must be numbers"),
+        ({"names": ["a", "a"]}, "twice"),
+        ({"names": ["a"]}, "shape"),
+        ({"drift_rows": [[1.0, 0.0, 0.0]]}, "drift_rows has shape"),
+        ({"heights": [3.0, 3.0]}, "heights has shape"),
+    ],
+)
+def test_refuses(arguments, message):
+    with pytest.raises(InputError, match=message) as refused:
+        from_matrices(**({"mass": M, "damping": C, "stiffness": K} | arguments))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"base_mass": -1.0}, "mass of 'base' is -1 kg"),
+        ({"rigid_motion": np.ones((2, 2))}, "rigid_motion has shape"),
+        ({"shaken": (1,)}, "base dofs, 0 to 0"),
+        ({"shaken": ()}, "base dofs"),
+        ({"base_mass": np.ones((1, 2))}, "base_mass has shape"),
+    ],
+)
+def test_fixed_base_refuses(arguments, message):
+    with pytest.raises(InputError, match=message):
+        from_fixed_base(M, C, K, **({"base_mass": 1.0} | arguments))
+
+
+def test_read_matrices(tmp_path, shared_data):
+    file = shared_data / "engine_reference" / "building.npz"
+    building = read_matrices(file)
+    np.testing.assert_allclose(building.stiffness, reference().stiffness, rtol=1e-12)
+    assert building.name == "building" and building.names[1] == "floor1"
+    own = tmp_path / "tower.npz"
+    np.savez(own, M=M, C=C, K=K, influence=np.array([1.0, 1.0]), base=np.array([0]))
+    assert read_matrices(own, name="tower 2").name == "tower 2"
+
+
+def test_bad_files(tmp_path):
+    file = tmp_path / "tower.npz"
+    cases = [
+        ({"M": M, "K": K}, "tower.npz: array 'C' is missing"),
+        ({"M": M, "C": C, "K": K, "influense": np.ones(2)}, "looks like 'influence'"),
+        ({"M": -M, "C": C, "K": K}, "tower.npz: mass of 'base' is -2 kg"),
+        ({"M": np.array([{}], dtype=object), "C": C, "K": K}, "tower.npz: not a NumPy"),
+    ]
+    for arrays, message in cases:
+        np.savez(file, **arrays)
+        with pytest.raises(InputError, match=message):
+            read_matrices(file)
+    with pytest.raises(InputError, match="no such file"):
+        read_matrices(tmp_path / "missing.npz")
+    for name, content in (
+        ("text.npz", b"not a zip"),
+        ("empty.npz", b""),
+        ("cut.npz", b"PK\x03\x04"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=f"{name}: not a NumPy"):
+            read_matrices(tmp_path / name)
+    np.save(tmp_path / "one.npy", M)
+    with pytest.raises(InputError, match=r"one.npy: not a NumPy .npz"):
+        read_matrices(tmp_path / "one.npy")
