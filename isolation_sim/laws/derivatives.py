@@ -91,3 +91,48 @@ def force_is_affine_in_current(law: Law, dependence: CurrentDependence) -> bool:
     force = law.force(x, v, tuple(states), one_piece.at(current))
     curvature = casadi.jacobian(casadi.jacobian(force, current), current)
     return curvature.nnz() == 0 or bool(casadi.simplify(curvature).is_zero())
+
+
+@lru_cache(maxsize=64)
+def _energy_gradient(law: Law, dependence: CurrentDependence) -> Any:
+    """CasADi function: x, current, states -> gradient of the stored energy by each."""
+    import casadi
+
+    assert law.stored_energy is not None
+    x, current, *states = arguments = symbols(["x", "current", *law.state_names])
+    energy = law.stored_energy(x, tuple(states), dependence.at(current))
+    return casadi.Function("energy_gradient", arguments, [casadi.gradient(energy, a) for a in arguments])
+
+
+def energy_gradients(
+    law: Law, dependence: CurrentDependence, x: np.ndarray, states: Sequence, current: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, ...], np.ndarray]:
+    """Derivatives of a law's stored energy.
+
+    Parameters
+    ----------
+    law : Law
+        A law with a stored-energy function.
+    dependence : CurrentDependence
+        Its parameters against the current, in the law's order.
+    x : numpy.ndarray, shape (n,), m
+        Deformation.
+    states : sequence of numpy.ndarray, shape (n,)
+        Internal states.
+    current : numpy.ndarray, shape (n,), A
+        Coil current.
+
+    Returns
+    -------
+    by_x : numpy.ndarray, shape (n,), N
+        Derivative by the deformation.
+    by_states : tuple of numpy.ndarray, shape (n,)
+        Derivative by each state, J per unit of the state.
+    by_current : numpy.ndarray, shape (n,), J/A
+        Derivative by the current.
+    """
+    rows = [np.asarray(a, float)[np.newaxis] for a in (x, current, *states)]
+    by_x, by_current, *by_states = (
+        np.asarray(row).ravel() for row in _energy_gradient(law, dependence).call(rows)
+    )
+    return by_x, tuple(by_states), by_current

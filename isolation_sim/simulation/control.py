@@ -1,0 +1,168 @@
+"""What stands between a controller and the plant: sensors, timing, the coil driver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..structures import IsolatedStructure
+
+
+@dataclass(frozen=True)
+class CoilDriver:
+    """Turns a commanded current into the coil's: rate = clip((command - i) / lag, +-slew).
+
+    Attributes
+    ----------
+    lag : float
+        Time constant of the coil and its supply, s; 0 for an ideal supply.
+    slew : float
+        Largest rate of the current, A/s.
+    low, high : float or None
+        Limits of the supply, A; None for the range in which the device's law is meaningful.
+    initial : float
+        Current before the first command, A.
+    """
+
+    lag: float = 0.0
+    slew: float = np.inf
+    low: float | None = None
+    high: float | None = None
+    initial: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value, accepted in (
+            ("lag", self.lag >= 0 and np.isfinite(self.lag), "0 s or more"),
+            ("slew", self.slew > 0, "above 0 A/s"),
+        ):
+            if not value:
+                raise InputError(f"coil driver: {name} is {getattr(self, name)}; accepted: {accepted}")
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What a controller sees of the plant.
+
+    Attributes
+    ----------
+    noise : mapping of str to float
+        Standard deviation of white noise, by output name (``"floor5_acceleration_m_s2"``) or by
+        quantity (``"acceleration_m_s2"``), in that unit.
+    delay : float
+        Age of a measurement when it reaches the controller, s.
+    sampling : float or None
+        Interval at which sensors sample, s; None for as often as the controller asks.
+    seed : int
+        Seed of the noise.
+    """
+
+    noise: Mapping[str, float] = field(default_factory=dict)
+    delay: float = 0.0
+    sampling: float | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.delay >= 0:
+            raise InputError(f"sensors: delay is {self.delay} s; accepted: 0 or more")
+        if self.sampling is not None and not self.sampling > 0:
+            raise InputError(f"sensors: sampling is {self.sampling} s; accepted: above 0")
+        for name, value in self.noise.items():
+            if not value >= 0:
+                raise InputError(f"sensors: noise of {name} is {value}; accepted: 0 or more")
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Commands that are known before the run.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Instants from which the commands hold, s, increasing from 0.
+    current : (n, n_channels) array
+        Commands, A.
+    """
+
+    time: NDArray
+    current: NDArray
+
+
+@dataclass(frozen=True)
+class CompiledDecision:
+    """A controller's decision in compiled code, called from inside the compiled loop.
+
+    Attributes
+    ----------
+    address : int
+        Of a C function ``(t, measured*, settings*, memory*, command*, sizes*)``: doubles and, last,
+        the int64 lengths of the four arrays.
+    settings : (n_settings,) array
+        Constants of the controller.
+    memory : (n_memory,) array
+        What it keeps between decisions; its value at the start.
+    keep : object
+        Whatever must stay alive while the address is in use.
+    """
+
+    address: int
+    settings: NDArray
+    memory: NDArray
+    keep: Any
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a controller is told before a run.
+
+    Attributes
+    ----------
+    belief : IsolatedStructure
+        The model that the controller may reason with; not the plant, though it may equal it.
+    period : float
+        Interval between decisions, s.
+    duration : float
+        Length of the run, s.
+    low, high : (n_channels,) array
+        Limits of the supply, A.
+    outputs : tuple of str
+        Names of what it will be given, in order: its ``measures``, then the coil currents.
+    """
+
+    belief: IsolatedStructure
+    period: float
+    duration: float
+    low: NDArray
+    high: NDArray
+    outputs: tuple[str, ...]
+
+
+class Control(Protocol):
+    """What a run asks of a controller; ``controllers.controller.Controller`` provides it."""
+
+    name: str
+    period: float | None
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Names of the outputs that it wants measured."""
+
+    def schedule(self, situation: Situation) -> Schedule | None:
+        """Commands known before the run; None if it decides as it goes."""
+
+    def compiled(self, situation: Situation) -> CompiledDecision | None:
+        """Its decision in compiled code; None if it is plain Python."""
+
+    def reset(self, situation: Situation) -> None:
+        """Forget the last run."""
+
+    def current(self, t: float, measurement: Any) -> Any:
+        """Command from a measurement, a named tuple: one current or one a channel, A."""
+
+
+def instants(period: float, duration: float) -> NDArray:
+    """Decision instants of a run, s: 0, period, 2 period, ... below the duration."""
+    return np.arange(int(np.ceil(duration / period * (1 - 1e-12)))) * period

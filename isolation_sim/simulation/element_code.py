@@ -1,0 +1,253 @@
+"""Write the compiled kernel's work on one element, from the law's arithmetic.
+
+An element's numbers live in one flat float64 array, at ``base + slot * LANES + lane``. The same
+text so serves a single run (one lane) and a batch: lanes side by side, which the compiler turns into
+vector instructions. All quantities are the device's own (deformation, not storey drift): the
+structure's rows and columns carry the scales.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..laws.emit import function_text, straight_line, symbols
+from ..laws.law import Law
+
+_ROOT15 = 15.0**0.5
+NODES = (0.5 - _ROOT15 / 10, 0.5, 0.5 + _ROOT15 / 10)
+"""Gauss points of the unit step."""
+WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
+COLLOCATION = (
+    (5 / 36, 2 / 9 - _ROOT15 / 15, 5 / 36 - _ROOT15 / 30),
+    (5 / 36 + _ROOT15 / 24, 2 / 9, 5 / 36 - _ROOT15 / 24),
+    (5 / 36 + _ROOT15 / 30, 2 / 9 + _ROOT15 / 15, 5 / 36),
+)
+"""Integrals of the Lagrange polynomials from the step's start to each node."""
+END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
+"""State at the end = state at the start + sum of these times (state at node - state at start)."""
+
+COMMON = (
+    "dn0 dn1 dn2 vn0 vn1 vn2 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
+    "k_ref c_ref force_scale force_end defect error roughness change f_start f0 f1 f2"
+).split()
+"""Slots that every law has at the same place: deformation and velocity at the nodes and the end,
+their free response, the reference spring and dashpot, the reciprocal scale of the force, and last
+the residual forces at the nodes, which the law's states at the nodes follow."""
+
+
+def lagrange(nodes: Sequence[float], at: float) -> list[float]:
+    """Values at ``at`` of the Lagrange polynomials through ``nodes``."""
+    weights = []
+    for i, a in enumerate(nodes):
+        others = [b for j, b in enumerate(nodes) if j != i]
+        weights.append(float(np.prod([(at - b) / (a - b) for b in others])))
+    return weights
+
+
+def _sum(coefficients: Sequence[float], names: Sequence[str]) -> str:
+    return " + ".join(f"{c!r} * {n}" for c, n in zip(coefficients, names, strict=True))
+
+
+class ElementCode:
+    """Slots and functions of one law's elements.
+
+    Parameters
+    ----------
+    law : Law
+        The law to write out.
+    tag : int
+        Number that the written functions carry in their names.
+    alone : bool
+        Whether the structure has this one element: then nothing is added to its free response
+        before its own force.
+    """
+
+    def __init__(self, law: Law, tag: int, alone: bool):
+        self.law, self.tag, self.alone = law, tag, alone
+        n = len(law.states)
+        self.states = [f"s{i}" for i in range(n)]
+        self.parameters = [f"p{k}" for k in range(len(law.parameters))]
+        x, v = symbols(["x", "v"])
+        s, p = tuple(symbols(self.states)), tuple(symbols(self.parameters))
+        inputs = {"x": x, "v": v}
+        inputs |= dict(zip(self.states + self.parameters, s + p, strict=True))
+        self.hoisted, self.kept, self.statements, self.results = straight_line(
+            inputs, [law.force(x, v, s, p), *law.rates(x, v, s, p)], hoist=self.parameters
+        )
+        self.derived = [q for q in self.kept if q not in self.parameters]
+        self.start = [f"start{i}" for i in range(n)]
+        self.end = [f"end{i}" for i in range(n)]
+        self.scale = [f"scale{i}" for i in range(n)]
+        self.slots = [*COMMON, *(f"{s}_{j}" for s in self.states for j in range(3))]
+        self.slots += self.start + self.end + self.scale
+        # three nodes and the end of the step: each has its own current while the coil moves
+        self.slots += [f"{q}_{j}" for j in range(4) for q in self.parameters]
+        self.slots += [f"{q}_{j}" for j in range(4) for q in self.derived]
+
+    def at(self, name: str) -> str:
+        """The array element that holds a slot."""
+        return f"w[b + {self.slots.index(name)} * LANES]"
+
+    def load(self, *names: str) -> list[str]:
+        """Statements that read slots into variables of the same names."""
+        return [f"{n} = {self.at(n)}" for n in names]
+
+    def put(self, slot: str, value: str) -> str:
+        """Statement that writes a slot, in the lanes that take part: a select, not a branch."""
+        return f"{self.at(slot)} = {value} if on else {self.at(slot)}"
+
+    def store(self, *names: str) -> list[str]:
+        """Statements that write variables into their slots."""
+        return [self.put(n, n) for n in names]
+
+    def respond(self, x: str, v: str, states: Sequence[str], j: int) -> str:
+        """Call of the law at node ``j``: force, then rates."""
+        arguments = [x, v, *states, *(f"{q}_{j}" for q in self.kept)]
+        return f"respond_{self.tag}({', '.join(arguments)})"
+
+    def text(self) -> str:
+        """All functions of this law, as Numba source."""
+        parts = {
+            "respond": (", ".join(["x", "v", *self.states, *self.kept]), self._respond()),
+            "prepare_held": ("w, b, on", self._prepare([0], copies=[1, 2, 3])),
+            "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
+            "sweep": ("w, b, h, table, at, on", self._sweep()),
+            "finish": ("w, b, h, table, at, on", self._finish()),
+            "inside": ("w, b, tau, states, at, on", self._inside()),
+            "accept": ("w, b, states, at, on", self._accept()),
+            "restart": ("w, b, on", self._restart()),
+            "probe": ("w, b, on", self._probe()),
+        }
+        return "\n\n".join(
+            function_text(f"{name}_{self.tag}", arguments, body)
+            for name, (arguments, body) in parts.items()
+        )
+
+    def _respond(self) -> list[str]:
+        return [*self.statements, f"return ({', '.join(self.results)},)"]
+
+    def _prepare(self, nodes: list[int], copies: list[int]) -> list[str]:
+        """Expressions of the parameters alone, at these nodes; the copies get the last one's."""
+        body = []
+        for j in nodes:
+            body += [f"{p} = {self.at(f'{p}_{j}')}" for p in self.parameters]
+            body += self.hoisted
+            body += [self.put(f"{q}_{j}", f"{q}") for q in self.derived]
+        for j in copies:
+            body += [self.put(f"{q}_{j}", f"{q}") for q in self.parameters + self.derived]
+        return body or ["pass"]
+
+    def _row(self, r: int, forces: Sequence[str]) -> str:
+        """Row r of the response to the element's own nodal forces, on top of what is there."""
+        given = self.at(f"free{r}" if self.alone else COMMON[r])
+        own = " + ".join(f"table[at + {8 * k + r} * LANES] * {f}" for k, f in enumerate(forces))
+        return f"{given} + {own}"
+
+    def _sweep(self) -> list[str]:
+        """One fixed-point sweep: response to the forces, rates, states, forces."""
+        forces = ["f0", "f1", "f2"]
+        body = self.load(*forces, "force_scale", "k_ref", "c_ref", "change")
+        for j in range(3):
+            body += [f"d{j} = {self._row(j, forces)}", f"v{j} = {self._row(j + 3, forces)}"]
+            body += self.load(*(f"{q}_{j}" for q in self.kept))
+            body += self.load(*(f"{s}_{j}" for s in self.states))
+            if self.states:
+                call = self.respond(f"d{j}", f"v{j}", [f"{s}_{j}" for s in self.states], j)
+                body.append(f"r{j} = {call}")
+        body += self.load(*self.start, *self.scale)
+        for i, s in enumerate(self.states):
+            for j in range(3):
+                integral = _sum(COLLOCATION[j], [f"r{k}[{i + 1}]" for k in range(3)])
+                body.append(f"new_{s}_{j} = start{i} + h * ({integral})")
+                body.append(self.put(f"{s}_{j}", f"new_{s}_{j}"))
+            moved = " + ".join(f"abs(new_{s}_{j} - {s}_{j})" for j in range(3))
+            body.append(f"change = change + ({moved}) * scale{i}")
+        for j in range(3):
+            call = self.respond(f"d{j}", f"v{j}", [f"new_{s}_{j}" for s in self.states], j)
+            body.append(f"new_f{j} = {call}[0] - k_ref * d{j} - c_ref * v{j}")
+            body.append(self.put(f"f{j}", f"new_f{j}"))
+        moved = " + ".join(f"abs(new_f{j} - f{j})" for j in range(3))
+        body.append(f"change = change + ({moved}) * force_scale")
+        return body + self.store("change")
+
+    def _finish(self) -> list[str]:
+        """States and force at the end; how far the force polynomial misses both ends.
+
+        The misses' odd part is of third order in the step and orthogonal to what moves the
+        response; the first term that does move it is of sixth order. Its size is guessed from how
+        fast the orders fall: roughness, the even part (fourth order) over the odd one.
+        """
+        forces = ["f0", "f1", "f2"]
+        body = self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", *self.start)
+        body += [f"d_end = {self._row(6, forces)}", f"v_end = {self._row(7, forces)}"]
+        body += self.load(*(f"{q}_3" for q in self.kept))
+        for i, s in enumerate(self.states):
+            body += self.load(*(f"{s}_{j}" for j in range(3)))
+            steps = [f"({s}_{j} - start{i})" for j in range(3)]
+            body.append(f"end{i} = start{i} + {_sum(END_FROM_NODES, steps)}")
+        body.append(f"force_end = {self.respond('d_end', 'v_end', self.end, 3)}[0]")
+        at_start, at_end = (_sum(lagrange(NODES, t), forces) for t in (0.0, 1.0))
+        body.append(f"late = force_end - k_ref * d_end - c_ref * v_end - ({at_end})")
+        body.append(f"early = f_start - ({at_start})")
+        body.append("odd, even = abs(late - early), abs(late + early)")
+        body.append("defect = (odd + even) * force_scale")
+        body += self.load("roughness")
+        body.append("roughness = min(max(even / (odd + TINY), 0.5 * roughness), 1.0)")
+        body.append("error = defect * roughness * roughness")
+        return body + self.store(
+            *self.end, "d_end", "v_end", "force_end", "defect", "error", "roughness"
+        )
+
+    def _inside(self) -> list[str]:
+        """States at a fraction tau of the step, from the collocation polynomial, into history."""
+        body = []
+        nodes = [0.0, *NODES]
+        for m, a in enumerate(nodes):
+            others = [c for c in nodes if c != a]
+            scale = float(np.prod([a - c for c in others]))
+            product = " * ".join(f"(tau - {c!r})" for c in others)
+            body.append(f"weight{m} = {product} * {1.0 / scale!r}")
+        for i, s in enumerate(self.states):
+            names = [f"start{i}", *(f"{s}_{j}" for j in range(3))]
+            body += self.load(*names)
+            value = " + ".join(f"weight{m} * {n}" for m, n in enumerate(names))
+            place = f"states[at + {i} * LANES]"
+            body.append(f"{place} = {value} if on else {place}")
+        return body if self.states else ["pass"]
+
+    def _accept(self) -> list[str]:
+        """Move to the step's end; extrapolate the next step's first guess."""
+        body = self.load("f0", "f1", "f2", "force_end", "k_ref", "c_ref", "d_end", "v_end")
+        body += self.load("force_scale")
+        body.append("f_start = force_end - k_ref * d_end - c_ref * v_end")
+        for j in range(3):
+            weights = lagrange([*NODES, 1.0], 1.0 + NODES[j])
+            body.append(self.put(f"f{j}", f"{_sum(weights, ['f0', 'f1', 'f2', 'f_start'])}"))
+        body.append("force_scale = min(force_scale, 1.0 / (abs(force_end) + TINY))")
+        for i, s in enumerate(self.states):
+            names = [f"start{i}", *(f"{s}_{j}" for j in range(3))]
+            body += self.load(*names, f"end{i}", f"scale{i}")
+            for j in range(3):
+                guess = _sum(lagrange([0.0, *NODES], 1.0 + NODES[j]), names)
+                body.append(self.put(f"{s}_{j}", f"{guess}"))
+            body.append(self.put(f"start{i}", f"end{i}"))
+            place = f"states[at + {i} * LANES]"
+            body.append(f"{place} = end{i} if on else {place}")
+            body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
+        return body + self.store("f_start", "force_scale", *self.scale)
+
+    def _restart(self) -> list[str]:
+        """First guess after a change of step length: everything stays as at the start."""
+        body = self.load("f_start", *self.start)
+        body += [self.put(f"f{j}", f"f_start") for j in range(3)]
+        for i, s in enumerate(self.states):
+            body += [self.put(f"{s}_{j}", f"start{i}") for j in range(3)]
+        return body
+
+    def _probe(self) -> list[str]:
+        """Force at the present state, after the current has changed."""
+        body = self.load("d_end", "v_end", *self.start, *(f"{q}_0" for q in self.kept))
+        body.append(f"force_end = {self.respond('d_end', 'v_end', self.start, 0)}[0]")
+        return body + self.store("force_end")

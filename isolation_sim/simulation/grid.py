@@ -1,0 +1,111 @@
+"""The time grid: a record's samples and a controller's instants, cut into windows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_INTERVALS = 4
+"""Most grid intervals that one step may span."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Grid points and windows of a run.
+
+    Attributes
+    ----------
+    time : (n_points,) array
+        Grid points, s.
+    samples : (n_samples,) int array
+        Grid point of each sample of the record.
+    windows : (n_windows + 1, 3) int array
+        First grid point, class and number of intervals of each window; the last row closes.
+    spans : (n_classes,) array
+        Length of a class of windows, s.
+    intervals : (n_classes,) int array
+        Number of grid intervals of a class of windows.
+    events : (n_windows, 3) int array
+        Number of the measurement taken, of the decision made and of the command that begins at
+        the window's start; -1 for none.
+    """
+
+    time: NDArray
+    samples: NDArray
+    windows: NDArray
+    spans: NDArray
+    intervals: NDArray
+    events: NDArray
+
+
+def make_grid(
+    n_samples: int,
+    dt: float,
+    sensed: NDArray | None = None,
+    decided: NDArray | None = None,
+    begun: NDArray | None = None,
+) -> Grid:
+    """Merge a record's samples with the instants of measurements, decisions and commands.
+
+    Parameters
+    ----------
+    n_samples : int
+        Number of samples of the record.
+    dt : float
+        Its interval, s.
+    sensed, decided, begun : (n,) array, optional
+        Instants, s, in increasing order; the k-th command is decided from the k-th measurement.
+
+    Returns
+    -------
+    Grid
+    """
+    end = (n_samples - 1) * dt
+    kinds = [np.empty(0) if t is None else np.asarray(t, float) for t in (sensed, decided, begun)]
+    kinds = [t[t < end * (1 - 1e-12)] for t in kinds]
+    # instants closer than a millionth of a sample are one
+    unit = dt * 1e-6
+    ticks = np.round(np.arange(n_samples) * dt / unit).astype(np.int64)
+    event_ticks = [np.round(t / unit).astype(np.int64) for t in kinds]
+    points = np.unique(np.concatenate([ticks, *event_ticks]))
+    stops = np.zeros(len(points), bool)
+    stops[0] = stops[-1] = True
+    for t in event_ticks:
+        stops[np.searchsorted(points, t)] = True
+    lengths = np.diff(points)
+    # a change of spacing (an instant between samples) also ends a window
+    stops[1:-1] |= lengths[1:] != lengths[:-1]
+    first, count = _cut(np.flatnonzero(stops))
+    keys, kind = np.unique(np.stack([lengths[first], count], 1), axis=0, return_inverse=True)
+    windows = np.column_stack([first, kind.ravel(), count])
+    windows = np.vstack([windows, [len(points) - 1, 0, 0]]).astype(np.int64)
+    events = np.full((len(first), 3), -1, np.int64)
+    for column, t in enumerate(event_ticks):
+        events[np.searchsorted(first, np.searchsorted(points, t)), column] = np.arange(len(t))
+    return Grid(
+        time=points * unit,
+        samples=np.searchsorted(points, ticks),
+        windows=windows,
+        spans=keys[:, 0] * keys[:, 1] * unit,
+        intervals=keys[:, 1].astype(np.int64),
+        events=events,
+    )
+
+
+def _cut(stops: NDArray) -> tuple[NDArray, NDArray]:
+    """Cut the stretches between stops into windows of a power of two of intervals."""
+    first: list[NDArray] = []
+    count: list[NDArray] = []
+    start, left = stops[:-1].copy(), np.diff(stops)
+    size = MOST_INTERVALS
+    while size:
+        whole = left // size
+        number = np.arange(whole.sum()) - np.repeat(np.cumsum(whole) - whole, whole)
+        first.append(np.repeat(start, whole) + number * size)
+        count.append(np.full(len(number), size))
+        start, left = start + whole * size, left - whole * size
+        size //= 2
+    order = np.argsort(np.concatenate(first))
+    return np.concatenate(first)[order], np.concatenate(count)[order]

@@ -1,0 +1,336 @@
+"""The energy ledger of a run: where the energy came from and where it went.
+
+Every term is integrated by itself, from the run's own piecewise solution: the modes are propagated
+exactly to the Gauss points of each grid interval (or of each step, where steps are smaller), the
+device states are read off their collocation polynomials, and the powers are summed there. So the
+balance
+
+    input + field work = kinetic + strain + device's stored + structural damping + device's loss
+
+is a check of the integration, and its mismatch is reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws.derivatives import energy_gradients
+from .element_code import NODES, WEIGHTS
+from .result import coil_current, currents_at
+
+if TYPE_CHECKING:
+    from .result import Run
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Energies of a run over time, J; totals since the start, except for the three stored ones.
+
+    Attributes
+    ----------
+    time : (n_samples,) array
+        s.
+    input_J : (n_samples,) array
+        Work of the ground on the structure, relative motion: -int q'^T M r a_g dt.
+    kinetic_J, strain_J : (n_samples,) array
+        Present kinetic energy of the relative motion and strain energy of the structure.
+    structural_damping_J : (n_samples,) array
+        Energy lost in the structure's damping.
+    device_stored_J : (n_samples,) array
+        Present stored energy of the devices.
+    device_dissipation_J : (n_samples,) array
+        Energy lost in the devices.
+    field_work_J : (n_samples,) array
+        Work that changing the current did on the devices' stored energy.
+    closure_error : float
+        Largest mismatch of the balance over the peak of the input.
+    """
+
+    time: NDArray
+    input_J: NDArray
+    kinetic_J: NDArray
+    strain_J: NDArray
+    structural_damping_J: NDArray
+    device_stored_J: NDArray
+    device_dissipation_J: NDArray
+    field_work_J: NDArray
+    closure_error: float
+
+    @property
+    def final(self) -> dict[str, float]:
+        """Values at the end of the run, J."""
+        return {
+            name: float(getattr(self, name)[-1])
+            for name in self.__dataclass_fields__
+            if name.endswith("_J")
+        }
+
+
+def ledger(run: Run) -> Ledger:
+    """Energy ledger of a run.
+
+    Parameters
+    ----------
+    run : Run
+        A run that kept its steps.
+
+    Returns
+    -------
+    Ledger
+    """
+    pieces = _Pieces(run)
+    structure = run.isolated.structure
+    n = structure.n_dofs
+    shapes = run.modes.shapes
+    n_points = len(run.grid.time)
+    power = np.zeros((3, len(pieces.first)))  # input, damping, device loss
+    field_work = np.zeros(len(pieces.first))
+    for c, weight in pieces.quadrature():
+        z, states, current, rate, ground = pieces.at(c)
+        velocity = (z @ shapes[n:].T).real
+        inertia = structure.mass @ structure.influence
+        power[0] -= weight * np.einsum("td,td->t", velocity @ inertia, ground)
+        power[1] += weight * np.einsum("ti,ij,tj->t", velocity, structure.damping, velocity)
+        for e, element in enumerate(run.isolated.elements):
+            x, v = ((z @ row).real for row in run.modes.deformation[e])
+            loss, field = _device_powers(element, x, v, states[e], current, rate)
+            power[2] += weight * loss
+            field_work += weight * field
+    power *= pieces.length
+    field_work *= pieces.length
+    totals = np.zeros((4, n_points))
+    for k, values in enumerate((*power, field_work)):
+        totals[k, 1:] = np.cumsum(np.bincount(pieces.interval, values, minlength=n_points - 1))
+    stored, jumps = _stored(run)
+    totals[3] += np.cumsum(jumps)
+    state = run.modal @ np.concatenate([shapes.real, -shapes.imag], axis=1).T
+    q, v = state[:, :n], state[:, n:]
+    kinetic = 0.5 * np.einsum("ti,ij,tj->t", v, structure.mass, v)
+    strain = 0.5 * np.einsum("ti,ij,tj->t", q, structure.stiffness, q)
+    total_in, damping, loss, field = totals
+    mismatch = total_in + field - (kinetic + strain + stored + damping + loss)
+    samples = run.grid.samples
+    return Ledger(
+        time=run.time,
+        input_J=total_in[samples],
+        kinetic_J=kinetic[samples],
+        strain_J=strain[samples],
+        structural_damping_J=damping[samples],
+        device_stored_J=stored[samples],
+        device_dissipation_J=loss[samples],
+        field_work_J=field[samples],
+        closure_error=float(np.abs(mismatch).max() / max(np.abs(total_in).max(), 1e-300)),
+    )
+
+
+def _device_powers(
+    element, x: NDArray, v: NDArray, states: tuple, current: NDArray, rate: NDArray
+) -> tuple[NDArray, NDArray]:
+    """Loss and field power of one device, in the structure's scale, W."""
+    device = element.device
+    i = current[:, element.channel] if element.channel is not None else np.zeros_like(x)
+    di = rate[:, element.channel] if element.channel is not None else np.zeros_like(x)
+    parameters = device.parameters_at(i)
+    scale = device.force_scale * device.length
+    power = device.law.force(x, v, states, parameters) * v
+    if not device.stores_energy:
+        return scale * power, np.zeros_like(x)
+    by_x, by_states, by_current = energy_gradients(device.law, device.current, x, states, i)
+    rates = device.law.rates(x, v, states, parameters)
+    stored_rate = by_x * v + sum(g * r for g, r in zip(by_states, rates, strict=True))
+    return scale * (power - stored_rate), scale * by_current * di
+
+
+def _stored(run: Run) -> tuple[NDArray, NDArray]:
+    """Devices' stored energy at the grid points and what jumps of the current added there, J."""
+    n_points = len(run.grid.time)
+    stored, jumps = np.zeros(n_points), np.zeros(n_points)
+    before = _currents_before(run)
+    states = run.work.states[:n_points, :, :, 0]
+    for e, element in enumerate(run.isolated.elements):
+        device = element.device
+        if not device.stores_energy:
+            continue
+        row = run.modes.deformation[e, 0]
+        x = (run.modal @ np.concatenate([row.real, -row.imag])) * device.length
+        s = tuple(states[:, e, k] for k in range(len(device.law.states)))
+        channel = element.channel
+        now, then = (
+            (np.zeros(n_points),) * 2
+            if channel is None
+            else (run.grid_current[:, channel], before[:, channel])
+        )
+        energy = device.stored_energy(x, s, now)
+        stored += energy
+        changed = now != then
+        jumps[changed] += energy[changed] - device.stored_energy(
+            x[changed], tuple(v[changed] for v in s), then[changed]
+        )
+    return stored, jumps
+
+
+def _currents_before(run: Run) -> NDArray:
+    """Coil currents at the grid points, just before any change there, A."""
+    work, grid = run.work, run.grid
+    n_channels = run.isolated.n_channels
+    before = currents_at(work, n_channels, 0).copy()
+    first, span = grid.windows[:-1, 0], grid.spans[grid.windows[:-1, 1]]
+    ends = coil_current(
+        work.coil_history[:, :n_channels, 0], work.command[first, :n_channels, 0],
+        work.driver[:n_channels, 0, 0], work.driver[:n_channels, 1, 0], span[:, None],
+    )
+    before[first[1:]] = ends[:-1]
+    before[0] = run.grid_current[0]
+    return before
+
+
+class _Pieces:
+    """The run's smooth pieces: a grid interval, or a step where steps are smaller.
+
+    On a piece the ground is linear, the elements' forces on the structure are quadratics and the
+    device states cubics.
+    """
+
+    def __init__(self, run: Run):
+        self.run = run
+        grid, work = run.grid, run.work
+        windows, kinds = grid.windows[:-1, 0], grid.windows[:-1, 1]
+        intervals = grid.windows[:-1, 2]
+        n_steps = 2 ** work.levels[:, 0].astype(int)
+        span = grid.spans[kinds]
+        # one row a step
+        window = np.repeat(np.arange(len(windows)), n_steps)
+        number = np.arange(n_steps.sum()) - np.repeat(np.cumsum(n_steps) - n_steps, n_steps)
+        step_start = number / n_steps[window] * intervals[window]  # in grid intervals
+        step_size = intervals[window] / n_steps[window]
+        # one row a piece
+        per_step = np.maximum(intervals // n_steps, 1)[window]
+        step = np.repeat(np.arange(len(window)), per_step)
+        within = np.arange(per_step.sum()) - np.repeat(np.cumsum(per_step) - per_step, per_step)
+        start = step_start[step] + within
+        piece_size = np.minimum(step_size[step], 1.0)
+        w = window[step]
+        delta = (span / intervals)[w]
+        self.length = piece_size * delta
+        self.interval = (windows[w] + np.floor(start + 1e-9)).astype(int)
+        self.first = windows[w]
+        self.from_window = start * delta
+        self.offset = start - np.floor(start + 1e-9)  # in the grid interval
+        self.size = piece_size
+        self.tau0 = within / np.maximum(step_size[step], 1.0)
+        self.tau1 = piece_size / step_size[step]
+        self.window = w
+        self._read_steps(step, within)
+
+    def _read_steps(self, step: NDArray, within: NDArray) -> None:
+        run, module = self.run, self.run.work.module
+        n_modes = run.modes.eigenvalues.size
+        steps = run.work.steps[: run.work.step_count[0]]
+        width = 3 + 4 * module.N_STATES
+        n_pad = (steps.shape[1] - module.N_ELEMENTS * width) // 2
+        z = steps[:, :n_modes] + 1j * steps[:, n_pad : n_pad + n_modes]
+        inner = run.modal[:, :n_modes] + 1j * run.modal[:, n_modes:]
+        self.z = np.where((within == 0)[:, None], z[step], inner[self.interval])
+        # an element's numbers: forces at the nodes, states at the nodes, states at the start
+        self.elements = steps[step, 2 * n_pad :].reshape(len(step), module.N_ELEMENTS, width)
+
+    def quadrature(self) -> Iterator[tuple[NDArray, NDArray]]:
+        """Fractions of every piece and their weights; a piece is cut where a slew limit ends."""
+        work, n = self.run.work, self.run.isolated.n_channels
+        lag, slew = work.driver[:n, 0, 0], work.driver[:n, 1, 0]
+        gap = np.abs(work.command[self.first, :n, 0] - work.coil_history[self.window, :n, 0])
+        limited = np.isfinite(slew)
+        lag, slew = lag[limited], slew[limited]
+        ends = np.maximum(gap[:, limited] - slew * lag, 0.0) / slew
+        inner = (ends - self.from_window[:, None]) / self.length[:, None]
+        one = np.ones((len(self.length), 1))
+        cuts = np.sort(np.concatenate([0 * one, np.clip(inner, 0, 1), one], axis=1), axis=1)
+        for low, high in zip(cuts.T[:-1], cuts.T[1:], strict=True):
+            for c, weight in zip(NODES, WEIGHTS, strict=True):
+                yield low + (high - low) * c, weight * (high - low)
+
+    def at(self, c: NDArray) -> tuple:
+        """Modes, states, currents, their rates and the ground at a fraction c of every piece."""
+        run, grid, modes = self.run, self.run.grid, self.run.modes
+        t = c * self.length
+        phi = _phi(modes.eigenvalues * t[:, None])
+        integral = [
+            t[:, None] * phi[1],
+            (c * t)[:, None] * phi[2],
+            2 * (c * c * t)[:, None] * phi[3],
+        ]
+        a0 = run.work.ground[self.interval, :, 0]
+        slope = run.work.ground[self.interval + 1, :, 0] - a0
+        low = a0 + slope * self.offset[:, None]
+        rise = slope * self.size[:, None]
+        z = self.z * phi[0] + (low @ modes.ground) * integral[0] + (rise @ modes.ground) * integral[1]
+        p = np.linalg.inv(np.vander(NODES, increasing=True))
+        for e in range(len(modes.force)):
+            f0, f1, f2 = (p @ self.elements[:, e, :3].T)[:, :, None]
+            a, b = self.tau0[:, None], self.tau1[:, None]
+            push = (
+                (f0 + f1 * a + f2 * a * a) * integral[0]
+                + (f1 + 2 * f2 * a) * b * integral[1]
+                + f2 * b * b * integral[2]
+            )
+            z = z + push * modes.force[e]
+        tau = self.tau0 + c * self.tau1
+        states = self._states(tau)
+        current, rate = self._currents(self.from_window + t)
+        return z, states, current, rate, low + c[:, None] * rise
+
+    def _states(self, tau: NDArray) -> list[tuple]:
+        nodes = np.array([0.0, *NODES])
+        weights = np.array(
+            [
+                np.prod([(tau - b) / (a - b) for b in nodes if b != a], axis=0)
+                for a in nodes
+            ]
+        )
+        result = []
+        for e, element in enumerate(self.run.isolated.elements):
+            n = len(element.device.law.states)
+            numbers = self.elements[:, e, 3:]
+            result.append(
+                tuple(
+                    weights[0] * numbers[:, 3 * n + k]
+                    + np.einsum("tj,jt->t", numbers[:, 3 * k : 3 * k + 3], weights[1:])
+                    for k in range(n)
+                )
+            )
+        return result
+
+    def _currents(self, t: NDArray) -> tuple[NDArray, NDArray]:
+        work, n = self.run.work, self.run.isolated.n_channels
+        start = work.coil_history[self.window, :n, 0]
+        command = work.command[self.first, :n, 0]
+        lag, slew = work.driver[:n, 0, 0], work.driver[:n, 1, 0]
+        current = coil_current(start, command, lag, slew, t[:, None])
+        gap = command - current
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.where(lag > 0, gap / lag, np.sign(gap) * np.inf)
+        return current, np.where(gap == 0, 0.0, np.clip(rate, -slew, slew))
+
+
+def _phi(z: NDArray) -> list[NDArray]:
+    """phi_k(z) = sum_n z^n / (n + k)! for k = 0..3."""
+    small = np.abs(z) < 1.0
+    s = np.where(small, z, 0.0)
+    term = np.full(z.shape, 1 / 6, complex)
+    third = term.copy()
+    for n in range(1, 21):
+        term = term * s / (n + 3)
+        third += term
+    large = np.where(small, 1.0, z)
+    exact = np.exp(large)
+    one = (exact - 1) / large
+    two = (one - 1) / large
+    three = np.where(small, third, (two - 0.5) / large)
+    two = np.where(small, 0.5 + s * third, two)
+    one = np.where(small, 1 + s * two, one)
+    return [np.where(small, 1 + s * one, exact), one, two, three]

@@ -1,0 +1,128 @@
+"""The linear structure in complex modes, with the elements' reference springs and dashpots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Modes:
+    """A structure in complex modes: z' = eigenvalues z + columns u, outputs Re(rows z).
+
+    One of each conjugate pair is kept, its rows doubled; real eigenvalues are kept as they are.
+
+    Attributes
+    ----------
+    eigenvalues : (n_modes,) complex array
+        1/s.
+    shapes : (2 n, n_modes) complex array
+        Displacements (m) and velocities (m/s) of the n degrees of freedom from the modes.
+    deformation : (n_elements, 2, n_modes) complex array
+        Each device's deformation (m) and velocity (m/s).
+    ground : (n_directions, n_modes) complex array
+        Modal input of a ground acceleration of 1 m/s^2.
+    force : (n_elements, n_modes) complex array
+        Modal input of a device force of 1 N.
+    stiffness, damping : (n_elements,) array
+        Reference spring (N/m) and dashpot (N s/m) of each device that the modes include.
+    """
+
+    eigenvalues: NDArray
+    shapes: NDArray
+    deformation: NDArray
+    ground: NDArray
+    force: NDArray
+    stiffness: NDArray
+    damping: NDArray
+
+    def packed(self) -> NDArray:
+        """All complex numbers in the kernel's order."""
+        rows = self.deformation.reshape(-1, self.eigenvalues.size)
+        return np.concatenate(
+            [self.eigenvalues, rows.ravel(), self.ground.ravel(), self.force.ravel()]
+        )
+
+
+def modes_of(
+    mass: NDArray,
+    damping: NDArray,
+    stiffness: NDArray,
+    influence: NDArray,
+    directions: NDArray,
+    lengths: NDArray,
+    forces: NDArray,
+    references: NDArray,
+) -> Modes:
+    """Complex modes of M q'' + C q' + K q = -M r a_g - sum b F, reference elements included.
+
+    Parameters
+    ----------
+    mass, damping, stiffness : (n, n) array
+        kg, N s/m, N/m.
+    influence : (n, n_directions) array
+        Ground motion's influence r.
+    directions : (n_elements, n) array
+        Rows b of the elements.
+    lengths, forces : (n_elements,) array
+        Scales: device deformation = b q / length, structure force = scale * device force.
+    references : (n_elements,) complex array
+        Complex stiffness of each device at rest, k + i w c at w = 2 pi (N/m).
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        If the structure can drift away with no element resisting it.
+    """
+    n = len(mass)
+    inverse = np.linalg.inv(mass)
+    b = np.asarray(directions, float).reshape(-1, n)
+    scale = forces / lengths
+    # a mechanism (or an exactly critical damper) has no complete set of modes: the reference
+    # elements are then made a little stiffer, which changes nothing, for their forces are
+    # subtracted from the elements' own
+    for attempt in range(6):
+        k_ref = references.real + attempt * 0.37 * (np.abs(references) + _floor(mass, b, scale))
+        c_ref = references.imag / (2 * np.pi) + attempt * 0.05 * k_ref
+        k = stiffness + b.T @ np.diag(scale * k_ref) @ b
+        c = damping + b.T @ np.diag(scale * c_ref) @ b
+        a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ k, -inverse @ c]])
+        eigenvalues, vectors = np.linalg.eig(a)
+        # balance displacement and velocity rows before judging the modes' independence
+        speed = np.sqrt(np.abs(eigenvalues).max() * np.abs(eigenvalues).mean())
+        weights = np.concatenate([np.full(n, speed), np.ones(n)])
+        if np.linalg.cond(weights[:, None] * vectors) < 1e9:
+            break
+    else:
+        raise InputError(
+            "the structure has no complete set of modes: a part can drift with no stiffness and "
+            "no element resisting it"
+        )
+    left = np.linalg.inv(vectors)
+    tiny = 1e-9 * np.abs(eigenvalues)
+    kept = np.flatnonzero(eigenvalues.imag > -tiny)
+    pair = np.where(eigenvalues[kept].imag > tiny[kept], 2.0, 1.0)
+    shapes = vectors[:, kept] * pair
+    zeros = np.zeros((n, n))
+    measure = b / np.asarray(lengths)[:, None]
+    deformation = np.stack([measure @ shapes[:n], measure @ shapes[n:]], axis=1)
+    on_mass = np.concatenate([zeros, inverse])
+    ground = -(left[kept] @ np.concatenate([np.zeros_like(influence), influence])).T
+    force = -(left[kept] @ on_mass @ (b.T * forces)).T
+    return Modes(eigenvalues[kept], shapes, deformation, ground, force, k_ref, c_ref)
+
+
+def _floor(mass: NDArray, b: NDArray, scale: NDArray) -> NDArray:
+    """Stiffness that would give each element's direction a period of about two seconds."""
+    moved = np.einsum("ei,ij,ej->e", np.abs(b), mass, np.abs(b)) / np.maximum(
+        (b**2).sum(axis=1), 1e-300
+    )
+    return moved * np.pi**2 / scale

@@ -1,0 +1,113 @@
+"""Named outputs of an isolated structure, as rows over modes, device forces and ground motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import unknown_name
+from ..structures import IsolatedStructure
+from .modal import Modes
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """All outputs of a structure in one set of modes.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Name with unit, such as ``floor1_acceleration_m_s2``. Displacements and velocities are
+        relative to the ground, accelerations are absolute.
+    rows : (n_outputs, 2 n_modes + n_elements + n_directions) array
+        Over the modes' real parts, their imaginary parts, device forces (N, device scale) and
+        ground accelerations (m/s^2).
+    """
+
+    names: tuple[str, ...]
+    rows: NDArray
+
+    def select(self, names: Sequence[str]) -> NDArray:
+        """Rows of some outputs, in the order asked for.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Output names.
+
+        Returns
+        -------
+        (len(names), 2 n_modes + n_elements + n_directions) array
+
+        Raises
+        ------
+        InputError
+            If a name is unknown.
+        """
+        index = {name: k for k, name in enumerate(self.names)}
+        for name in names:
+            if name not in index:
+                raise unknown_name("output", name, self.names)
+        return self.rows[[index[name] for name in names]]
+
+
+def output_names(isolated: IsolatedStructure) -> tuple[str, ...]:
+    """Names of all outputs, in the order of ``Outputs.rows``."""
+    structure = isolated.structure
+    names = [f"{dof}_displacement_m" for dof in structure.names]
+    names += [f"{dof}_velocity_m_s" for dof in structure.names]
+    names += [f"{dof}_acceleration_m_s2" for dof in structure.names]
+    names += [f"{storey}_drift_m" for storey in structure.storeys]
+    names += [f"{element}_deformation_m" for element in isolated.element_names]
+    names += [f"{element}_velocity_m_s" for element in isolated.element_names]
+    names += [f"{element}_force_N" for element in isolated.element_names]
+    if len(structure.directions) == 1:
+        names.append("ground_acceleration_m_s2")
+    else:
+        names += [f"ground_{d}_acceleration_m_s2" for d in structure.directions]
+    return tuple(names)
+
+
+def outputs_of(isolated: IsolatedStructure, modes: Modes) -> Outputs:
+    """Rows of all outputs.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        Structure and elements.
+    modes : Modes
+        Its complex modes.
+
+    Returns
+    -------
+    Outputs
+    """
+    structure, n = isolated.structure, isolated.structure.n_dofs
+    n_modes, n_ground = modes.eigenvalues.size, len(structure.directions)
+    scales = np.array([e.device.force_scale for e in isolated.elements])
+    b = isolated.element_rows
+    state = np.concatenate([modes.shapes.real, -modes.shapes.imag], axis=1)
+    displacement, velocity = state[:n], state[n:]
+    inverse = np.linalg.inv(structure.mass)
+    inner = structure.damping @ velocity + structure.stiffness @ displacement
+
+    def rows(on_state: NDArray, on_force: NDArray | None = None) -> NDArray:
+        force = np.zeros((len(on_state), len(b))) if on_force is None else on_force
+        return np.concatenate([on_state, force, np.zeros((len(on_state), n_ground))], axis=1)
+
+    ground = np.zeros((n_ground, 2 * n_modes + len(b) + n_ground))
+    ground[:, 2 * n_modes + len(b) :] = np.eye(n_ground)
+    table = [
+        rows(displacement),
+        rows(velocity),
+        rows(-inverse @ inner, -inverse @ (b.T * scales)),
+        rows(structure.drift_rows @ displacement),
+        rows(b @ displacement),
+        rows(b @ velocity),
+        rows(np.zeros((len(b), 2 * n_modes)), np.diag(scales)),
+        ground,
+    ]
+    return Outputs(output_names(isolated), np.concatenate(table))

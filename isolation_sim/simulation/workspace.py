@@ -1,0 +1,281 @@
+"""The arrays that the compiled kernel works on, for one block of lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws.device import Device
+from .grid import Grid
+from .modal import Modes
+
+N_LEVELS = 15
+"""A window of four samples may be cut into as many as 2**14 steps."""
+
+ERROR_FACTOR = 20.0
+"""Guessed error of a step, in tolerances, that is still accepted; errors of many steps partly
+cancel, and the guess is high for smooth response."""
+
+
+@dataclass
+class Tables:
+    """Propagation coefficients of a structure on a grid; filled by the kernel as it needs them.
+
+    Attributes
+    ----------
+    modes : (n_numbers, lanes) complex array
+        ``Modes.packed`` of each lane.
+    offsets : (n_classes, n_levels) int array
+        Where the coefficients of a class of windows at a level begin in ``table``.
+    table : flat array, lanes innermost
+        The coefficients.
+    built : (n_classes, n_levels) int array
+        Whether they have been filled in.
+    """
+
+    modes: NDArray
+    offsets: NDArray
+    table: NDArray
+    built: NDArray
+
+    @classmethod
+    def empty(cls, module: ModuleType, modes: Sequence[Modes], grid: Grid) -> Tables:
+        """Tables with nothing filled in."""
+        n_modes, lanes = modes[0].eigenvalues.size, module.LANES
+        sub = np.maximum(grid.intervals[:, None] >> np.arange(N_LEVELS), 1)
+        sizes = table_size(module, n_modes, sub)
+        offsets = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes
+        return cls(
+            modes=np.stack([m.packed() for m in modes], axis=1),
+            offsets=offsets,
+            table=np.empty(int(sizes.sum()) * lanes),
+            built=np.zeros(sizes.shape, np.int64),
+        )
+
+
+def padded(module: ModuleType, n_modes: int) -> int:
+    """Number of modes after padding."""
+    return -(-n_modes // module.PAD) * module.PAD
+
+
+def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
+    """Numbers in one step length's coefficients; see ``layout`` in the kernel."""
+    e, g = module.N_ELEMENTS, module.N_GROUND
+    columns = 2 * padded(module, n_modes)
+    rows = 8 * e * (2 * n_modes + g * (n_sub + 1) + 3 * e)
+    return rows + columns * (1 + 2 * g + 3 * e * n_sub)
+
+
+def _in_lanes(values: Any, lanes: int) -> NDArray:
+    return np.repeat(np.asarray(values, float)[..., None], lanes, axis=-1)
+
+
+@dataclass
+class Sensing:
+    """What a controller is given, and when.
+
+    Attributes
+    ----------
+    measure : (n_outputs, 2 n_modes + n_elements + n_directions, lanes) array
+        Output rows.
+    noise : (n_measurements, n_outputs, lanes) array, or empty
+        Noise on each measurement.
+    n_measurements : int
+        Measurements that will be taken.
+    decided : (n_decisions,) array
+        Instants of the decisions, s.
+    measured_for : (n_decisions,) int array
+        The measurement that each decision is based on.
+    function : int
+        Address of a compiled controller; 0 where decisions are made outside.
+    settings, memory : (lanes, n) array
+        Of a compiled controller.
+    """
+
+    measure: NDArray
+    noise: NDArray
+    n_measurements: int
+    decided: NDArray
+    measured_for: NDArray
+    function: int
+    settings: NDArray
+    memory: NDArray
+
+    @classmethod
+    def none(cls, lanes: int) -> Sensing:
+        """No measurement: commands are known before the run."""
+        empty = np.zeros((lanes, 0))
+        nothing = np.zeros((0, 0, lanes))
+        return cls(nothing, nothing, 0, np.zeros(0), np.zeros(0, np.int64), 0, empty, empty)
+
+
+@dataclass
+class Workspace:
+    """State, inputs and results of one block of lanes.
+
+    Parameters
+    ----------
+    module : module
+        Compiled kernel.
+    tables : Tables
+        Coefficients; shared by consecutive runs of one structure on one grid.
+    modes : sequence of Modes
+        One a lane.
+    devices : sequence of tuple of Device
+        The elements' devices, a lane.
+    channel : (n_elements,) int array
+        Coil channel of each element.
+    grid : Grid
+        Grid points, windows and events.
+    ground : (n_points, n_directions, lanes) array
+        Ground acceleration at the grid points, m/s^2.
+    driver : (n_channels, 4, lanes) array
+        Lag (s), slew (A/s), lowest and highest current (A) of each coil.
+    initial_current : (n_channels, lanes) array
+        Coil currents at the start, A.
+    chosen : (n_commands, lanes, n_channels) array
+        Commands, A; a controller writes them as it goes.
+    sensing : Sensing
+        What is measured, when it is decided on, and by what compiled code.
+    tolerance : float
+        Wanted relative accuracy of the response.
+    deformation_limit : float
+        Largest device deformation, m, summed over elements, before a run counts as diverged.
+    clamp : bool
+        Whether a command outside the driver's limits is clamped and counted, or ends the run.
+    record_steps : bool
+        Whether every step's forces and states at the nodes are kept (one lane only).
+    """
+
+    module: ModuleType
+    tables: Tables
+    modes: Sequence[Modes]
+    devices: Sequence[tuple[Device, ...]]
+    channel: NDArray
+    grid: Grid
+    ground: NDArray
+    driver: NDArray
+    initial_current: NDArray
+    chosen: NDArray
+    sensing: Sensing
+    tolerance: float
+    deformation_limit: float
+    clamp: bool
+    record_steps: bool
+    measured: NDArray = field(init=False)
+    z: NDArray = field(init=False)
+    states: NDArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        module, grid, lanes = self.module, self.grid, self.module.LANES
+        n_modes = self.modes[0].eigenvalues.size
+        n_pad, n_points = padded(module, n_modes), len(grid.time)
+        n_windows, n_channels = len(grid.windows) - 1, len(self.driver)
+        sensing = self.sensing
+        n_outputs = len(sensing.measure)
+        # position, modes, padded modes, channels, windows, compiled controller, levels, outputs,
+        # record, stage within the window, clamp
+        self.info = np.array(
+            [0, n_modes, n_pad, n_channels, n_windows, sensing.function, N_LEVELS, n_outputs,
+             self.record_steps, 0, self.clamp]
+        )
+        self.settings = np.array(
+            [0.1 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance,
+             self.deformation_limit]
+        )
+        # one row behind the last point is scratch for steps inside a grid interval
+        self.z = np.empty((n_points + 2) * 2 * n_pad * lanes)
+        self.z[: 2 * n_pad * lanes] = 0.0
+        self.z[n_points * 2 * n_pad * lanes :] = 0.0
+        self.states = np.zeros((n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
+        self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
+        rows = (self.measured, sensing.settings, sensing.memory, self.chosen)
+        self._sizes = np.array([row.shape[-1] for row in rows])
+        self._addresses = (
+            *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
+        )
+        self.command = np.zeros((n_points, n_channels, lanes))
+        self.coil_history = np.zeros((n_windows, n_channels, lanes))
+        self.coil = np.array(self.initial_current, float)
+        self.levels = np.zeros((n_windows, lanes), np.int8)
+        self.alive = np.zeros(lanes, np.int64)
+        self.counts = np.zeros((4, lanes), np.int64)
+        per_step = 2 * n_pad + module.N_ELEMENTS * (3 + 4 * module.N_STATES)
+        self.steps = np.empty((n_points + 256 if self.record_steps else 0, per_step))
+        self.step_count = np.zeros(1, np.int64)
+        self._work = self._scratch(n_modes)
+        self._laws = self._law_tables()
+
+    def _scratch(self, n_modes: int) -> dict[str, NDArray]:
+        module, lanes = self.module, self.module.LANES
+        w = np.zeros((module.N_ELEMENTS, module.STRIDE, lanes))
+        for lane in range(lanes):
+            for e, device in enumerate(self.devices[lane]):
+                w[e, module.SLOT_K_REF, lane] = self.modes[lane].stiffness[e]
+                w[e, module.SLOT_C_REF, lane] = self.modes[lane].damping[e]
+                # scales begin at a ten-thousandth of what the device was tested to
+                small = 1e-4 * device.deformation_scale / device.length
+                w[e, module.SLOT_FORCE_SCALE, lane] = 1.0 / (
+                    small * max(self.modes[lane].stiffness[e], 1e-12)
+                )
+                scale = module.SLOT_SCALE[module.KIND[e]]
+                w[e, scale : scale + len(device.law.states), lane] = 1.0 / small
+        flags = {k: np.zeros(lanes, np.int64) for k in ("hold", "active", "going", "todo")}
+        floats = {
+            k: np.zeros(lanes) for k in ("last", "previous", "contraction", "defects", "errors", "worst")
+        }
+        floats["contraction"][:] = 1.0
+        return {
+            "w": w.ravel(),
+            "w_saved": np.empty(w.size),
+            "applied": np.full((module.N_ELEMENTS, lanes), np.nan),
+            "level": np.full(lanes, 1, np.int64),
+            "moving": np.zeros((module.N_ELEMENTS, lanes), np.int64),
+            "phi": np.empty(4, complex),
+            "integral": np.empty(3, complex),
+            "u": np.empty((int(self.grid.intervals.max()) + 1) * module.N_GROUND * lanes),
+            **flags,
+            **floats,
+        }
+
+    def _law_tables(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Current dependence of every element and lane, padded to one shape."""
+        lanes = self.module.LANES
+        tables = [[d.current for d in devices] for devices in self.devices]
+        shapes = np.array([[t.coefficients.shape for t in row] for row in tables])
+        pieces, parameters, n_powers = shapes.max(axis=(0, 1))
+        table = np.zeros((self.module.N_ELEMENTS, pieces, parameters, n_powers, lanes))
+        breaks = np.full((self.module.N_ELEMENTS, pieces + 1), np.inf)
+        for lane, row in enumerate(tables):
+            for e, dependence in enumerate(row):
+                a, b, c = dependence.coefficients.shape
+                table[e, :a, :b, :c, lane] = dependence.coefficients
+                breaks[e, : a + 1] = dependence.breaks
+        return table, breaks, np.ascontiguousarray(shapes[0][:, [0, 2]])
+
+    def march(self) -> int:
+        """Integrate on, until the kernel stops; returns its status."""
+        module, grid, work = self.module, self.grid, self._work
+        law_table, law_breaks, law_shape = self._laws
+        while True:
+            status = module.march(
+                self.info, self.settings, grid.windows, grid.spans, self.tables.offsets,
+                self.ground.ravel(), grid.events, self.tables.modes, self.tables.table,
+                self.tables.built, work["phi"], work["integral"], self.sensing.measure,
+                self.sensing.noise, self.measured, self.chosen, self.sensing.decided,
+                self.sensing.measured_for, self._addresses, self.command, self.driver, law_table, law_breaks, law_shape,
+                self.channel, self.z, self.states.ravel(), self.levels, work["w"],
+                work["w_saved"], self.coil, work["applied"], work["level"], work["hold"],
+                self.alive, work["moving"], work["active"], work["going"], work["todo"],
+                work["last"], work["previous"], work["contraction"], work["defects"],
+                work["errors"], work["worst"], self.steps, self.step_count, self.counts, self.coil_history,
+                work["u"],
+            )
+            if status != module.BUFFER_FULL:
+                return status
+            self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
