@@ -71,6 +71,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         "STRIDE": stride,
         "N_PARAMETERS": tuple(len(c.parameters) for c in codes),
         "SLOT_PARAMETER": tuple(c.slots.index("p0_0") if c.parameters else 0 for c in codes),
+        "SLOT_START": tuple(c.slots.index("start0") if c.states else 0 for c in codes),
         "SLOT_SCALE": tuple(c.slots.index("scale0") if c.states else 0 for c in codes),
         "FORCE_SLOTS": tuple(
             e * stride + COMMON.index("f0") + k for e in range(len(laws)) for k in range(3)

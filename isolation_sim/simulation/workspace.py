@@ -17,7 +17,7 @@ from .modal import Modes
 N_LEVELS = 15
 """A window of four samples may be cut into as many as 2**14 steps."""
 
-ERROR_FACTOR = 20.0
+ERROR_FACTOR = 6.0
 """Guessed error of a step, in tolerances, that is still accepted; errors of many steps partly
 cancel, and the guess is high for smooth response."""
 
@@ -279,3 +279,18 @@ class Workspace:
             if status != module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
+
+    def summarise(
+        self, motion: NDArray, quantities: NDArray, weights: NDArray, n_directions: int,
+        peak: NDArray, total: NDArray,
+    ) -> None:
+        """Add every quantity's peak and weighted sum of squares, (n_quantities, lanes)."""
+        module, grid, work = self.module, self.grid, self._work
+        inputs = np.zeros(8 * (1 + module.N_ELEMENTS) * module.LANES)
+        module.summarise(
+            self.info, grid.windows, grid.spans, weights, motion.ravel(), quantities.ravel(),
+            n_directions, self.ground.ravel(), self.z, self.states.ravel(), self.command,
+            self.coil_history, self.driver, *self._laws, self.channel, inputs,
+            np.zeros(module.N_ELEMENTS * module.LANES), work["w"], work["applied"], work["going"],
+            peak, total,
+        )

@@ -1,0 +1,260 @@
+"""Many runs: side by side in vector lanes, and on several threads."""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from ground_motions import Record
+from numpy.typing import NDArray
+
+from ..errors import Diverged, InputError
+from ..structures import IsolatedStructure
+from . import kernel
+from .control import CoilDriver, Control, Sensors
+from .outputs import Outputs
+from .plan import Lane, Plan
+from .run import check_options, prepared, simulate
+
+LANES = 16
+"""Runs that go through the kernel side by side: two vectors of eight."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One of many runs.
+
+    Attributes
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    ground : Record or sequence of Record
+        Ground acceleration, m/s^2, one record a direction.
+    controller : Control
+        Sets the coil currents.
+    belief : IsolatedStructure or None
+        The model that the controller reasons with; None for the plant.
+    """
+
+    isolated: IsolatedStructure
+    ground: Record | Sequence[Record]
+    controller: Control
+    belief: IsolatedStructure | None = None
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What became of many runs.
+
+    Attributes
+    ----------
+    criteria : dict of str to (n_cases,) array
+        Peaks and RMS values as in ``isolation_sim.criteria``; not a number where a run failed.
+    failure : list of str or None
+        Why a run failed, and when; None if it did not.
+    clamped : (n_cases,) int array
+        Commands that were clamped to the driver's limits.
+    """
+
+    criteria: dict[str, NDArray]
+    failure: list[str | None]
+    clamped: NDArray
+
+
+def simulate_many(
+    cases: Sequence[Case],
+    *,
+    driver: CoilDriver | None = None,
+    sensors: Sensors | None = None,
+    computation_delay: float = 0.0,
+    tolerance: float = 1e-6,
+    current_outside: str = "refuse",
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Batch:
+    """Simulate many runs and keep their criteria.
+
+    A run's result does not depend on the others: neither on their order nor on the number of
+    threads. Controllers in plain Python run one by one.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        The runs.
+    driver : CoilDriver, optional
+        Lag, slew and limits of the coils; ideal by default.
+    sensors : Sensors, optional
+        Noise, delay and sampling of what the controllers are given; ideal by default.
+    computation_delay : float
+        Time from a decision to its command, s.
+    tolerance : float
+        Wanted accuracy, relative to each quantity's peak.
+    current_outside : {"refuse", "clamp"}
+        What to do with a command outside the driver's limits: the run fails, or it is clamped and
+        counted.
+    threads : int, optional
+        Number of threads; as many as there are processors by default.
+    progress : callable, optional
+        Called with the number of runs that have just been finished.
+
+    Returns
+    -------
+    Batch
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
+    """
+    driver, sensors = driver or CoilDriver(), sensors or Sensors()
+    check_options(tolerance, current_outside, computation_delay)
+    clamp = current_outside == "clamp"
+    lanes = []
+    for case in cases:
+
+        def trial(other: Control, case: Case = case):  # noqa: ANN202
+            return simulate(
+                case.isolated, case.ground, other, belief=case.belief, driver=driver,
+                sensors=sensors, computation_delay=computation_delay, tolerance=tolerance,
+                current_outside=current_outside,
+            )
+
+        lanes.append(prepared(case.isolated, case.ground, case.controller, case.belief, driver, trial))
+    blocks, alone = _blocks(lanes)
+    result = _Collected(len(cases))
+
+    def run_block(block: list[int]) -> None:
+        filled = block + [block[-1]] * (LANES - len(block))
+        plan = Plan([lanes[k] for k in filled], sensors, computation_delay)
+        work = plan.workspace(tolerance, clamp, record_steps=False)
+        work.march()
+        criteria = summary(plan, work)
+        for lane, k in enumerate(block):
+            result.put(k, {name: v[lane] for name, v in criteria.items()}, plan.fate(work, lane))
+            result.clamped[k] = work.counts[0, lane]
+        if progress is not None:
+            progress(len(block))
+
+    if blocks:
+        with kernel.compiling(Plan([lanes[blocks[0][0]]] * LANES, sensors, 0.0).module):
+            run_block(blocks[0])
+        with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+            list(pool.map(run_block, blocks[1:]))
+    for k in alone:
+        try:
+            run = simulate(
+                cases[k].isolated, cases[k].ground, cases[k].controller, belief=cases[k].belief,
+                driver=driver, sensors=sensors, computation_delay=computation_delay,
+                tolerance=tolerance, current_outside=current_outside,
+            )
+        except (Diverged, InputError) as error:
+            result.failure[k] = str(error)
+        else:
+            result.put(k, run.criteria, None)
+            result.clamped[k] = run.clamped
+        if progress is not None:
+            progress(1)
+    return Batch(result.criteria(), result.failure, result.clamped)
+
+
+def _blocks(lanes: Sequence[Lane]) -> tuple[list[list[int]], list[int]]:
+    """Runs that can go side by side, in blocks; and those that must go alone."""
+    alike: defaultdict[tuple, list[int]] = defaultdict(list)
+    alone = []
+    for k, lane in enumerate(lanes):
+        if lane.schedule is None and lane.compiled is None:
+            alone.append(k)
+        else:
+            alike[lane.key].append(k)
+    blocks = [
+        group[start : start + LANES]
+        for group in alike.values()
+        for start in range(0, len(group), LANES)
+    ]
+    return blocks, alone
+
+
+class _Collected:
+    """Results as they come in, from several threads."""
+
+    def __init__(self, n_cases: int):
+        self.rows: list[dict[str, float]] = [{} for _ in range(n_cases)]
+        self.failure: list[str | None] = [None] * n_cases
+        self.clamped = np.zeros(n_cases, int)
+
+    def put(self, k: int, criteria: dict[str, float], fate: tuple[str, float] | None) -> None:
+        if fate is None:
+            self.rows[k] = criteria
+        else:
+            self.failure[k] = f"the run diverged at t = {fate[1]:.4g} s: {fate[0]}"
+
+    def criteria(self) -> dict[str, NDArray]:
+        names = dict.fromkeys(name for row in self.rows for name in row)
+        return {name: np.array([row.get(name, np.nan) for row in self.rows]) for name in names}
+
+
+def summary(plan: Plan, work) -> dict[str, NDArray]:  # noqa: ANN001
+    """Criteria of every lane of a finished block, each (lanes,)."""
+    from ..criteria import quantity_rows
+
+    module, lanes = plan.module, plan.module.LANES
+    per_lane = [
+        quantity_rows(lane.isolated, outputs.names)
+        for lane, outputs in zip(plan.lanes, plan.outputs, strict=True)
+    ]
+    names, sizes = list(per_lane[0]), [len(rows) for rows in per_lane[0].values()]
+    n_directions = next(iter(per_lane[0].values())).shape[1]
+    n_wanted = sum(sizes)
+    table = np.stack(
+        [
+            _packed(np.concatenate(list(rows.values())), outputs)
+            for rows, outputs in zip(per_lane, plan.outputs, strict=True)
+        ],
+        axis=-1,
+    )
+    peak, total = np.zeros((2, n_wanted, lanes))
+    work.summarise(_motion_rows(plan), table, _weights(plan), n_directions, peak, total)
+    ends = np.cumsum([0, *sizes])
+    criteria = {}
+    for name, low, high in zip(names, ends[:-1], ends[1:], strict=True):
+        criteria[f"peak_{name}"] = np.sqrt(np.max(peak[low:high], axis=0, initial=0.0))
+        criteria[f"rms_{name}"] = np.sqrt(np.max(total[low:high], axis=0, initial=0.0))
+    return criteria
+
+
+def _packed(rows: NDArray, outputs: Outputs) -> NDArray:
+    """Rows of quantities (n, n_directions, n_outputs), as the kernel's blocks of eight rows."""
+    n, n_directions, _ = rows.shape
+    per_block = 8 // n_directions
+    inputs = rows @ outputs.rows
+    n_blocks = -(-n // per_block)
+    blocks = np.zeros((n_blocks, 8, inputs.shape[2]))
+    for k in range(n):
+        at = (k % per_block) * n_directions
+        blocks[k // per_block, at : at + n_directions] = inputs[k]
+    return blocks.transpose(0, 2, 1).ravel()
+
+
+def _motion_rows(plan: Plan) -> NDArray:
+    """Deformation and velocity of each device over the modes, in blocks of eight rows."""
+    packed = []
+    for modes in plan.modes:
+        rows = modes.deformation.reshape(-1, modes.eigenvalues.size)
+        real = np.concatenate([rows.real, -rows.imag], axis=1)
+        blocks = np.zeros((-(-len(real) // 8) * 8, real.shape[1]))
+        blocks[: len(real)] = real
+        packed.append(blocks.reshape(-1, 8, real.shape[1]).transpose(0, 2, 1).ravel())
+    return np.stack(packed, axis=-1)
+
+
+def _weights(plan: Plan) -> NDArray:
+    """Trapezoidal weights of the samples over the duration; none for other grid points."""
+    grid, record = plan.grid, plan.lanes[0].records[0]
+    weights = np.zeros(len(grid.time))
+    weights[grid.samples] = 1.0 / (len(record.acceleration) - 1)
+    weights[grid.samples[[0, -1]]] *= 0.5
+    return weights

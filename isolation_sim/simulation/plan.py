@@ -1,0 +1,282 @@
+"""From runs to the kernel's arrays: one run, or several side by side in lanes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from ground_motions import Record
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..structures import IsolatedStructure
+from . import kernel
+from .control import CompiledDecision, Schedule, Sensors, Situation, instants
+from .grid import Grid, make_grid
+from .modal import Modes, modes_of
+from .outputs import Outputs, outputs_of
+from .workspace import Sensing, Tables, Workspace
+
+
+@lru_cache(maxsize=256)
+def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
+    """Modes of a structure with reference springs for its devices, and its outputs over them.
+
+    A device's reference is its stiffness to fast motion in the middle of its range of current: the
+    kinks that a ground motion's samples put into the response then nearly drop out of what the
+    steps must approximate.
+    """
+    structure, elements = isolated.structure, isolated.elements
+    references = []
+    for element in elements:
+        device = element.device
+        low, high = device.current_range
+        current = (low + high) / 2 if np.isfinite(high - low) else 0.0
+        stiffness = device.linearised(current, frequency_hz=1e6).real
+        references.append(stiffness * device.length / device.force_scale)
+    modes = modes_of(
+        structure.mass, structure.damping, structure.stiffness, structure.influence,
+        isolated.element_rows,
+        np.array([e.device.length for e in elements]),
+        np.array([e.device.force_scale for e in elements]),
+        np.array(references),
+    )
+    return modes, outputs_of(isolated, modes)
+
+
+@lru_cache(maxsize=64)
+def _uniform_grid(n_samples: int, dt: float) -> Grid:
+    return make_grid(n_samples, dt, begun=np.zeros(1))
+
+
+@lru_cache(maxsize=32)
+def _kept_tables(
+    isolated: IsolatedStructure, n_samples: int, dt: float, lanes: int, thread: int
+) -> Tables:
+    """Coefficients of runs without events; kept, since they depend on the structure alone.
+
+    The kernel fills them in as it goes, so that threads must not share them.
+    """
+    module = kernel_for(isolated, lanes)
+    return Tables.empty(module, [modes_for(isolated)[0]] * lanes, _uniform_grid(n_samples, dt))
+
+
+def kernel_for(isolated: IsolatedStructure, lanes: int) -> Any:
+    """Compiled kernel for a structure's elements."""
+    laws = tuple(e.device.law for e in isolated.elements)
+    return kernel.load(laws, len(isolated.structure.directions), lanes)
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One run, before it starts.
+
+    Attributes
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    records : tuple of Record
+        Ground motion, one a direction.
+    coils : (n_channels, 5) array
+        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
+    situation : Situation
+        What the controller was told.
+    schedule : Schedule or None
+        Commands known before the run.
+    compiled : CompiledDecision or None
+        The controller in compiled code; neither this nor a schedule: it decides in Python.
+    """
+
+    isolated: IsolatedStructure
+    records: tuple[Record, ...]
+    coils: NDArray
+    situation: Situation
+    schedule: Schedule | None
+    compiled: CompiledDecision | None
+
+    @property
+    def key(self) -> tuple:
+        """What runs must have in common to go side by side."""
+        elements = self.isolated.elements
+        plant = tuple((e.device.law, e.channel, e.device.current.coefficients.shape) for e in elements)
+        record = (len(self.records[0].acceleration), self.records[0].dt)
+        modes, outputs = modes_for(self.isolated)
+        if self.schedule is not None:
+            control: tuple = tuple(self.schedule.time.tolist())
+        else:
+            compiled = self.compiled
+            control = (
+                self.situation.period, self.situation.outputs,
+                (compiled.address, compiled.settings.shape, compiled.memory.shape)
+                if compiled else id(self),
+            )
+        return plant, record, modes.eigenvalues.size, len(outputs.names), len(self.coils), control
+
+
+class Plan:
+    """Grid, events and arrays of one or several runs, before they start.
+
+    Parameters
+    ----------
+    lanes : sequence of Lane
+        Runs with one key.
+    sensors : Sensors
+        Noise, delay and sampling of what their controllers are given.
+    computation_delay : float
+        Time from a decision to its command, s.
+    """
+
+    def __init__(self, lanes: Sequence[Lane], sensors: Sensors, computation_delay: float):
+        self.lanes = lanes
+        first = lanes[0]
+        self.module = kernel_for(first.isolated, len(lanes))
+        pairs = [modes_for(lane.isolated) for lane in lanes]
+        self.modes = [modes for modes, _ in pairs]
+        self.outputs = [outputs for _, outputs in pairs]
+        self.sensing = Sensing.none(len(lanes))
+        n, dt = len(first.records[0].acceleration), first.records[0].dt
+        width = len(first.coils)
+        if first.schedule is None:
+            self._closed_loop(n, dt, sensors, computation_delay)
+        else:
+            # one more channel, for the elements that no coil drives
+            self.chosen = np.zeros((len(first.schedule.time), len(lanes), width + 1))
+            for k, lane in enumerate(lanes):
+                assert lane.schedule is not None
+                self.chosen[:, k, :width] = lane.schedule.current
+            steady = len(first.schedule.time) == 1
+            self.grid = (
+                _uniform_grid(n, dt) if steady else make_grid(n, dt, begun=first.schedule.time)
+            )
+        alike = all(lane.isolated is first.isolated for lane in lanes)
+        if alike and self.grid is _uniform_grid(n, dt):
+            self.tables = _kept_tables(
+                first.isolated, n, dt, len(lanes), threading.get_ident()
+            )
+        else:
+            self.tables = Tables.empty(self.module, self.modes, self.grid)
+        self.ground = np.stack([self._ground(lane) for lane in lanes], axis=2)
+
+    def _ground(self, lane: Lane) -> NDArray:
+        time, records = self.grid.time, lane.records
+        if len(time) == len(records[0].acceleration):
+            return np.stack([r.acceleration for r in records], axis=1)
+        return np.stack([np.interp(time, r.time, r.acceleration) for r in records], axis=1)
+
+    def _closed_loop(self, n: int, dt: float, sensors: Sensors, delay: float) -> None:
+        lanes, first = self.lanes, self.lanes[0]
+        situation, width = first.situation, len(first.coils)
+        decided = instants(situation.period, situation.duration)
+        asked = decided - sensors.delay
+        if sensors.sampling is not None:
+            asked = np.floor(asked / sensors.sampling * (1 + 1e-12)) * sensors.sampling
+        # before the first sample a sensor reads the building at rest
+        sensed, measured_for = np.unique(np.maximum(asked, 0.0), return_inverse=True)
+        self.grid = make_grid(n, dt, sensed, decided, decided + delay)
+        self.chosen = np.zeros((len(decided), len(lanes), width + 1))
+        names = situation.outputs[: len(situation.outputs) - width]
+        compiled = [lane.compiled for lane in lanes]
+        self.sensing = Sensing(
+            measure=np.ascontiguousarray(np.stack([o.select(names) for o in self.outputs], axis=2)),
+            noise=_noise(names, len(sensed), len(lanes), sensors),
+            n_measurements=len(sensed),
+            decided=decided,
+            measured_for=measured_for.ravel().astype(np.int64),
+            function=compiled[0].address if compiled[0] else 0,
+            settings=np.array([c.settings if c else [] for c in compiled], float),
+            memory=np.array([c.memory if c else [] for c in compiled], float),
+        )
+
+    def workspace(self, tolerance: float, clamp: bool, record_steps: bool) -> Workspace:
+        """Arrays for the kernel.
+
+        Parameters
+        ----------
+        tolerance : float
+            Wanted relative accuracy.
+        clamp : bool
+            Whether a command outside the driver's limits is clamped and counted, or ends the run.
+        record_steps : bool
+            Whether every step is kept for the energy ledger (one lane only).
+
+        Returns
+        -------
+        Workspace
+        """
+        lanes, width = self.lanes, len(self.lanes[0].coils)
+        driver = np.zeros((width + 1, 4, len(lanes)))
+        initial = np.zeros((width + 1, len(lanes)))
+        driver[width] = np.array([0.0, np.inf, -np.inf, np.inf])[:, None]
+        for k, lane in enumerate(lanes):
+            driver[:width, :, k] = lane.coils[:, :4]
+            initial[:width, k] = lane.coils[:, 4]
+        elements = lanes[0].isolated.elements
+        return Workspace(
+            module=self.module,
+            tables=self.tables,
+            modes=self.modes,
+            devices=[tuple(e.device for e in lane.isolated.elements) for lane in lanes],
+            channel=np.array([width if e.channel is None else e.channel for e in elements]),
+            grid=self.grid,
+            ground=self.ground,
+            driver=driver,
+            initial_current=initial,
+            chosen=self.chosen,
+            sensing=self.sensing,
+            tolerance=tolerance,
+            deformation_limit=max(deformation_limit(lane.isolated) for lane in lanes),
+            clamp=clamp,
+            record_steps=record_steps,
+        )
+
+    def fate(self, work: Workspace, lane: int) -> tuple[str, float] | None:
+        """Why a run did not reach its end, and when (s); None if it did."""
+        reason = _FATES[int(work.alive[lane])]
+        if reason is None:
+            return None
+        window = int(work.counts[3, lane]) - 1
+        return reason, float(self.grid.time[self.grid.windows[window, 0]])
+
+
+REFUSED = "a current was refused"
+# in the order of the kernel's codes
+_FATES = (
+    None,
+    "the device's force changes too fast to follow even in the smallest step; the law has left the "
+    "range where it is meaningful",
+    "a deformation is not a finite number",
+    "a device is deformed a hundred times further than it was tested; the controller or the law "
+    "puts energy into the building",
+    REFUSED,
+)
+
+
+def deformation_limit(isolated: IsolatedStructure) -> float:
+    """Summed device deformation that counts as diverged, m: a hundred times what was tested."""
+    return 100.0 * sum(e.device.deformation_scale / e.device.length for e in isolated.elements)
+
+
+def _noise(names: Sequence[str], n_measurements: int, lanes: int, sensors: Sensors) -> NDArray:
+    if not sensors.noise:
+        return np.zeros((0, 0, lanes))
+    used = set()
+    size = np.zeros(len(names))
+    for k, name in enumerate(names):
+        for key, value in sensors.noise.items():
+            if name == key or name.endswith("_" + key):
+                size[k] = value
+                used.add(key)
+    unused = sorted(set(sensors.noise) - used)
+    if unused:
+        raise InputError(
+            f"sensors: noise of {unused[0]!r} applies to nothing that the controller measures; "
+            f"measured: {', '.join(names) or 'nothing'}"
+        )
+    # every lane gets the noise of its own single run
+    random = np.random.default_rng(sensors.seed)
+    noise = random.standard_normal((n_measurements, len(names))) * size
+    return np.repeat(noise[..., None], lanes, axis=2)
