@@ -46,9 +46,9 @@ def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     return ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Law:
-    """Arithmetic of a device.
+    """Arithmetic of a device; a law is equal to itself alone.
 
     Attributes
     ----------

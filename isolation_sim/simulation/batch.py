@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from ground_motions import Record
@@ -17,7 +18,7 @@ from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
 from .outputs import Outputs
-from .plan import Lane, Plan
+from .plan import Lane, Plan, modes_for
 from .run import check_options, prepared, simulate
 
 LANES = 16
@@ -199,23 +200,11 @@ class _Collected:
 
 def summary(plan: Plan, work) -> dict[str, NDArray]:  # noqa: ANN001
     """Criteria of every lane of a finished block, each (lanes,)."""
-    from ..criteria import quantity_rows
-
-    module, lanes = plan.module, plan.module.LANES
-    per_lane = [
-        quantity_rows(lane.isolated, outputs.names)
-        for lane, outputs in zip(plan.lanes, plan.outputs, strict=True)
-    ]
-    names, sizes = list(per_lane[0]), [len(rows) for rows in per_lane[0].values()]
-    n_directions = next(iter(per_lane[0].values())).shape[1]
+    lanes = plan.module.LANES
+    per_lane = [_quantities(lane.isolated) for lane in plan.lanes]
+    names, sizes, n_directions, _ = per_lane[0]
     n_wanted = sum(sizes)
-    table = np.stack(
-        [
-            _packed(np.concatenate(list(rows.values())), outputs)
-            for rows, outputs in zip(per_lane, plan.outputs, strict=True)
-        ],
-        axis=-1,
-    )
+    table = np.stack([rows for *_, rows in per_lane], axis=-1)
     peak, total = np.zeros((2, n_wanted, lanes))
     work.summarise(_motion_rows(plan), table, _weights(plan), n_directions, peak, total)
     ends = np.cumsum([0, *sizes])
@@ -224,6 +213,17 @@ def summary(plan: Plan, work) -> dict[str, NDArray]:  # noqa: ANN001
         criteria[f"peak_{name}"] = np.sqrt(np.max(peak[low:high], axis=0, initial=0.0))
         criteria[f"rms_{name}"] = np.sqrt(np.max(total[low:high], axis=0, initial=0.0))
     return criteria
+
+
+@lru_cache(maxsize=256)
+def _quantities(isolated: IsolatedStructure) -> tuple[tuple[str, ...], tuple[int, ...], int, NDArray]:
+    """Names of a structure's criteria, their numbers of items, and the kernel's rows for them."""
+    from ..criteria import quantity_rows
+
+    outputs = modes_for(isolated)[1]
+    rows = quantity_rows(isolated, outputs.names)
+    table = _packed(np.concatenate(list(rows.values())), outputs)
+    return tuple(rows), tuple(map(len, rows.values())), len(isolated.structure.directions), table
 
 
 def _packed(rows: NDArray, outputs: Outputs) -> NDArray:
@@ -243,6 +243,9 @@ def _motion_rows(plan: Plan) -> NDArray:
     """Deformation and velocity of each device over the modes, in blocks of eight rows."""
     packed = []
     for modes in plan.modes:
+        if packed and modes is plan.modes[0]:
+            packed.append(packed[0])
+            continue
         rows = modes.deformation.reshape(-1, modes.eigenvalues.size)
         real = np.concatenate([rows.real, -rows.imag], axis=1)
         blocks = np.zeros((-(-len(real) // 8) * 8, real.shape[1]))

@@ -15,7 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from ..laws import emit
+from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
+from . import element_code
 from .element_code import COMMON, NODES, ElementCode
 
 TEMPLATE = Path(__file__).with_name("kernel_template.py")
@@ -29,6 +32,11 @@ DISPATCHED = (
     ("accept", "states, at", "at"),
     ("restart", "", ""),
     ("probe", "", ""),
+)
+# whatever decides on the text besides the laws
+_SOURCES = (
+    TEMPLATE, Path(__file__), Path(element_code.__file__), Path(emit.__file__),
+    Path(__file__).with_name("vector.py"), Path(__file__).with_name("foreign_call.py"),
 )
 _loaded: dict[tuple, ModuleType] = {}
 
@@ -130,19 +138,34 @@ def padding(lanes: int) -> int:
 
 
 def load(laws: Sequence[Law], n_ground: int, lanes: int) -> ModuleType:
-    """Kernel module for elements of these laws; written once to the cache folder."""
+    """Kernel module for elements of these laws; written once to the cache folder.
+
+    The file is named by what goes into it, so that a later process finds it without tracing the
+    laws, or, where that cannot be said of a law, by its content.
+    """
     key = (tuple(laws), n_ground, lanes)
     if key not in _loaded:
-        text = kernel_text(laws, n_ground, lanes)
-        name = "kernel_" + hashlib.sha256(text.encode()).hexdigest()[:20]
+        marks = [fingerprint(law) for law in laws]
+        text = None
+        if None in marks:
+            text = kernel_text(laws, n_ground, lanes)
+            digest = hashlib.sha256(text.encode())
+        else:
+            distinct = [laws.index(law) for law in laws]
+            digest = hashlib.sha256(repr((marks, distinct, n_ground, lanes)).encode())
+            for source in _SOURCES:
+                digest.update(source.read_bytes())
+        name = "kernel_" + digest.hexdigest()[:20]
+        if not (cache_folder() / f"{name}.py").exists() and text is None:
+            text = kernel_text(laws, n_ground, lanes)
         _loaded[key] = import_text(name, text)
     return _loaded[key]
 
 
-def import_text(name: str, text: str) -> ModuleType:
+def import_text(name: str, text: str | None) -> ModuleType:
     """Write a module into the cache folder, unless it is there, and import it."""
     path = cache_folder() / f"{name}.py"
-    if not path.exists():
+    if text is not None and not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary = path.with_suffix(f".{os.getpid()}.tmp")
         temporary.write_text(text)

@@ -70,8 +70,8 @@ def modes_of(
         Rows b of the elements.
     lengths, forces : (n_elements,) array
         Scales: device deformation = b q / length, structure force = scale * device force.
-    references : (n_elements,) complex array
-        Complex stiffness of each device at rest, k + i w c at w = 2 pi (N/m).
+    references : (n_elements,) array
+        Stiffness of each device's reference spring, N/m; 0 or more.
 
     Returns
     -------
@@ -90,8 +90,8 @@ def modes_of(
     # elements are then made a little stiffer, which changes nothing, for their forces are
     # subtracted from the elements' own
     for attempt in range(6):
-        k_ref = references.real + attempt * 0.37 * (np.abs(references) + _floor(mass, b, scale))
-        c_ref = references.imag / (2 * np.pi) + attempt * 0.05 * k_ref
+        k_ref = references + attempt * 0.37 * (references + _floor(mass, b, scale))
+        c_ref = attempt * 0.05 * k_ref
         k = stiffness + b.T @ np.diag(scale * k_ref) @ b
         c = damping + b.T @ np.diag(scale * c_ref) @ b
         a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ k, -inverse @ c]])

@@ -13,6 +13,7 @@ from ground_motions import Record
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CompiledDecision, Schedule, Sensors, Situation, instants
@@ -36,8 +37,7 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
         device = element.device
         low, high = device.current_range
         current = (low + high) / 2 if np.isfinite(high - low) else 0.0
-        stiffness = device.linearised(current, frequency_hz=1e6).real
-        references.append(stiffness * device.length / device.force_scale)
+        references.append(_fast_stiffness(device, current))
     modes = modes_of(
         structure.mass, structure.damping, structure.stiffness, structure.influence,
         isolated.element_rows,
@@ -46,6 +46,28 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
         np.array(references),
     )
     return modes, outputs_of(isolated, modes)
+
+
+def _fast_stiffness(device: Device, current: float) -> float:
+    """Stiffness of a device to a fast motion about rest, in its own scale, N/m.
+
+    By differences: it only has to be about right, and CasADi takes a while to load.
+    """
+    law, parameters = device.law, device.parameters_at(current)
+    step = 1e-4 * device.deformation_scale / device.length
+    rest = (0.0,) * len(law.states)
+    # in a motion too fast for relaxation a state follows its rate per velocity
+    slopes = [
+        (a - b) / 2
+        for a, b in zip(
+            law.rates(0.0, 1.0, rest, parameters), law.rates(0.0, -1.0, rest, parameters),
+            strict=True,
+        )
+    ]
+    ahead = law.force(step, 0.0, tuple(s * step for s in slopes), parameters)
+    behind = law.force(-step, 0.0, tuple(-s * step for s in slopes), parameters)
+    stiffness = float(ahead - behind) / (2 * step)
+    return stiffness if np.isfinite(stiffness) and stiffness > 0 else 0.0
 
 
 @lru_cache(maxsize=64)
@@ -101,10 +123,7 @@ class Lane:
     @property
     def key(self) -> tuple:
         """What runs must have in common to go side by side."""
-        elements = self.isolated.elements
-        plant = tuple((e.device.law, e.channel, e.device.current.coefficients.shape) for e in elements)
         record = (len(self.records[0].acceleration), self.records[0].dt)
-        modes, outputs = modes_for(self.isolated)
         if self.schedule is not None:
             control: tuple = tuple(self.schedule.time.tolist())
         else:
@@ -114,7 +133,17 @@ class Lane:
                 (compiled.address, compiled.settings.shape, compiled.memory.shape)
                 if compiled else id(self),
             )
-        return plant, record, modes.eigenvalues.size, len(outputs.names), len(self.coils), control
+        return _plant_key(self.isolated), record, control
+
+
+@lru_cache(maxsize=1024)
+def _plant_key(isolated: IsolatedStructure) -> tuple:
+    """What two plants must have in common to go side by side."""
+    modes, outputs = modes_for(isolated)
+    elements = tuple(
+        (e.device.law, e.channel, e.device.current.coefficients.shape) for e in isolated.elements
+    )
+    return elements, modes.eigenvalues.size, outputs.names, isolated.n_channels
 
 
 class Plan:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from ground_motions import Record
@@ -137,6 +138,7 @@ def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> 
     return records
 
 
+@lru_cache(maxsize=1024)
 def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
     """Lag, slew, lowest, highest and initial current of each coil, (n_channels, 5)."""
     rows = []
@@ -151,7 +153,9 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
         low = low if driver.low is None else driver.low
         high = high if driver.high is None else driver.high
         rows.append([driver.lag, driver.slew, low, high, driver.initial])
-    return np.array(rows).reshape(-1, 5)
+    coils = np.array(rows).reshape(-1, 5)
+    coils.flags.writeable = False
+    return coils
 
 
 def _situation(

@@ -1,0 +1,91 @@
+"""A name for what a law computes, found without running or tracing it.
+
+Equal names mean equal arithmetic, so that text written out from a law once can be found again in a
+later process without CasADi.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+from .law import Law
+
+
+class _Unknown(Exception):
+    """Something that a law depends on cannot be put into words."""
+
+
+def fingerprint(law: Law) -> str | None:
+    """Name what a law computes.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+
+    Returns
+    -------
+    str or None
+        Hexadecimal digits; None where a function depends on something other than code, numbers and
+        other such functions.
+    """
+    digest = hashlib.sha256()
+    try:
+        for part in _parts([law.parameter_names, law.state_names, *_functions(law)], set()):
+            digest.update(part)
+    except _Unknown:
+        return None
+    return digest.hexdigest()
+
+
+def _functions(law: Law) -> list[Any]:
+    return [law.force, law.rates, law.stored_energy]
+
+
+def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
+    """Bytes that determine a value: numbers, text, code and containers of these."""
+    if isinstance(value, FunctionType):
+        if id(value) in seen:
+            return
+        seen.add(id(value))
+        yield from _code(value.__code__)
+        yield from _parts(value.__defaults__, seen)
+        for cell in value.__closure__ or ():
+            yield from _parts(cell.cell_contents, seen)
+        for name in _names(value.__code__):
+            if name in value.__globals__:
+                yield name.encode()
+                yield from _parts(value.__globals__[name], seen)
+    elif isinstance(value, Law):
+        yield from _parts([value.parameter_names, value.state_names, *_functions(value)], seen)
+    elif isinstance(value, list | tuple):
+        yield f"{type(value).__name__} {len(value)} ".encode()
+        for item in value:
+            yield from _parts(item, seen)
+    elif isinstance(value, ModuleType):
+        yield value.__name__.encode()
+    elif value is None or isinstance(value, bool | int | float | str):
+        yield f"{type(value).__name__} {value!r} ".encode()
+    else:
+        raise _Unknown
+
+
+def _code(code: CodeType) -> Iterator[bytes]:
+    yield code.co_code
+    yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)).encode()
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _code(constant)
+        else:
+            yield repr(constant).encode()
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Global names that a function and those inside it use."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)

@@ -1,0 +1,1 @@
+"""Benchmarks: speed at matched accuracy, as ratios within one process."""

@@ -1,0 +1,154 @@
+"""Speed of the engine against SciPy and OpenSeesPy, in one process and at matched accuracy.
+
+Run it with ``python -m studies.benchmarks.engine`` (``pip install '.[bench]'`` for OpenSeesPy).
+Times are the best of several; ratios are what to compare between machines.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+
+import numpy as np
+from controllers import controller
+from ground_motions import el_centro_1940
+from isolation_sim.simulation.batch import Case, simulate_many
+from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import reference_building, reference_isolators, shear_building
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from .peers import FirstOrder, load_opensees, opensees_analysis
+
+CURRENT = 1.5
+WANTED = 1e-6
+"""Largest error of any state, relative to its peak, at which peers are timed."""
+console = Console()
+
+
+def best(action: Callable[[], object], repetitions: int) -> float:
+    """Shortest time of several, s."""
+    times = []
+    for _ in range(repetitions):
+        start = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def error(states: NDArray, reference: NDArray) -> float:
+    """Largest error of any column, relative to that column's peak."""
+    return float((np.abs(states - reference).max(axis=0) / np.abs(reference).max(axis=0)).max())
+
+
+def states_of(run) -> NDArray:  # noqa: ANN001
+    """Displacements, velocities and device states at the samples."""
+    history = run.history
+    return np.column_stack([history.displacement, history.velocity, run.states[:, 0]])
+
+
+def one_run() -> None:
+    """Print one run of El Centro against the peers."""
+    plant, record = reference_building().on(reference_isolators()), el_centro_1940()
+    held = controller("constant", amperes=CURRENT)
+    ours = simulate(plant, record, held)
+    exact = states_of(simulate(plant, record, held, tolerance=1e-12))
+    n = plant.structure.n_dofs
+    seconds = best(lambda: simulate(plant, record, held), 300)
+    marching = [0.0] * 300
+    for k in range(300):
+        start = time.perf_counter()
+        simulate(plant, record, held)
+        marching[k] = time.perf_counter() - start
+    table = Table(title=f"One run, {record.duration:.0f} s of El Centro, 6 storeys, {CURRENT} A")
+    for column in ("tool", "largest error", "ms a run", "this engine is faster by"):
+        table.add_column(column, justify="left" if column == "tool" else "right")
+    table.add_row("isolation_sim, simulate()", f"{error(states_of(ours), exact):.1e}",
+                  f"{seconds * 1e3:.3f}", "")
+
+    peer = FirstOrder(plant, record, CURRENT)
+    rate = peer.compiled_rate()
+    for name, solve, repetitions in (
+        ("odeint, compiled right-hand side", lambda tol: peer.by_odeint(rate, tol), 5),
+        ("solve_ivp RK45", peer.by_solve_ivp, 1),
+    ):
+        for tolerance in (1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9):
+            reached = error(solve(tolerance), exact)
+            if reached <= WANTED:
+                break
+        spent = best(lambda solve=solve, tolerance=tolerance: solve(tolerance), repetitions)
+        table.add_row(f"{name}, rtol {tolerance:.0e}", f"{reached:.1e}", f"{spent * 1e3:.1f}",
+                      f"{spent / seconds:.0f}")
+
+    ops = load_opensees()
+    if ops is None:
+        table.add_row("OpenSeesPy", "", "not installed", "")
+    else:
+        spent = []
+        for _ in range(5):
+            run, output = opensees_analysis(ops, plant, record, CURRENT)
+            spent.append(best(run, 1))
+            ops.wipe()
+            displacement = np.loadtxt(output)[:, 1:]
+            output.unlink()
+        reached = error(displacement, exact[1:, :n])
+        table.add_row(f"OpenSeesPy, {record.dt} s, nearest isolator", f"{reached:.1e}",
+                      f"{min(spent) * 1e3:.1f}", f"{min(spent) / seconds:.0f}")
+    console.print(table)
+
+
+def many_runs(n_runs: int = 1024) -> None:
+    """Print a batch against a loop over single runs."""
+    plant, record = reference_building().on(reference_isolators()), el_centro_1940()
+    currents = np.linspace(0.0, 3.0, n_runs)
+    cases = [Case(plant, record, controller("constant", amperes=float(i))) for i in currents]
+    simulate_many(cases[:16])
+    single = best(lambda: [simulate(c.isolated, c.ground, c.controller).criteria for c in cases], 1)
+    table = Table(title=f"{n_runs} runs of El Centro with their criteria")
+    for column in ("threads", "ms a run", "faster than a loop of single runs by"):
+        table.add_column(column, justify="right")
+    table.add_row("loop", f"{single / n_runs * 1e3:.3f}", "1.0")
+    for threads in (1, 2):
+        if threads > (os.cpu_count() or 1):
+            break
+        spent = best(lambda threads=threads: simulate_many(cases, threads=threads), 5)
+        table.add_row(str(threads), f"{spent / n_runs * 1e3:.4f}", f"{single / spent:.1f}")
+    console.print(table)
+
+
+def storeys() -> None:
+    """Print the cost of a run against the number of storeys."""
+    record = el_centro_1940()
+    held = controller("constant", amperes=CURRENT)
+    table = Table(title="Cost against storeys")
+    for column in ("storeys", "ms a run", "us a storey", "of which integration, ms"):
+        table.add_column(column, justify="right")
+    points = []
+    for n in (1, 2, 5, 10, 20, 50, 100):
+        building = shear_building([2.5e5] * n, [5e8 * n / 5] * n, base_mass=3e5)
+        plant = building.on(reference_isolators().scaled(force=(n + 1) / 6))
+
+        def whole(plant=plant) -> None:  # noqa: ANN001
+            simulate(plant, record, held).values  # noqa: B018
+
+        spent = best(whole, 30)
+        inner = best(lambda plant=plant: simulate(plant, record, held), 30)
+        points.append((n, spent))
+        table.add_row(str(n), f"{spent * 1e3:.2f}", f"{spent / n * 1e6:.0f}", f"{inner * 1e3:.2f}")
+    console.print(table)
+    upper = [(n, t) for n, t in points if n >= 10]
+    slope = np.polyfit(*np.log(np.array(upper)).T, 1)[0]
+    console.print(f"from 10 to 100 storeys the time grows as storeys^{slope:.2f}")
+
+
+def main() -> None:
+    """Run all benchmarks of the engine."""
+    one_run()
+    many_runs()
+    storeys()
+
+
+if __name__ == "__main__":
+    main()
