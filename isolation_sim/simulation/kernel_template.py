@@ -172,10 +172,10 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
         errors[lane] = 0.0
     waiting = 1
     for count in range(MAX_SWEEPS):
-        for lane in range(LANES):
-            w[SLOT_CHANGE * LANES + lane] = 0.0
         for e in range(N_ELEMENTS):
             base = e * STRIDE
+            for lane in range(LANES):
+                w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
             if N_ELEMENTS > 1:
                 for k in range(8 * LANES):
                     w[(base + SLOT_DN0) * LANES + k] = w[(base + SLOT_FREE0) * LANES + k]
@@ -188,7 +188,9 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
         waiting = 0
         for lane in range(LANES):
             if going[lane]:
-                change = w[SLOT_CHANGE * LANES + lane]
+                change = 0.0
+                for e in range(N_ELEMENTS):
+                    change += w[(e * STRIDE + SLOT_CHANGE) * LANES + lane]
                 before = previous[lane]
                 previous[lane] = change
                 # What a linear convergence leaves: change r / (1 - r) with r = change / before; at
@@ -219,6 +221,8 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
             for k in range(2 * LANES):
                 w[(base + SLOT_D_END) * LANES + k] = w[(base + SLOT_FREE6) * LANES + k]
             for other in range(N_ELEMENTS):
+                if other == e:
+                    continue
                 at = offset + force_rows + (e * N_ELEMENTS + other) * 24 + 6
                 for k in range(3):
                     for lane in range(LANES):

@@ -107,6 +107,11 @@ def prepared(
     trial,
 ) -> Lane:
     """Tell a controller its situation and ask for its commands or its compiled decision."""
+    if not isolated.elements:
+        raise InputError(
+            f"{isolated.structure.name} has no isolator or other element; put it on one with "
+            ".on(device) or add one with .with_element(...)"
+        )
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
     situation = _situation(isolated if belief is None else belief, records[0], controller, coils)

@@ -1,0 +1,183 @@
+"""Several controllers on one plant under one ground motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from .criteria import criteria
+from .errors import InputError, unknown_name
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+    from .simulation.result import Run
+
+UNCONTROLLED = "passive_off"
+"""Name of the run that J1 to J9 refer to unless another is given."""
+
+_FIGURES = ("time_histories", "loops", "currents", "floor_envelopes", "energy")
+
+
+class Comparison:
+    """Results of several controllers on one plant under one ground motion.
+
+    It prints as its table.
+
+    Parameters
+    ----------
+    runs : mapping of str to Run
+        Runs by the name to print.
+    reference : str, optional
+        Name of the run that J1 to J9 refer to; ``"passive_off"`` by default, and without such a
+        run there are no J1 to J9.
+
+    Attributes
+    ----------
+    runs : dict of str to Run
+        The runs.
+    reference : str or None
+        Name of the run that J1 to J9 refer to.
+
+    Raises
+    ------
+    InputError
+        If there are no runs, they differ in dofs or ground motion, or the reference is not one of
+        them.
+    """
+
+    def __init__(self, runs: Mapping[str, Run], reference: str | None = None):
+        if not runs:
+            raise InputError("a comparison needs one run or more; none given")
+        if reference is not None and reference not in runs:
+            raise unknown_name("reference run", reference, runs)
+        self.runs = dict(runs)
+        self.reference = UNCONTROLLED if reference is None and UNCONTROLLED in runs else reference
+        (first, like), *others = self.runs.items()
+        for name, run in others:
+            for what, differ in (
+                ("dofs", run.isolated.structure.names != like.isolated.structure.names),
+                ("ground motion", run.records != like.records),
+            ):
+                if differ:
+                    raise InputError(
+                        f"runs {first!r} and {name!r} differ in {what}; accepted: controllers on "
+                        "one plant under one ground motion"
+                    )
+
+    @cached_property
+    def criteria(self) -> dict[str, dict[str, float]]:
+        """Criteria of each run, SI units; J1 to J9 where there is a reference."""
+        if self.reference is None:
+            return {name: run.criteria for name, run in self.runs.items()}
+        reference = self.runs[self.reference]
+        return {name: criteria(run, reference) for name, run in self.runs.items()}
+
+    @cached_property
+    def energy(self) -> dict[str, dict[str, float]]:
+        """Energies of each run at its end, J, and the closure error, relative to peak input."""
+        return {
+            name: {"closure_error": float(run.energy.closure_error)}
+            | {key: float(value) for key, value in run.energy.final.items()}
+            for name, run in self.runs.items()
+        }
+
+    def table(self) -> Table:
+        """Build the table of criteria and energies in engineering units.
+
+        Returns
+        -------
+        rich.table.Table
+            A column a controller: seven or so fit a terminal of 100 columns. An asterisk marks the
+            best of a row.
+        """
+        from .reports.tables import criteria_table
+
+        return criteria_table(self.criteria, self.energy, self._title)
+
+    def to_records(self) -> list[dict[str, str | float]]:
+        """List the runs as flat records, for CSV or Parquet.
+
+        Returns
+        -------
+        list of dict
+            One a run: ``controller``, its criteria and ``energy_`` with each energy, SI units.
+        """
+        return [
+            {"controller": name}
+            | self.criteria[name]
+            | {f"energy_{key}": value for key, value in self.energy[name].items()}
+            for name in self.runs
+        ]
+
+    def plot(self, kind: str = "time_histories", **options: Any) -> Figure:
+        """Draw one figure of all runs.
+
+        Parameters
+        ----------
+        kind : {"time_histories", "loops", "currents", "floor_envelopes", "energy"}
+            Which figure of ``isolation_sim.reports.figures``.
+        **options
+            Options of that figure.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If there is no such figure.
+        """
+        from .reports import figures
+
+        if kind not in _FIGURES:
+            raise unknown_name("figure", kind, _FIGURES)
+        draw = figures.energy_figure if kind == "energy" else getattr(figures, kind)
+        return draw(self.runs, **options)
+
+    @property
+    def _title(self) -> str:
+        run = next(iter(self.runs.values()))
+        motion = ", ".join(record.name for record in run.records)
+        return f"{run.isolated.structure.name}, {motion}"
+
+    def __repr__(self) -> str:
+        return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"
+
+    def __str__(self) -> str:
+        from .reports.tables import as_text
+
+        return as_text(self.table())
+
+    def __rich__(self) -> Table:
+        return self.table()
+
+
+def json_report(comparison: Comparison) -> dict[str, Any]:
+    """Report of a comparison that JSON can hold.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Runs to report.
+
+    Returns
+    -------
+    dict
+        ``{"runs": [{"controller": ..., "criteria": {...}, "energy": {...}}, ...]}`` with the
+        criteria of `isolation_sim.criteria.criteria` and, in ``energy``, ``closure_error`` and the
+        energies at the end of the run (J); plain floats.
+    """
+    return {
+        "runs": [
+            {
+                "controller": name,
+                "criteria": comparison.criteria[name],
+                "energy": comparison.energy[name],
+            }
+            for name in comparison.runs
+        ]
+    }

@@ -1,0 +1,374 @@
+"""Criteria of a run: peaks, RMS values and the nine of the smart base-isolated benchmark.
+
+The benchmark's criteria, with a hat for the uncontrolled structure, norms of vectors over the
+directions of ground motion, f a floor and t the time (dimensionless, less is better but for J9):
+
+    J1 = max_t |V0| / max_t |V0^|              base shear, at the isolation level
+    J2 = max_t |V1| / max_t |V1^|              structural shear, in the first storey
+    J3 = max_t |d| / max_t |d^|                base displacement
+    J4 = max_tf |drift_f| / max_tf |drift_f^|  storey drift
+    J5 = max_tf |a_f| / max_tf |a_f^|          absolute floor acceleration
+    J6 = max_t |F| / max_t |V0|                device force over base shear, controlled structure
+    J7 = rms |d| / rms |d^|                    base displacement
+    J8 = max_f rms |a_f| / max_f rms |a_f^|    absolute floor acceleration
+    J9 = dissipated energy / input energy      of the controlled structure
+
+Three things are adapted here. The benchmark's devices stand beside bearings; a magnetorheological
+isolator is bearing and damper in one, so that F in J6 is the isolators' whole force, and J6 is 1
+where nothing else carries the building. J9 counts what the devices dissipated by the end of the
+record, where the benchmark integrates their force over their velocity: the two differ by the energy
+that a spring still holds and by the work of changing the current; for a law without a stored energy
+the two are one. The uncontrolled structure is the same one with its coils off.
+
+Source: S. Narasimhan, S. Nagarajaiah, E. A. Johnson and H. P. Gavin, "Smart base-isolated benchmark
+building. Part I: problem definition", Structural Control and Health Monitoring 13 (2006) 573-588.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .simulation.result import Run
+    from .structures import IsolatedStructure, Structure
+
+_RATIOS = {
+    "J1": "peak_base_shear_N",
+    "J2": "peak_structural_shear_N",
+    "J3": "peak_base_displacement_m",
+    "J4": "peak_drift_m",
+    "J5": "peak_floor_acceleration_m_s2",
+    "J7": "rms_base_displacement_m",
+    "J8": "rms_floor_acceleration_m_s2",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What the criteria are computed from; leading axes, such as one for many runs, are kept.
+
+    With several directions of ground motion every quantity is the norm of its vector over them;
+    with one it may have its sign.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Samples, s, increasing.
+    base_displacement : (..., n, n_bases) array
+        Displacement of the base relative to the ground, m; one column a slab.
+    floor_acceleration : (..., n, n_levels) array
+        Absolute acceleration of the base and the floors, m/s^2.
+    drift : (..., n, n_storeys) array
+        Storey drifts, m.
+    base_shear : (..., n) array
+        Shear at the isolation level, N: all inertia forces.
+    structural_shear : (..., n) array
+        Shear that the superstructure puts on the base, N.
+    isolator_force : (..., n) array
+        Resultant of the isolators' forces, N.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two samples or an array has another number of them.
+    """
+
+    time: NDArray
+    base_displacement: NDArray
+    floor_acceleration: NDArray
+    drift: NDArray
+    base_shear: NDArray
+    structural_shear: NDArray
+    isolator_force: NDArray
+
+    def __post_init__(self) -> None:
+        n = len(self.time)
+        if n < 2:
+            raise InputError(f"criteria need two samples or more; {n} given")
+        for name, axis in (
+            ("base_displacement", -2), ("floor_acceleration", -2), ("drift", -2),
+            ("base_shear", -1), ("structural_shear", -1), ("isolator_force", -1),
+        ):
+            shape = np.shape(getattr(self, name))
+            if len(shape) < -axis or shape[axis] != n:
+                raise InputError(f"{name} has shape {shape}; accepted: {n} samples on axis {axis}")
+
+
+def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
+    """Criteria of a run.
+
+    Peaks are the largest absolute values at the record's samples, just after the current changed
+    where it did. RMS values are roots of the
+    mean square over the record's duration, the largest of all floors, storeys or slabs.
+
+    Parameters
+    ----------
+    run : Run
+        The controlled structure.
+    reference : Run, optional
+        The uncontrolled structure, its coils off, under the same ground motion.
+
+    Returns
+    -------
+    dict of str to float
+        ``peak_`` and ``rms_`` of ``base_displacement_m``, ``floor_acceleration_m_s2`` (absolute,
+        base included), ``drift_m``, ``base_shear_N``, ``structural_shear_N`` and
+        ``isolator_force_N``; with a reference also ``J1`` to ``J9`` (dimensionless).
+
+    Raises
+    ------
+    InputError
+        If the reference had another ground motion.
+    """
+    values = {key: float(value) for key, value in response_criteria(response_of(run)).items()}
+    if reference is None:
+        return values
+    if reference.records != run.records:
+        raise InputError(
+            f"the reference {reference.controller!r} had another ground motion than "
+            f"{run.controller!r}: {_names(reference)} instead of {_names(run)}"
+        )
+    uncontrolled = values if reference is run else reference.criteria
+    energy = run.energy
+    ratios = benchmark_criteria(
+        values, uncontrolled, energy.device_dissipation_J[-1], energy.input_J[-1]
+    )
+    return values | {key: float(value) for key, value in ratios.items()}
+
+
+def response_criteria(response: Response) -> dict[str, NDArray]:
+    """Peaks and RMS values of arrays.
+
+    Parameters
+    ----------
+    response : Response
+        Arrays with any leading axes.
+
+    Returns
+    -------
+    dict of str to array
+        Keys as in `criteria`, without J1 to J9; each has the leading axes' shape. A quantity
+        without columns, such as the drift of a structure without storeys, is 0.
+
+    Notes
+    -----
+    The mean square is the trapezoidal rule's integral of the square over the duration.
+    """
+    quantities = {
+        "base_displacement_m": response.base_displacement,
+        "floor_acceleration_m_s2": response.floor_acceleration,
+        "drift_m": response.drift,
+        "base_shear_N": np.asarray(response.base_shear)[..., np.newaxis],
+        "structural_shear_N": np.asarray(response.structural_shear)[..., np.newaxis],
+        "isolator_force_N": np.asarray(response.isolator_force)[..., np.newaxis],
+    }
+    time = np.asarray(response.time)
+    duration = time[-1] - time[0]
+    peaks, rms = {}, {}
+    for key, values in quantities.items():
+        peaks[f"peak_{key}"] = np.max(np.abs(values), axis=(-2, -1), initial=0.0)
+        mean_square = np.trapezoid(np.square(values), time, axis=-2) / duration
+        rms[f"rms_{key}"] = np.sqrt(np.max(mean_square, axis=-1, initial=0.0))
+    return peaks | rms
+
+
+def benchmark_criteria(
+    controlled: Mapping[str, ArrayLike],
+    uncontrolled: Mapping[str, ArrayLike],
+    dissipated: ArrayLike,
+    supplied: ArrayLike,
+) -> dict[str, NDArray]:
+    """J1 to J9 from peaks, RMS values and energies; the module's docstring defines them.
+
+    Parameters
+    ----------
+    controlled, uncontrolled : mapping of str to array_like
+        Criteria of both structures, as `response_criteria` returns them.
+    dissipated : array_like, J
+        Energy that the devices of the controlled structure dissipated.
+    supplied : array_like, J
+        Energy that the ground motion put into the controlled structure. Reckoned with the motion
+        relative to the ground it is the benchmark's, the integral of base shear over ground
+        displacement, as soon as the ground is at rest.
+
+    Returns
+    -------
+    dict of str to array
+        J1 to J9, dimensionless; not a number where the divisor is 0.
+    """
+    fractions = {
+        key: (controlled[name], uncontrolled[name]) for key, name in _RATIOS.items()
+    } | {
+        "J6": (controlled["peak_isolator_force_N"], controlled["peak_base_shear_N"]),
+        "J9": (dissipated, supplied),
+    }
+    return {key: _ratio(*fractions[key]) for key in sorted(fractions)}
+
+
+def response_of(run: Run) -> Response:
+    """Arrays of a run that the criteria are computed from; see `quantity_rows`.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+
+    Returns
+    -------
+    Response
+    """
+    names = run.outputs.names
+    moved = {
+        name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
+        for name, rows in quantity_rows(run.isolated, names).items()
+    }
+    return Response(
+        time=run.time,
+        base_displacement=moved["base_displacement_m"],
+        floor_acceleration=moved["floor_acceleration_m_s2"],
+        drift=moved["drift_m"],
+        base_shear=moved["base_shear_N"][:, 0],
+        structural_shear=moved["structural_shear_N"][:, 0],
+        isolator_force=moved["isolator_force_N"][:, 0],
+    )
+
+
+def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:
+    """Quantities that the criteria are taken of, as rows over a structure's outputs.
+
+    A floor's acceleration, the base's displacement and a storey's drift are vectors over the
+    directions of ground motion, taken at the dofs that the ground moves: the floors' centres.
+    Rotations count through the forces only. The isolator force is that of the elements with a coil
+    that hold the structure to the ground; of all that hold it where none has a coil.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        Structure and elements.
+    names : sequence of str
+        Names of its outputs, as in ``Outputs.names``.
+
+    Returns
+    -------
+    dict of str to (n_items, n_directions, n_outputs) array
+        Keys as in `criteria`, without ``peak_`` and ``rms_``; an item is a slab, level or storey,
+        and its quantity the norm of its rows times the outputs. Rows that are not needed are 0.
+    """
+    structure = isolated.structure
+    n_directions = len(structure.directions)
+    index = {name: k for k, name in enumerate(names)}
+
+    def picked(owners: Sequence[str], quantity: str) -> NDArray:
+        rows = np.zeros((len(owners), len(names)))
+        for row, owner in zip(rows, owners, strict=True):
+            row[index[f"{owner}_{quantity}"]] = 1.0
+        return rows
+
+    def items(rows: NDArray) -> NDArray:
+        missing = n_directions - rows.shape[1]
+        return np.pad(rows, ((0, 0), (0, missing), (0, 0)))
+
+    displacement = picked(structure.names, "displacement_m")
+    acceleration = picked(structure.names, "acceleration_m_s2")
+    drift = picked(structure.storeys, "drift_m")
+    force = picked(isolated.element_names, "force_N")
+    base = np.array(structure.base, dtype=int)
+    slabs = base[_by_direction(structure.influence[base])]
+    # how far each element deforms when the structure moves rigidly against the ground
+    holding = isolated.element_rows @ structure.influence
+    driven = np.array([e.channel is not None for e in isolated.elements], dtype=bool)
+    if np.any(holding[driven]):
+        holding = holding * driven[:, np.newaxis]
+    return {
+        "base_displacement_m": items(displacement[slabs]),
+        "floor_acceleration_m_s2": items(acceleration[level_dofs(structure)]),
+        "drift_m": items(drift[storey_rows(structure)]),
+        "base_shear_N": -(structure.base_shear_rows(above_base=False) @ acceleration)[np.newaxis],
+        "structural_shear_N": -(structure.base_shear_rows(above_base=True) @ acceleration)[
+            np.newaxis
+        ],
+        "isolator_force_N": (holding.T @ force)[np.newaxis],
+    }
+
+
+def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
+    """One quantity of several dofs, storeys or elements of a run.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+    names : sequence of str
+        Dofs, storeys or elements.
+    quantity : str
+        Such as ``"acceleration_m_s2"``: what follows the name in the run's outputs.
+
+    Returns
+    -------
+    (n_samples, len(names)) array
+        At the record's samples, in the unit that ends the quantity.
+    """
+    index = {name: k for k, name in enumerate(run.outputs.names)}
+    return run.values[:, [index[f"{name}_{quantity}"] for name in names]]
+
+
+def level_dofs(structure: Structure) -> NDArray:
+    """Dofs of each level in each direction of ground motion.
+
+    Parameters
+    ----------
+    structure : Structure
+        Its dofs in one order of levels for all directions.
+
+    Returns
+    -------
+    (n_levels, n_directions) array of int
+        A level for the k-th dof that the ground moves in each direction. Where the directions have
+        different numbers of dofs or share one, every dof is a level of its own, in one column.
+    """
+    return _by_direction(structure.influence)
+
+
+def storey_rows(structure: Structure) -> NDArray:
+    """Drift rows of each storey in each direction of ground motion, as `level_dofs`.
+
+    Parameters
+    ----------
+    structure : Structure
+        Its storeys in one order for all directions.
+
+    Returns
+    -------
+    (n_storeys, n_directions) array of int
+        Rows of ``structure.drift_rows``; those of rotations alone are left out.
+    """
+    return _by_direction(np.abs(structure.drift_rows) @ np.abs(structure.influence))
+
+
+def _by_direction(moved: NDArray) -> NDArray:
+    columns = [np.flatnonzero(column) for column in moved.T]
+    shared = np.any(np.count_nonzero(moved, axis=1) > 1)
+    if shared or len({len(column) for column in columns}) > 1:
+        return np.flatnonzero(moved.any(axis=1))[:, np.newaxis]
+    return np.stack(columns, axis=1)
+
+
+def _norm(vectors: NDArray) -> NDArray:
+    # one direction keeps its sign, which figures need
+    return vectors[..., 0] if vectors.shape[-1] == 1 else np.linalg.norm(vectors, axis=-1)
+
+
+def _ratio(value: ArrayLike, divisor: ArrayLike) -> NDArray:
+    divisor = np.asarray(divisor, dtype=float)
+    return np.asarray(value, dtype=float) / np.where(divisor == 0, np.nan, divisor)
+
+
+def _names(run: Run) -> str:
+    return ", ".join(record.name for record in run.records)

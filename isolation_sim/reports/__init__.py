@@ -1,0 +1,1 @@
+"""Figures and tables of runs; matplotlib and rich are imported when they are used."""

@@ -1,0 +1,119 @@
+"""Figure of the energy ledger: where the energy came from and where it went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .panels import MARKS_A_LINE, named
+from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ..simulation.ledger import Ledger
+    from ..simulation.result import Run
+
+# from the bottom of the stack: attribute, label, shade, hatch
+_SINKS = (
+    ("device_dissipation_J", "dissipated by devices", "0.55", ""),
+    ("structural_damping_J", "dissipated by structure", "0.8", "////"),
+    ("device_stored_J", "stored in devices", "0.93", "...."),
+    ("strain_J", "strain", "#A6CEE3", "\\\\\\\\"),
+    ("kinetic_J", "kinetic", "white", "xxxx"),
+)
+_INSTANTS = 800
+
+
+def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
+    """Energy ledgers over time, a panel a run, and below what they fail to account for.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide.
+
+    Raises
+    ------
+    InputError
+        If there are no runs.
+    """
+    given = named(runs)
+    if not given:
+        raise InputError("a figure needs one run or more; none given")
+    across = min(len(given), 2 if len(given) < 5 else 3)
+    down = -(-len(given) // across)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 2.2 + 2.0 * down)
+        cells = figure.add_gridspec(down + 1, across, height_ratios=[*[2.0] * down, 1.1])
+        axes: list[Axes] = []
+        for k, (name, run) in enumerate(given.items()):
+            shared = axes[0] if axes else None
+            place = cells[k // across, k % across]
+            panel = figure.add_subplot(place, sharex=shared, sharey=shared)
+            draw_ledger(panel, run.energy)
+            panel.set_title(f"{name}\nclosure error {run.energy.closure_error:.1g}")
+            axes.append(panel)
+        label_outer(axes, across)
+        residuals = figure.add_subplot(cells[down, :])
+        _draw_residuals(residuals, given)
+        legend(figure, axes[0], "outside upper center")
+        if len(given) > 1:
+            legend(figure, residuals, "outside lower center")
+    return figure
+
+
+def draw_ledger(axes: Axes, ledger: Ledger) -> None:
+    """Stack what became of the energy over time, under lines of what was supplied.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to.
+    ledger : Ledger
+        Energies over time, J.
+    """
+    # as many as a page shows; filled areas are not thinned out when they are drawn
+    drawn = slice(None, None, len(ledger.time) // _INSTANTS + 1)
+    floor = np.zeros(len(ledger.time[drawn]))
+    for name, label, shade, hatch in _SINKS:
+        top = floor + 1e-3 * getattr(ledger, name)[drawn]
+        axes.fill_between(
+            ledger.time[drawn], floor, top, label=label, facecolor=shade, hatch=hatch,
+            edgecolor="0.35", linewidth=0.3,
+        )
+        floor = top
+    supplied, changed, *_ = line_styles(2)
+    axes.plot(ledger.time, 1e-3 * ledger.input_J, label="input", **supplied)
+    axes.plot(ledger.time, 1e-3 * _supply(ledger), label="input + field work", **changed)
+    axes.margins(x=0)
+    axes.set_xlabel("Time (s)")
+    axes.set_ylabel("Energy (kJ)")
+
+
+def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
+    for line, (name, run) in zip(line_styles(len(runs)), runs.items(), strict=True):
+        ledger = run.energy
+        spent = sum(getattr(ledger, sink) for sink, *_ in _SINKS)
+        peak = np.max(np.abs(ledger.input_J)) or 1.0
+        axes.plot(
+            ledger.time, (_supply(ledger) - spent) / peak, label=name, linewidth=0.8,
+            markevery=len(ledger.time) // MARKS_A_LINE + 1, **line,
+        )
+    axes.margins(x=0)
+    axes.set_xlabel("Time (s)")
+    axes.set_ylabel("Mismatch /\npeak input (-)")
+
+
+def _supply(ledger: Ledger) -> NDArray:
+    return ledger.input_J + ledger.field_work_J

@@ -1,0 +1,270 @@
+"""Figures of runs, for publication: legible in grey, units on every axis, one or two columns wide.
+
+Figures are made without pyplot: nothing has to be closed, and no window opens. `save` writes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from . import panels
+from .energy import draw_ledger, energy_figure
+from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpecBase
+
+    from ..simulation.result import Run
+
+    Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
+
+__all__ = [
+    "currents",
+    "energy_figure",
+    "floor_envelopes",
+    "loops",
+    "run_figure",
+    "save",
+    "time_histories",
+]
+
+
+def time_histories(runs: Runs, direction: str | None = None) -> Figure:
+    """Ground acceleration, base displacement, roof acceleration and current over time.
+
+    The current is that of the first coil; without coils there is no such panel.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+    direction : str, optional
+        Direction of ground motion; the first by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide.
+
+    Raises
+    ------
+    InputError
+        If there are no runs or no such direction.
+    """
+    given = _some(runs)
+    first = next(iter(given.values()))
+    number = panels.direction_number(first, direction)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 6.4)
+        ratios = [0.7, 1.0, 1.0, 0.8][: 3 + _coils(given)]
+        axes = _column(figure.add_gridspec(len(ratios), 1, height_ratios=ratios), sharex=True)
+        _histories(axes, given, number)
+        if len(given) > 1:
+            legend(figure, axes[1], "outside upper center")
+    return figure
+
+
+def loops(runs: Runs, element: str | None = None) -> Figure:
+    """Force over deformation of an isolator, a panel a run on the same axes.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+    element : str, optional
+        Name of the element; the first along the first direction by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide.
+
+    Raises
+    ------
+    InputError
+        If there are no runs or no such element.
+    """
+    given = _some(runs)
+    across = min(len(given), 4 if len(given) in (4, 7, 8) else 3)
+    down = -(-len(given) // across)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.3 + 2.2 * down)
+        axes: list[Axes] = []
+        for k, (name, run) in enumerate(given.items()):
+            shared = axes[0] if axes else None
+            panel = figure.add_subplot(down, across, k + 1, sharex=shared, sharey=shared)
+            panels.loop(panel, run, _element(run, element))
+            panel.set_title(name)
+            axes.append(panel)
+        label_outer(axes, across)
+    return figure
+
+
+def currents(runs: Runs) -> Figure:
+    """Coil currents over time, a panel a run on the same axes, a line a channel.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide.
+
+    Raises
+    ------
+    InputError
+        If there are no runs, or none has a coil.
+    """
+    given = {name: run for name, run in _some(runs).items() if run.isolated.n_channels}
+    if not given:
+        raise InputError("none of the runs has a coil whose current could be drawn")
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.6 + 1.1 * len(given))
+        axes = _column(figure.add_gridspec(len(given), 1), sharex=True, sharey=True)
+        for panel, (name, run) in zip(axes, given.items(), strict=True):
+            for channel, line in enumerate(line_styles(run.isolated.n_channels)):
+                panel.plot(
+                    run.time, run.current[:, channel], label=f"channel {channel}",
+                    drawstyle="steps-post", linewidth=0.8,
+                    markevery=len(run.time) // panels.MARKS_A_LINE + 1,
+                    **line,
+                )
+            panel.set_title(name, loc="left")
+            panel.set_ylabel("Current (A)")
+            panel.margins(x=0)
+            panels.from_zero(panel)
+        axes[-1].set_xlabel("Time (s)")
+        widest = max(axes, key=lambda panel: len(panel.lines))
+        if len(widest.lines) > 1:
+            legend(figure, widest, "outside upper center")
+    return figure
+
+
+def floor_envelopes(runs: Runs) -> Figure:
+    """Peak absolute acceleration and peak drift over the height.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide; peaks of the vectors' norms over the directions of ground motion.
+
+    Raises
+    ------
+    InputError
+        If there are no runs.
+    """
+    given = _some(runs)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 3.2)
+        left, right = figure.subplots(1, 2)
+        panels.acceleration_envelope(left, given)
+        panels.drift_envelope(right, given)
+        if len(given) > 1:
+            legend(figure, left, "outside upper center")
+    return figure
+
+
+def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
+    """Draw one run on one page: histories, loop, envelopes over the height, energies.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+    direction : str, optional
+        Direction of ground motion of the histories; the first by default.
+    element : str, optional
+        Name of the element of the loop; the first along that direction by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide.
+
+    Raises
+    ------
+    InputError
+        If there is no such direction or element.
+    """
+    given = {run.controller: run}
+    number = panels.direction_number(run, direction)
+    # a structure without elements has no loop to draw
+    elements = [_element(run, element, number)] if run.isolated.elements or element else []
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 9.0)
+        motions = ", ".join(record.name for record in run.records)
+        figure.suptitle(f"{run.isolated.structure.name}, {motions}, {run.controller}", fontsize=9)
+        page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
+        above = page[0].subgridspec(1, 2, width_ratios=[1.7, 1])
+        histories = _column(above[0].subgridspec(3 + _coils(given), 1), sharex=True)
+        _histories(histories, given, number)
+        for panel, unit in zip(histories, ("m/s²", "mm", "m/s²"), strict=False):
+            _mark_peak(panel, unit)
+        *force, acceleration, drift = _column(above[1].subgridspec(2 + len(elements), 1))
+        for panel, name in zip(force, elements, strict=True):
+            panels.loop(panel, run, name)
+        panels.acceleration_envelope(acceleration, given)
+        panels.drift_envelope(drift, given)
+        energy = figure.add_subplot(page[1])
+        draw_ledger(energy, run.energy)
+        legend(figure, energy, "outside lower center")
+    return figure
+
+
+def _histories(axes: list[Axes], runs: Mapping[str, Run], direction: int) -> None:
+    ground, base, roof, *current = axes
+    panels.ground_acceleration(ground, next(iter(runs.values())), direction)
+    panels.base_displacement(base, runs, direction)
+    panels.roof_acceleration(roof, runs, direction)
+    for panel in current:
+        panels.coil_currents(panel, runs)
+    axes[-1].set_xlabel("Time (s)")
+    axes[0].figure.align_ylabels(axes)
+
+
+def _coils(runs: Mapping[str, Run]) -> bool:
+    return any(run.isolated.n_channels for run in runs.values())
+
+
+def _column(cells: GridSpecBase, sharex: bool = False, sharey: bool = False) -> list[Axes]:
+    return list(cells.subplots(sharex=sharex, sharey=sharey, squeeze=False)[:, 0])
+
+
+def _mark_peak(axes: Axes, unit: str) -> None:
+    """Write the largest absolute value of the only line above its panel."""
+    peak = np.max(np.abs(np.asarray(axes.lines[0].get_ydata())))
+    axes.set_title(f"peak {peak:.3g} {unit}", loc="right", fontsize=7, pad=2)
+
+
+def _element(run: Run, name: str | None, direction: int = 0) -> str:
+    isolated = run.isolated
+    names = isolated.element_names
+    if not names:
+        raise InputError(f"{isolated.structure.name} has no element whose loop could be drawn")
+    if name is None:
+        along = isolated.element_rows @ isolated.structure.influence[:, direction]
+        return names[int(np.argmax(along != 0))]
+    if name not in names:
+        raise unknown_name("element", name, names)
+    return name
+
+
+def _some(runs: Runs) -> dict[str, Run]:
+    given = panels.named(runs)
+    if not given:
+        raise InputError("a figure needs one run or more; none given")
+    return given

@@ -1,0 +1,183 @@
+"""How the figures look: sizes, lines that stay apart in grey, and files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SINGLE_COLUMN = 3.5
+"""Width of a figure in one column of a journal, in."""
+DOUBLE_COLUMN = 7.2
+"""Width of a figure across both columns, in."""
+
+# Okabe and Ito's colours, which the colour-blind tell apart, from dark to light
+_COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+_DASHES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (1, 1)))
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+_SETTINGS: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "legend.handlelength": 3.2,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "0.88",
+    "grid.linewidth": 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
+    "hatch.linewidth": 0.5,
+    "figure.facecolor": "white",
+    "figure.constrained_layout.use": True,
+    "figure.constrained_layout.h_pad": 0.03,
+    "figure.constrained_layout.w_pad": 0.03,
+    "svg.hashsalt": "isolation_sim",
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Use the figures' style inside a ``with`` block, and the user's own again after it."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_SETTINGS)
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Empty figure that no window manager holds.
+
+    Parameters
+    ----------
+    width, height : float, in
+        Its size.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With constrained layout; to be used inside `style`.
+    """
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def label_outer(axes: Sequence[Axes], across: int) -> None:
+    """Keep labels of panels in rows at the left and where no panel is below.
+
+    Parameters
+    ----------
+    axes : sequence of matplotlib.axes.Axes
+        Panels on the same axes, row by row; the last row may be short.
+    across : int
+        How many are in a row.
+    """
+    for k, panel in enumerate(axes):
+        left, bottom = k % across == 0, k + across >= len(axes)
+        panel.tick_params(labelleft=left, labelbottom=bottom)
+        panel.set_ylabel(panel.get_ylabel() if left else "")
+        panel.set_xlabel(panel.get_xlabel() if bottom else "")
+
+
+def legend(
+    figure: Figure, axes: Axes, place: Literal["outside upper center", "outside lower center"]
+) -> None:
+    """Explain what one panel shows, for all panels.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Figure of the panel, two columns wide.
+    axes : matplotlib.axes.Axes
+        The panel.
+    place : {"outside upper center", "outside lower center"}
+        Edge of the figure.
+    """
+    handles, labels = axes.get_legend_handles_labels()
+    # a letter takes about a 140th of the width, and the line beside it ten letters
+    fitting = int(140 / (10 + max(map(len, labels))))
+    ncols = max(1, min(len(labels), fitting, 4))
+    figure.legend(handles, labels, loc=place, ncols=ncols)
+
+
+def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
+    """Line styles that differ by more than colour.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    markers : bool, default False
+        Whether every line has a marker; without, only those after the fourth have.
+
+    Returns
+    -------
+    list of dict
+        Keyword arguments of ``Axes.plot``: up to 28 that differ in dashes or marker.
+    """
+    unmarked = 0 if markers else len(_DASHES)
+    return [
+        {
+            "color": _COLOURS[k % len(_COLOURS)],
+            "linestyle": _DASHES[k % len(_DASHES)],
+            "marker": _MARKERS[(k - unmarked) % len(_MARKERS)] if k >= unmarked else "",
+        }
+        for k in range(count)
+    ]
+
+
+def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
+    """Write a figure as SVG and as PNG (200 dots an inch).
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        A figure.
+    folder : str or pathlib.Path
+        Where to; made where it is missing.
+    stem : str
+        File name without its ending.
+
+    Returns
+    -------
+    tuple of pathlib.Path
+        SVG and PNG. Each appears whole or not at all, and the same figure gives the same bytes.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written to.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = folder / f"{stem}.svg", folder / f"{stem}.png"
+    how: tuple[dict[str, Any], ...] = {"metadata": {"Date": None}}, {"dpi": 200}
+    for path, options in zip(paths, how, strict=True):
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            with style():
+                figure.savefig(unfinished, format=path.suffix[1:], **options)
+            os.replace(unfinished, path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    return paths

@@ -1,0 +1,186 @@
+"""Tables for the terminal, in engineering units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+from .units import unit_of
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..simulation.result import Run
+
+WIDTH = 100
+"""Columns of the terminal that the tables are laid out for."""
+
+
+class Row(NamedTuple):
+    """One row of the table.
+
+    Attributes
+    ----------
+    key : str
+        Criterion or energy, with its SI unit at the end.
+    label : str
+        What to print.
+    best : callable or None
+        Picks the best of several values; None where none is better.
+    """
+
+    key: str
+    label: str
+    best: Callable[[list[float]], float] | None = min
+
+
+_RESPONSE = {
+    "base_displacement_m": "base displacement",
+    "floor_acceleration_m_s2": "floor acceleration",
+    "drift_m": "storey drift",
+    "base_shear_N": "base shear",
+    "structural_shear_N": "structural shear",
+    "isolator_force_N": "isolator force",
+}
+
+_GROUPS = {
+    "Peak": [Row(f"peak_{key}", label) for key, label in _RESPONSE.items()],
+    "RMS": [Row(f"rms_{key}", label) for key, label in _RESPONSE.items()],
+    "Benchmark": [
+        Row("J1", "J1 peak base shear"),
+        Row("J2", "J2 peak structural shear"),
+        Row("J3", "J3 peak base displacement"),
+        Row("J4", "J4 peak storey drift"),
+        Row("J5", "J5 peak floor acceleration"),
+        Row("J6", "J6 device / base shear"),
+        Row("J7", "J7 RMS base displacement"),
+        Row("J8", "J8 RMS floor acceleration"),
+        Row("J9", "J9 dissipated / input energy", max),
+    ],
+    # an account, not a score: no entry is the best
+    "Energy at the end": [
+        Row("input_J", "input", None),
+        Row("field_work_J", "field work", None),
+        Row("device_dissipation_J", "dissipated by devices", None),
+        Row("structural_damping_J", "dissipated by structure", None),
+        Row("device_stored_J", "stored in devices", None),
+        Row("strain_J", "strain", None),
+        Row("kinetic_J", "kinetic", None),
+        Row("closure_error", "closure error / peak input", None),
+    ],
+}
+
+
+def criteria_table(
+    criteria: Mapping[str, Mapping[str, float]],
+    energy: Mapping[str, Mapping[str, float]],
+    title: str = "",
+) -> Table:
+    """Table of criteria and energies, a column a run.
+
+    Parameters
+    ----------
+    criteria : mapping of str to mapping
+        Criteria of each run by its name, SI units.
+    energy : mapping of str to mapping
+        Energies of each run by its name, J.
+    title : str
+        Title of the table.
+
+    Returns
+    -------
+    rich.table.Table
+        Groups and rows that no run has are left out. Where several runs are told apart, an
+        asterisk marks the best of a row; values that print alike are equally good.
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    several = len(criteria) > 1
+    table = Table(
+        title=title or None,
+        caption="* best of the row" if several else None,
+        box=SIMPLE_HEAD,
+        padding=0,
+        show_edge=False,
+    )
+    table.add_column("", no_wrap=True)
+    for name in criteria:
+        # a word a line: left alone, rich shares the width by whole names and breaks words
+        header = Text("\n".join(name.replace("_", " ").split()))
+        table.add_column(header, justify="right", overflow="fold", vertical="bottom")
+    values = {name: {**criteria[name], **energy[name]} for name in criteria}
+    for group, rows in _GROUPS.items():
+        present = [row for row in rows if any(row.key in v for v in values.values())]
+        if present:
+            table.add_row(Text(group, style="bold"))
+        for row in present:
+            symbol, factor = unit_of(row.key)
+            numbers = [v[row.key] * factor if row.key in v else None for v in values.values()]
+            cells = [
+                Text(text, style="bold" if text.endswith("*") else "")
+                for text in _marked(numbers, row.best if several else None)
+            ]
+            table.add_row(f"  {row.label}{', ' * bool(symbol)}{symbol}", *cells)
+        if present:
+            table.add_section()
+    return table
+
+
+def run_table(run: Run) -> Table:
+    """Table of one run.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+
+    Returns
+    -------
+    rich.table.Table
+        Its peaks, RMS values and energies.
+    """
+    from ..comparison import Comparison
+
+    return Comparison({run.controller: run}).table()
+
+
+def as_text(table: Table, width: int = WIDTH) -> str:
+    """Plain text of a table.
+
+    Parameters
+    ----------
+    table : rich.table.Table
+        A table.
+    width : int
+        Columns of the terminal.
+
+    Returns
+    -------
+    str
+        Lines without colours or trailing blanks.
+    """
+    from rich.console import Console
+
+    console = Console(width=width, color_system=None, force_terminal=False)
+    with console.capture() as capture:
+        console.print(table)
+    return "\n".join(line.rstrip() for line in capture.get().splitlines())
+
+
+def _marked(numbers: list[float | None], best: Callable | None) -> list[str]:
+    texts = [_text(number) for number in numbers]
+    known = [number for number in numbers if number is not None and number == number]
+    mark = _text(best(known)) if best and known else None
+    # all alike: nothing to choose
+    if len(set(texts)) == 1:
+        mark = None
+    return [f"{text}*" if text == mark else f"{text} " for text in texts]
+
+
+def _text(number: float | None) -> str:
+    if number is None:
+        return "-"
+    small = number != 0 and abs(number) < 0.01
+    return f"{number:.1e}" if small else f"{number:#.4g}".rstrip(".")

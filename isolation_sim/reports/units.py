@@ -1,0 +1,33 @@
+"""Engineering units that tables and figures print, by the ending of an SI name."""
+
+from __future__ import annotations
+
+UNITS = {
+    "m_s2": ("m/s²", 1.0),
+    "m": ("mm", 1e3),
+    "N": ("kN", 1e-3),
+    "J": ("kJ", 1e-3),
+    "A": ("A", 1.0),
+}
+"""Unit to print and factor from SI."""
+
+
+def unit_of(name: str) -> tuple[str, float]:
+    """Find the unit to print for a quantity.
+
+    Parameters
+    ----------
+    name : str
+        Quantity with its SI unit at the end, such as ``"peak_drift_m"``.
+
+    Returns
+    -------
+    unit : str
+        Unit to print; empty for a quantity without one.
+    factor : float
+        From SI to that unit.
+    """
+    for ending, unit in UNITS.items():
+        if name.endswith(f"_{ending}"):
+            return unit
+    return "", 1.0

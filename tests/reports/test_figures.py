@@ -1,0 +1,225 @@
+"""Figures: units on every axis, nothing overlaps or is cut off, lines that grey keeps apart."""
+
+import itertools
+import re
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.image import imread
+
+import isolation_sim as iso
+from isolation_sim.reports import figures
+from isolation_sim.reports.style import DOUBLE_COLUMN, line_styles, style
+from isolation_sim.simulation.ledger import Ledger
+from isolation_sim.simulation.outputs import output_names
+from isolation_sim.structures import IsolatedStructure
+
+UNIT = re.compile(r"\((s|m/s²|mm|A|kN|kJ|-)\)$")
+
+OF_RUNS = {
+    "time_histories": figures.time_histories,
+    "loops": figures.loops,
+    "currents": figures.currents,
+    "floor_envelopes": figures.floor_envelopes,
+    "energy_figure": figures.energy_figure,
+}
+
+
+def drawn_texts(figure):
+    """Texts that are drawn, with their boxes in pixels."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    texts = [*figure.texts]
+    if figure._suptitle is not None and figure._suptitle not in texts:
+        texts.append(figure._suptitle)
+    for legend in figure.legends:
+        texts += legend.get_texts()
+    for axes in figure.axes:
+        texts += [axes.title, axes._left_title, axes._right_title, *axes.texts]
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            texts += [axis.label, axis.offsetText]
+            texts += [
+                tick.label1 for tick in axis.get_major_ticks()
+                if low - 1e-9 <= tick.get_loc() <= high + 1e-9
+            ]
+    shown = [text for text in texts if text.get_visible() and text.get_text().strip()]
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in shown]
+
+
+def check(figure):
+    """Everything that holds for all figures."""
+    texts = drawn_texts(figure)
+    for (one, a), (other, b) in itertools.combinations(texts, 2):
+        across = min(a.x1, b.x1) - max(a.x0, b.x0)
+        along = min(a.y1, b.y1) - max(a.y0, b.y0)
+        assert across < 0.5 or along < 0.5, f"{one!r} overlaps {other!r}"
+    for text, box in texts:
+        inside = (-0.5 <= box.x0 and -0.5 <= box.y0
+                  and box.x1 <= figure.bbox.x1 + 0.5 and box.y1 <= figure.bbox.y1 + 0.5)
+        assert inside, f"{text!r} is cut off"
+    for axes in figure.axes:
+        for axis, siblings in ((axes.xaxis, axes.get_shared_x_axes()),
+                               (axes.yaxis, axes.get_shared_y_axes())):
+            labels = [
+                getattr(other, f"get_{axis.axis_name}label")()
+                for other in siblings.get_siblings(axes)
+            ]
+            assert any(UNIT.search(label) for label in labels), f"no unit in {labels}"
+        looks = [(line.get_linestyle(), line._unscaled_dash_pattern, line.get_marker())
+                 for line in axes.lines]
+        assert len(set(map(str, looks))) == len(looks), "lines that only their colour tells apart"
+    assert figure.get_figwidth() == DOUBLE_COLUMN
+
+
+@pytest.mark.parametrize("name", OF_RUNS)
+@pytest.mark.parametrize("given", ["one", "three", "seven"])
+def test_figures_of_runs(name, given, runs, seven):
+    chosen = {"one": runs["on_off"], "three": runs, "seven": seven}[given]
+    check(OF_RUNS[name](chosen))
+
+
+def test_figure_of_one_run(runs):
+    figure = runs["on_off"].plot()
+    check(figure)
+    assert len(figure.axes) == 8
+
+
+def test_two_directions_without_coils(passive_biaxial):
+    figure = figures.run_figure(passive_biaxial, direction="y")
+    check(figure)
+    assert len(figure.axes) == 7  # no panel of the current
+    deformation = figure.axes[3].lines[0].get_xdata()
+    expected = 1e3 * passive_biaxial.output("isolator_y_deformation_m")
+    assert deformation == pytest.approx(expected)
+    levels = [label.get_text() for label in figure.axes[4].get_yticklabels()]
+    assert levels == ["base", "floor1"]
+    with pytest.raises(iso.InputError, match="none of the runs has a coil"):
+        figures.currents(passive_biaxial)
+
+
+def test_a_structure_without_elements(ground):
+    isolated = IsolatedStructure(iso.reference_building().fixed_base(), ())
+    names, n = output_names(isolated), len(ground)
+    values = np.sin(np.arange(n))[:, None] * np.arange(1, len(names) + 1)
+    run = SimpleNamespace(
+        isolated=isolated, records=(ground,), time=ground.time, controller="none", values=values,
+        outputs=SimpleNamespace(names=names), current=np.zeros((n, 0)),
+        energy=Ledger(ground.time, *np.zeros((7, n)), closure_error=0.0),
+    )
+    figure = figures.run_figure(run)
+    check(figure)
+    assert len(figure.axes) == 6  # neither a loop nor a current
+    _, base, *_ = figure.axes
+    assert base.lines[0].get_ydata() == pytest.approx(1e3 * values[:, 0])
+    with pytest.raises(iso.InputError, match="no element"):
+        figures.loops({"fixed base": run})
+
+
+def test_a_tall_building(ground):
+    tall = iso.shear_building([2e5] * 30, [8e8] * 30, base_mass=2e5)
+    run = iso.simulate(tall.on(iso.reference_isolators(), 4), ground, "passive_on")
+    check(figures.floor_envelopes(run))
+    check(figures.run_figure(run))
+
+
+def test_what_is_drawn_is_the_run(runs):
+    run = runs["passive_on"]
+    _, base, roof, current = figures.time_histories(run).axes
+    assert base.lines[0].get_ydata() == pytest.approx(1e3 * run.output("base_displacement_m"))
+    assert roof.lines[0].get_ydata() == pytest.approx(run.output("floor5_acceleration_m_s2"))
+    assert current.lines[0].get_ydata() == pytest.approx(run.current[:, 0])
+    acceleration, drift = figures.floor_envelopes(run).axes
+    assert max(acceleration.lines[0].get_xdata()) == run.criteria["peak_floor_acceleration_m_s2"]
+    assert max(drift.lines[0].get_xdata()) == 1e3 * run.criteria["peak_drift_m"]
+
+
+def test_panels_of_one_figure_share_their_axes(runs):
+    axes = figures.loops(runs).axes
+    assert len({panel.get_xlim() for panel in axes}) == 1
+    assert len({panel.get_ylim() for panel in axes}) == 1
+    assert [panel.get_title() for panel in axes] == list(runs)
+
+
+def test_the_stack_of_energies_ends_at_what_was_supplied(runs):
+    run = runs["on_off"]
+    axes = figures.energy_figure(run).axes[0]
+    top = max(path.vertices[:, 1].max() for stack in axes.collections for path in stack.get_paths())
+    supplied = 1e-3 * (run.energy.input_J + run.energy.field_work_J).max()
+    assert top == pytest.approx(supplied, rel=1e-3)
+
+
+def test_runs_without_names(runs):
+    run = runs["on_off"]
+    labels = [axes.get_title() for axes in figures.loops([run, run]).axes]
+    assert labels == ["on_off", "on_off 2"]
+
+
+def test_refusals(runs):
+    with pytest.raises(iso.InputError, match="one run or more"):
+        figures.time_histories({})
+    with pytest.raises(iso.InputError, match="one run or more"):
+        figures.energy_figure([])
+    with pytest.raises(iso.InputError, match="unknown direction 'y'"):
+        figures.time_histories(runs, direction="y")
+    with pytest.raises(iso.InputError, match="unknown element 'isolater'; did you mean 'isolator'"):
+        figures.loops(runs, element="isolater")
+
+
+def test_the_users_settings_stay(runs):
+    with matplotlib.rc_context({"font.size": 21.0, "lines.linewidth": 5.0}):
+        before = dict(matplotlib.rcParams)
+        figure = figures.time_histories(runs)
+        assert dict(matplotlib.rcParams) == before
+        assert figure.axes[0].yaxis.label.get_fontsize() == 8.0
+        with pytest.raises(ZeroDivisionError), style():
+            1 / 0  # noqa: B018
+        assert dict(matplotlib.rcParams) == before
+
+
+def test_styles_differ_by_more_than_colour():
+    for markers in (False, True):
+        looks = [(str(s["linestyle"]), s["marker"]) for s in line_styles(28, markers=markers)]
+        assert len(set(looks)) == 28
+
+
+def test_saved_files(runs, tmp_path):
+    figure = figures.loops(runs)
+    svg, png = figures.save(figure, tmp_path / "new" / "folder", "loops")
+    assert (svg.name, png.name) == ("loops.svg", "loops.png")
+    assert sorted(path.name for path in svg.parent.iterdir()) == ["loops.png", "loops.svg"]
+    assert imread(png).shape[1] == round(200 * DOUBLE_COLUMN)
+    first = svg.read_bytes()
+    figures.save(figures.loops(runs), svg.parent, "loops")
+    assert svg.read_bytes() == first
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
+    class Broken:
+        def savefig(self, path, **options):
+            path.write_text("half")
+            raise RuntimeError("broken")
+
+    with pytest.raises(RuntimeError):
+        figures.save(Broken(), tmp_path, "broken")
+    assert not list(tmp_path.iterdir())
+
+
+def test_drawing_libraries_are_loaded_when_used():
+    modules = "criteria", "comparison", "reports.figures", "reports.tables"
+    code = "; ".join(f"import isolation_sim.{name}" for name in modules)
+    code += "; import sys; print({'matplotlib', 'rich', 'xarray'} & set(sys.modules))"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("name", ["time_histories", "floor_envelopes"])
+def test_very_long_names(name, runs):
+    given = {f"{key}_with_a_new_model_of_the_device_and_its_coil": r for key, r in runs.items()}
+    check(OF_RUNS[name](given))
