@@ -147,6 +147,9 @@ class Control(Protocol):
     name: str
     period: float | None
 
+    def prepare(self, situation: Situation, trial: Any) -> None:
+        """Get ready on the plant itself; ``trial(controller)`` simulates another one there."""
+
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
         """Names of the outputs that it wants measured."""
 

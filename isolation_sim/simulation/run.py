@@ -115,9 +115,7 @@ def prepared(
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
     situation = _situation(isolated if belief is None else belief, records[0], controller, coils)
-    prepare = getattr(controller, "prepare", None)
-    if prepare is not None:
-        prepare(situation, trial)
+    controller.prepare(situation, trial)
     controller.reset(situation)
     schedule = controller.schedule(situation)
     compiled = None if schedule is not None else controller.compiled(situation)

@@ -195,7 +195,9 @@ class Workspace:
         self.states = np.zeros((n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
         rows = (self.measured, sensing.settings, sensing.memory, self.chosen)
-        self._sizes = np.array([row.shape[-1] for row in rows])
+        # the last channel, of elements that no coil drives, is none of a controller's business
+        hidden = (1, 0, 0, 1)
+        self._sizes = np.array([row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)])
         self._addresses = (
             *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
         )

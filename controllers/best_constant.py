@@ -1,0 +1,175 @@
+"""The constant current that serves a plant and a ground motion best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isolation_sim.errors import Diverged, InputError
+from isolation_sim.simulation.control import Situation
+
+from .constant import Constant
+from .controller import Trial
+from .open_loop import Held, highest_tested, lowest
+from .passive_off import PassiveOff
+from .settings import Integer, Number, OneOf, Optional, setting
+
+if TYPE_CHECKING:
+    from isolation_sim.simulation.result import Run
+
+
+def peak_base_displacement(run: Run) -> float:
+    """Largest displacement of the base relative to the ground.
+
+    Parameters
+    ----------
+    run : Run
+        A finished run.
+
+    Returns
+    -------
+    float, m
+        Over all base dofs and samples.
+    """
+    structure = run.isolated.structure
+    return _peak(run, [f"{structure.names[i]}_displacement_m" for i in structure.base])
+
+
+def peak_floor_acceleration(run: Run) -> float:
+    """Largest absolute acceleration of any level, the base included.
+
+    Parameters
+    ----------
+    run : Run
+        A finished run.
+
+    Returns
+    -------
+    float, m/s^2
+        Over all dofs and samples.
+    """
+    return _peak(run, [f"{dof}_acceleration_m_s2" for dof in run.isolated.structure.names])
+
+
+def _peak(run: Run, outputs: list[str]) -> float:
+    return max(float(np.abs(run.output(name)).max()) for name in outputs)
+
+
+def weighted_peak(run: Run, off: Run) -> float:
+    """Both peaks, each relative to its value without current, added.
+
+    Parameters
+    ----------
+    run : Run
+        A finished run.
+    off : Run
+        The same without current.
+
+    Returns
+    -------
+    float
+        2 where the current changes nothing.
+    """
+    peaks = (peak_base_displacement, peak_floor_acceleration)
+    return sum(peak(run) / peak(off) for peak in peaks)
+
+
+CRITERIA: dict[str, Callable[[Run, Run], float]] = {
+    "weighted_peak": weighted_peak,
+    "peak_base_displacement_m": lambda run, off: peak_base_displacement(run),
+    "peak_floor_acceleration_m_s2": lambda run, off: peak_floor_acceleration(run),
+}
+"""What ``best_constant`` can minimise, from a run and the run without current."""
+
+
+class BestConstant(Held):
+    """The constant current that minimises a criterion, found by trial runs.
+
+    It knows the plant and the whole ground motion, so it is what a controller must beat to be
+    worth its wires, not one that could be built. The criterion need not be convex in the
+    current: a grid finds the valley, a bounded scalar search its bottom.
+
+    Attributes
+    ----------
+    found : float, A
+        The current, after ``prepare``.
+    score : float
+        The criterion's value there.
+    """
+
+    name = "best_constant"
+    title = "Best constant current"
+    source = "scalar search: Brent 1973"
+
+    criterion: str = setting("weighted_peak", "what to minimise", OneOf(tuple(CRITERIA)))
+    lowest: float | None = setting(
+        None, "lowest current tried; None for the supply's lowest, or 0", Optional(Number()), "A"
+    )
+    highest: float | None = setting(
+        None,
+        "highest current tried; None for 3 A, the highest tested, within the supply's limits",
+        Optional(Number()),
+        "A",
+    )
+    grid: int = setting(13, "currents tried before the scalar search", Integer(at_least=3))
+    resolution: float = setting(1e-3, "accuracy of the scalar search", Number(above=0), "A")
+
+    found: float | None = None
+    score: float = np.nan
+
+    def prepare(self, situation: Situation, trial: Trial) -> None:
+        """Search by trial runs of constant currents.
+
+        Parameters
+        ----------
+        situation : Situation
+            With the supply's limits.
+        trial : callable
+            Simulates a controller on the plant and ground motion in question.
+
+        Raises
+        ------
+        InputError
+            If there is no current to try, or every one of them makes the run diverge.
+        """
+        from scipy.optimize import minimize_scalar
+
+        low = float(lowest(situation).max()) if self.lowest is None else self.lowest
+        high = float(highest_tested(situation).min()) if self.highest is None else self.highest
+        if not (np.isfinite([low, high]).all() and low < high):
+            raise InputError(
+                f"best_constant: currents from {low:g} to {high:g} A; accepted: finite limits, the "
+                "lowest below the highest"
+            )
+        criterion, off = CRITERIA[self.criterion], trial(PassiveOff())
+
+        def score(current: float) -> float:
+            try:
+                return criterion(trial(Constant(amperes=current)), off)
+            except Diverged:
+                return np.inf
+
+        currents = np.linspace(low, high, self.grid)
+        scores = [score(current) for current in currents]
+        best = int(np.argmin(scores))
+        if not np.isfinite(scores[best]):
+            raise InputError(
+                f"best_constant: the run diverges at every current from {low:g} to {high:g} A"
+            )
+        valley = (currents[max(best - 1, 0)], currents[min(best + 1, self.grid - 1)])
+        options = {"xatol": self.resolution}
+        search = minimize_scalar(score, bounds=valley, method="bounded", options=options)
+        self.found, self.score = float(currents[best]), float(scores[best])
+        if search.fun < self.score:
+            self.found, self.score = float(search.x), float(search.fun)
+
+    def held(self, situation: Situation) -> float:
+        """Return the current found."""
+        if self.found is None:
+            raise InputError(
+                "best_constant has not searched yet: call prepare(situation, trial) first, as "
+                "simulate does"
+            )
+        return self.found

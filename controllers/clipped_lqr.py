@@ -1,0 +1,265 @@
+"""Linear-quadratic regulator, clipped to what the isolators can do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure, Structure
+from isolation_sim.structures.modes import undamped_modes
+
+from .compiled import CompiledController, Decision
+from .current_map import nearest_current
+from .device_model import DeviceModel
+from .device_states import SCRATCH, follow_states
+from .open_loop import highest_tested, lowest
+from .settings import Number, Optional, setting
+
+# settings begin with these; then the gains, the elements' directions, coils and devices' numbers,
+# and each coil's range and whether its devices' forces are affine in its current
+N_DOFS, N_ELEMENTS, N_STATES_EACH, N_NUMBERS, HEAD = range(5)
+STANDARD_GRAVITY = 9.80665
+"""m/s^2."""
+
+
+def decide(
+    t: float,
+    measured: NDArray,
+    settings: NDArray,
+    memory: NDArray,
+    command: NDArray,
+    combined_force: Callable,
+    state_rates: Callable,
+) -> None:
+    """Wanted forces from the state, then the currents that come nearest to them.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the decision.
+    measured : numpy.ndarray, shape (2 n_dofs + n_channels,)
+        Displacements (m), velocities (m/s) and coil currents (A).
+    settings : numpy.ndarray
+        As ``ClippedLQR.decision`` lays them out.
+    memory : numpy.ndarray
+        Last instant (s); each element's last deformation, velocity, wanted force and two weights;
+        the device states; scratch.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    combined_force, state_rates : callable
+        As of ``DeviceModel``.
+    """
+    n, m = int(settings[N_DOFS]), int(settings[N_ELEMENTS])
+    n_states, width = int(settings[N_STATES_EACH]), int(settings[N_NUMBERS])
+    n_coils = len(command)
+    at = HEAD
+    gains = settings[at : at + 2 * n * m]
+    at += 2 * n * m
+    directions = settings[at : at + n * m]
+    at += n * m
+    coils = settings[at : at + m]
+    at += m
+    numbers = settings[at : at + m * width]
+    limits = settings[at + m * width :]
+    x, v = memory[1 : 1 + m], memory[1 + m : 1 + 2 * m]
+    wanted, weights = memory[1 + 2 * m : 1 + 3 * m], memory[1 + 3 * m : 1 + 4 * m]
+    alone = memory[1 + 4 * m : 1 + 5 * m]
+    at = 1 + 5 * m
+    states, work = memory[at : at + m * n_states], memory[at + m * n_states :]
+
+    h = t - memory[0]
+    memory[0] = t
+    for e in range(m):
+        new_x = new_v = force = 0.0
+        for i in range(n):
+            new_x += directions[e * n + i] * measured[i]
+            new_v += directions[e * n + i] * measured[n + i]
+        for i in range(2 * n):
+            force += gains[e * 2 * n + i] * measured[i]
+        # the coil current has been the measured one since the last decision
+        present = measured[2 * n + int(coils[e])]
+        follow_states(
+            e, (x[e], v[e]), (new_x, new_v), h, states[e * n_states : (e + 1) * n_states], present,
+            numbers[e * width : (e + 1) * width], work, state_rates,
+        )  # fmt: skip
+        x[e], v[e], wanted[e] = new_x, new_v, force
+
+    for c in range(n_coils):
+        low, high, is_affine = limits[3 * c], limits[3 * c + 1], limits[3 * c + 2] == 1.0
+        # forces of one coil's elements move along a line as its current changes, exactly if they
+        # are affine in it: what is wanted is projected onto that line
+        length = 0.0
+        for e in range(m):
+            weights[e] = 0.0
+            if coils[e] == c:
+                alone[e] = 1.0
+                arguments = (alone, x, v, states, numbers)
+                weights[e] = combined_force(high, arguments) - combined_force(low, arguments)
+                alone[e] = 0.0
+            length += weights[e] * weights[e]
+        projected = 0.0
+        for e in range(m):
+            weights[e] = weights[e] / length**0.5 if length > 0.0 else 0.0
+            projected += weights[e] * wanted[e]
+        command[c] = nearest_current(
+            combined_force, projected, low, high, is_affine, (weights, x, v, states, numbers)
+        )[0]
+
+
+class ClippedLQR(CompiledController):
+    """Linear-quadratic regulator, clipped to what the isolators can do.
+
+    The regulator is designed on the structure with its isolators linearised at a reference current,
+    and its control forces are what is added to those of these reference isolators. An isolator can
+    do little but vary about such a spring and dashpot, so that the regulator wants forces that are
+    mostly within reach; a regulator that had to provide the whole isolator force would be
+    penalised for carrying the building. Weights follow Bryson's rule: each output is divided by
+    the largest value that is acceptable, and the squares are added.
+
+    The wanted force goes through the inverse of the law believed in, with device states followed
+    along the measured deformation, and is clipped to the nearest force within reach.
+    """
+
+    name = "clipped_lqr"
+    title = "Clipped LQR"
+    source = "Dyke et al. 1996 (clipped optimal control); Bryson and Ho 1975 (weights)"
+
+    largest_displacement: float = setting(
+        0.2, "acceptable isolator deformation; inf for no weight", Number(above=0, infinite=True),
+        "m",
+    )  # fmt: skip
+    largest_velocity: float = setting(
+        0.3, "acceptable velocity of that deformation; inf for no weight",
+        Number(above=0, infinite=True), "m/s",
+    )  # fmt: skip
+    largest_drift: float = setting(
+        np.inf, "acceptable storey drift; inf for no weight", Number(above=0, infinite=True), "m"
+    )
+    largest_acceleration: float = setting(
+        1.0, "acceptable absolute acceleration of a level; inf for no weight",
+        Number(above=0, infinite=True), "m/s^2",
+    )  # fmt: skip
+    largest_force: float = setting(
+        0.05, "acceptable control force of an isolator over the structure's weight", Number(above=0)
+    )
+    reference: float | None = setting(
+        None,
+        "current at which the isolators are linearised; None for the middle of the range",
+        Optional(Number()),
+        "A",
+    )
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """All displacements and velocities."""
+        names = belief.structure.names
+        return (*(f"{q}_displacement_m" for q in names), *(f"{q}_velocity_m_s" for q in names))
+
+    def decision(self, situation: Situation) -> Decision:
+        """Gains, laws and limits in one array."""
+        belief = situation.belief
+        driven = [element for element in belief.elements if element.channel is not None]
+        if not driven:
+            raise InputError("clipped_lqr: no element of the belief is driven by a coil")
+        low, high = lowest(situation), highest_tested(situation)
+        reference = (
+            (low + high) / 2 if self.reference is None else np.full(len(high), self.reference)
+        )
+        model = DeviceModel([element.device for element in driven])
+        affine = [
+            all(e.device.is_affine_in_current for e in driven if e.channel == c)
+            for c in range(len(high))
+        ]
+        n, m = belief.structure.n_dofs, len(driven)
+        head = [n, m, model.n_states, model.n_numbers]
+        parts = [
+            head,
+            self.force_gains(belief, reference),
+            [element.direction for element in driven],
+            [element.channel for element in driven],
+            model.numbers,
+            np.stack([low, high, affine], axis=1),
+        ]
+        settings = np.concatenate([np.ravel(np.asarray(part, float)) for part in parts])
+        memory = np.zeros(1 + 5 * m + (m + SCRATCH) * model.n_states)
+        return Decision(decide, settings, memory, model)
+
+    def force_gains(self, belief: IsolatedStructure, reference: NDArray) -> NDArray:
+        """Wanted force of each driven element per unit of each displacement and velocity.
+
+        Parameters
+        ----------
+        belief : IsolatedStructure
+            The model to design on.
+        reference : numpy.ndarray, shape (n_channels,), A
+            Currents at which its isolators are linearised.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_driven, 2 n_dofs), N/m and N s/m
+            Wanted force = gains @ (displacements, velocities): that of the reference isolators
+            minus the regulator's gain times the state.
+        """
+        frequency, linear = linear_model(belief, reference)
+        driven = [element for element in belief.elements if element.channel is not None]
+        passive = []
+        for element in driven:
+            k = element.device.linearised(float(reference[element.channel or 0]), frequency)
+            viscous = k.imag / (2 * np.pi * frequency)
+            passive.append([*(k.real * element.direction), *(viscous * element.direction)])
+        rows = np.array([element.direction for element in driven])
+        return np.array(passive) - self._regulator(linear, rows)
+
+    def _regulator(self, linear: Structure, rows: NDArray) -> NDArray:
+        """LQR gain, (n_driven, 2 n_dofs): forces along ``rows`` are minus the gain times state."""
+        import control
+
+        n, m = linear.n_dofs, len(rows)
+        inverse = np.linalg.inv(linear.mass)
+        # forces in units of the largest acceptable one keep the Riccati equation well scaled
+        unit = self.largest_force * linear.total_mass * STANDARD_GRAVITY
+        on_acceleration = -unit * inverse @ rows.T
+        acceleration = -inverse @ np.hstack([linear.stiffness, linear.damping])
+        a = np.vstack([np.eye(n, 2 * n, k=n), acceleration])
+        b = np.vstack([np.zeros((n, m)), on_acceleration])
+        nothing = np.zeros((m, n))
+        outputs = np.vstack([
+            np.hstack([rows, nothing]) / self.largest_displacement,
+            np.hstack([nothing, rows]) / self.largest_velocity,
+            np.pad(linear.drift_rows, ((0, 0), (0, n))) / self.largest_drift,
+            acceleration / self.largest_acceleration,
+        ])  # fmt: skip
+        through = np.zeros((len(outputs), m))
+        through[-n:] = on_acceleration / self.largest_acceleration
+        gain, _, _ = control.lqr(
+            a, b, outputs.T @ outputs, np.eye(m) + through.T @ through, outputs.T @ through
+        )
+        return unit * np.asarray(gain)
+
+
+def linear_model(belief: IsolatedStructure, currents: NDArray) -> tuple[float, Structure]:
+    """Structure with its isolators linearised at its own first frequency.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        The model.
+    currents : numpy.ndarray, shape (n_channels,), A
+        Coil currents.
+
+    Returns
+    -------
+    frequency : float, Hz
+        Of its first undamped mode.
+    linear : Structure
+        The linear model.
+    """
+    frequency = 1.0
+    # the isolators' stiffness changes slowly with the frequency: a few rounds agree to 1e-6
+    for _ in range(8):
+        linear = belief.linearised(currents.tolist(), frequency)
+        frequency = float(undamped_modes(linear.mass, linear.stiffness)[0][0] / (2 * np.pi))
+    return frequency, linear

@@ -1,0 +1,210 @@
+"""Compile a controller's decision, written once as a plain function on arrays.
+
+The function, whatever functions and numbers of its module it uses, and the laws of the devices
+believed in are put together as the text of one module, which Numba compiles and keeps on disk. The
+text is named by its content, so that nothing is compiled twice and nothing stale is used.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import math
+import sys
+import textwrap
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from types import FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.laws.law import Law
+from isolation_sim.simulation.control import CompiledDecision, Situation
+
+from .controller import Controller
+from .device_model import DeviceModel, first_coefficient, model_text, polynomial
+
+_HEADER = '''"""Written by controllers.compiled; do not edit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import carray, cfunc, njit, types
+
+OPTIONS = dict(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+plain = njit(**OPTIONS)
+# a function passed as an argument would leave an address behind, which cannot be kept on disk
+inline = njit(forceinline=True, **OPTIONS)
+doubles = types.CPointer(types.float64)'''
+
+_ENTRY = """@cfunc(
+    types.void(types.float64, doubles, doubles, doubles, doubles, types.CPointer(types.int64)),
+    cache=True, error_model="numpy",
+)
+def entry(t, measured, settings, memory, command, sizes):
+    # a run may have a channel more, for elements that no coil drives
+    n_measured = sizes[0] - (sizes[3] - {n_channels})
+    # an error cannot leave C code: it shows as a command that is not a number, which is refused
+    for c in range({n_channels}):
+        command[c] = np.nan
+    {function}(
+        t, carray(measured, n_measured), carray(settings, sizes[1]), carray(memory, sizes[2]),
+        carray(command, {n_channels}){devices}
+    )"""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A controller's decision, ready to be called or compiled.
+
+    Attributes
+    ----------
+    function : callable
+        ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
+        writes ``command`` (A, one a coil) and what it must remember into ``memory``. Where there
+        are ``devices``, their functions ``combined_force`` and ``state_rates`` follow; see
+        ``DeviceModel``. It and the functions and numbers of its module that it uses must be what
+        Numba compiles, in a file; of modules, they may use ``math`` and ``np``.
+    settings : numpy.ndarray, shape (n_settings,)
+        Constants of the controller.
+    memory : numpy.ndarray, shape (n_memory,)
+        What it keeps between decisions; its value at the start.
+    devices : DeviceModel or None
+        Devices whose laws the decision uses.
+    """
+
+    function: Callable[..., None]
+    settings: NDArray
+    memory: NDArray
+    devices: DeviceModel | None = None
+
+
+class CompiledController(Controller):
+    """A controller whose decision is compiled; the same function is its form in plain Python."""
+
+    @abstractmethod
+    def decision(self, situation: Situation) -> Decision:
+        """Put the decision's constants together.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+
+        Returns
+        -------
+        Decision
+        """
+
+    def reset(self, situation: Situation) -> None:
+        """Put the decision together and forget what was remembered."""
+        self._situation, self._decision = situation, self.decision(situation)
+        self._memory = self._decision.memory.copy()
+        self._command = np.zeros(len(situation.low))
+
+    def compiled(self, situation: Situation) -> CompiledDecision:
+        """Decision in compiled code."""
+        if getattr(self, "_situation", None) is not situation:
+            self.reset(situation)
+        return compile_decision(self._decision, len(situation.low))
+
+    def current(self, t: float, measurement: Any) -> NDArray:
+        """Decide, by the same function in plain Python."""
+        decision, devices = self._decision, self._decision.devices
+        functions = (devices.combined_force, devices.state_rates) if devices else ()
+        measured = np.array(measurement, dtype=float)
+        decision.function(t, measured, decision.settings, self._memory, self._command, *functions)
+        return self._command.copy()
+
+
+def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
+    """Compile a decision, or load it from the cache folder.
+
+    Parameters
+    ----------
+    decision : Decision
+        What to compile.
+    n_channels : int
+        Number of coil channels.
+
+    Returns
+    -------
+    CompiledDecision
+
+    Raises
+    ------
+    InputError
+        If the function's source text cannot be found, or it uses what has no compiled form.
+    """
+    laws = decision.devices.laws if decision.devices else None
+    module = _module(decision.function, laws, n_channels)
+    return CompiledDecision(module.entry.address, decision.settings, decision.memory, module)
+
+
+@lru_cache(maxsize=64)
+def _module(function: Callable, laws: tuple[Law, ...] | None, n_channels: int) -> ModuleType:
+    from isolation_sim.simulation.kernel import cache_folder, import_text
+
+    parts: dict[str, str] = {}
+    collect(function, parts)
+    devices = ""
+    if laws is not None:
+        collect(first_coefficient, parts)
+        collect(polynomial, parts)
+        parts["devices"] = model_text(laws)
+        devices = ", combined_force, state_rates"
+    entry = _ENTRY.format(function=function.__name__, n_channels=n_channels, devices=devices)
+    text = "\n\n\n".join([_HEADER, *parts.values(), entry]) + "\n"
+    digest = hashlib.sha256(text.encode()).hexdigest()[:20]
+    name = f"decision_{digest}"
+    if laws and not (cache_folder() / f"{name}.py").exists():
+        print("compiling the controller for this law (once; about 4 s) ...", file=sys.stderr)
+    return import_text(name, text)
+
+
+def collect(function: Callable, parts: dict[str, str]) -> None:
+    """Gather the source of a function and of all that it uses, what is used first.
+
+    Parameters
+    ----------
+    function : callable
+        A plain function of a module.
+    parts : dict of str to str
+        Text by name; added to.
+
+    Raises
+    ------
+    InputError
+        If something has no source text or no compiled form.
+    """
+    name = function.__name__
+    try:
+        source = textwrap.dedent(inspect.getsource(function))
+    except OSError:
+        raise InputError(f"{name} cannot be compiled: its source text is not in a file") from None
+    for used, value in inspect.getclosurevars(function).globals.items():
+        if isinstance(value, FunctionType):
+            collect(value, parts)
+        elif isinstance(value, (bool, int, float, tuple)):
+            _put(parts, used, f"{used} = {value!r}")
+        elif value is not np and value is not math:
+            raise InputError(
+                f"{name} cannot be compiled: it uses {used}, a {type(value).__name__}; accepted: "
+                "functions, numbers and tuples of its module, math and np"
+            )
+    takes_functions = "Callable" in map(str, function.__annotations__.values())
+    _put(parts, name, f"@{'inline' if takes_functions else 'plain'}\n{source.rstrip()}")
+
+
+def _put(parts: dict[str, str], name: str, text: str) -> None:
+    if parts.setdefault(name, text) != text:
+        raise InputError(
+            f"{name} cannot be compiled: two modules give this name to different things"
+        )

@@ -1,0 +1,21 @@
+"""A constant current."""
+
+from __future__ import annotations
+
+from isolation_sim.simulation.control import Situation
+
+from .open_loop import Held
+from .settings import Number, setting
+
+
+class Constant(Held):
+    """One current for all coils, held."""
+
+    name = "constant"
+    title = "Constant current"
+
+    amperes: float = setting(1.5, "current to hold", Number(), "A")
+
+    def held(self, situation: Situation) -> float:
+        """Return the setting."""
+        return self.amperes

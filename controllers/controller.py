@@ -1,0 +1,212 @@
+"""The contract of a controller.
+
+A controller of one's own is a class with a name and two methods::
+
+    class Outwards(Controller):
+        name = "outwards"
+        period = 0.1
+
+        def measures(self, belief):
+            return ("base_displacement_m", "base_velocity_m_s")
+
+        def current(self, t, measurement):
+            moving_away = measurement.base_displacement_m * measurement.base_velocity_m_s > 0
+            return 3.0 if moving_away else 0.0
+
+Settings are declared with ``setting`` and given by name, ``Outwards(period=0.05)``.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from isolation_sim.errors import unknown_name
+from isolation_sim.simulation.control import CompiledDecision, Schedule, Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .settings import Number, Optional, Setting
+
+if TYPE_CHECKING:
+    from isolation_sim.simulation.result import Run
+
+Trial = Callable[["Controller"], "Run"]
+"""Simulates another controller on the same plant, record and driver."""
+
+
+class Controller:
+    """Sets the coil currents of a run.
+
+    A run calls ``prepare``, ``reset``, ``schedule`` and ``compiled``, in this order, before it
+    starts; ``current`` at each decision only where the last two return None.
+
+    Attributes
+    ----------
+    name : str
+        Registry name; the class's by default.
+    title : str
+        Name to print.
+    source : str
+        Publication behind the rule.
+    settings : mapping of str to Setting
+        What may be set, with meaning, unit and default; each is an attribute of the same name.
+    period : float or None, s
+        Interval between decisions; None for the ground motion's sampling interval.
+
+    Parameters
+    ----------
+    **given : object
+        Settings by name.
+
+    Raises
+    ------
+    InputError
+        If there is no such setting, or it does not accept the value.
+    """
+
+    name: ClassVar[str] = "controller"
+    title: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    settings: ClassVar[Mapping[str, Setting]] = {
+        "period": Setting(
+            None,
+            "interval between decisions; None for the ground motion's sampling interval",
+            Optional(Number(above=0)),
+            "s",
+        )
+    }
+    period: float | None = None
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        own = vars(cls)
+        if "name" not in own:
+            cls.name = cls.__name__
+        settings = dict(cls.settings)
+        for name, value in own.items():
+            if isinstance(value, Setting):
+                settings[name] = value
+            elif name in settings:
+                settings[name] = settings[name].with_default(cls.name, name, value)
+        cls.settings = settings
+        for name, declared in settings.items():
+            setattr(cls, name, declared.default)
+
+    def __init__(self, **given: Any) -> None:
+        for name, value in given.items():
+            if name not in self.settings:
+                raise unknown_name(f"setting of {self.name}", name, self.settings)
+            setattr(self, name, self.settings[name].checked(self.name, name, value))
+
+    def __repr__(self) -> str:
+        changed = [
+            f"{name}={getattr(self, name)!r}"
+            for name, declared in self.settings.items()
+            if getattr(self, name) != declared.default
+        ]
+        return f"{self.name}({', '.join(changed)})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Name and all settings; ``controller(**c.to_dict())`` builds the same again.
+
+        Returns
+        -------
+        dict of str to object
+        """
+        return {"name": self.name, **{name: getattr(self, name) for name in self.settings}}
+
+    def in_python(self) -> Controller:
+        """Copy that decides in plain Python, interval by interval, even if it need not.
+
+        Returns
+        -------
+        Controller
+            The same rule with the same settings, to step through or to check the other forms.
+        """
+        twin: Any = copy.copy(self)
+        twin.schedule = twin.compiled = lambda situation: None
+        return twin
+
+    def prepare(self, situation: Situation, trial: Trial) -> None:
+        """Learn about plant and ground motion from trial runs; most controllers need none.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+        trial : callable
+            ``trial(controller)`` simulates another controller on the same plant, ground motion and
+            driver and returns its Run.
+        """
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Names of the outputs that it wants measured.
+
+        Parameters
+        ----------
+        belief : IsolatedStructure
+            The model that it may reason with.
+
+        Returns
+        -------
+        tuple of str
+            Such as ``("base_displacement_m",)``; none by default.
+        """
+        return ()
+
+    def schedule(self, situation: Situation) -> Schedule | None:
+        """Commands known before the run.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+
+        Returns
+        -------
+        Schedule or None
+            None if it decides as it goes, as by default.
+        """
+        return None
+
+    def compiled(self, situation: Situation) -> CompiledDecision | None:
+        """Its decision in compiled code.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+
+        Returns
+        -------
+        CompiledDecision or None
+            None if it decides in plain Python, as by default.
+        """
+        return None
+
+    def reset(self, situation: Situation) -> None:
+        """Forget the last run and get ready for the next.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+        """
+
+    def current(self, t: float, measurement: Any) -> Any:
+        """Decide, in plain Python.
+
+        Parameters
+        ----------
+        t : float, s
+            Instant of the decision.
+        measurement : named tuple of float
+            What it ``measures``, then the coil currents ``coil0_current_A``, ….
+
+        Returns
+        -------
+        float or array_like, shape (n_channels,), A
+            One current for all coils, or one a coil.
+        """
+        raise NotImplementedError(f"{self.name} has no method current(t, measurement)")

@@ -1,0 +1,242 @@
+"""The devices that a decision reasons with, in plain Python and as text for compiled decisions.
+
+A decision computes with flat arrays, one device after another: their numbers, deformations,
+velocities and internal states. The text depends on the laws alone, not on their numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.laws import Device
+from isolation_sim.laws.law import Law
+
+# a device's numbers: which law, scales, sizes of the current dependence, its breaks and
+# coefficients
+LAW, LENGTH, FORCE_SCALE, N_PIECES, N_PARAMETERS, N_POWERS, N_STATES, BREAKS = range(8)
+
+
+def first_coefficient(row: NDArray, current: float) -> int:
+    """Place of the coefficients that hold at a current.
+
+    Parameters
+    ----------
+    row : numpy.ndarray, shape (n_numbers,)
+        The device's numbers.
+    current : float, A
+        Coil current.
+
+    Returns
+    -------
+    int
+        In ``row``; one parameter's powers after another's.
+    """
+    n_pieces = int(row[N_PIECES])
+    piece = 0
+    while piece < n_pieces - 1 and current >= row[BREAKS + piece]:
+        piece += 1
+    return BREAKS + n_pieces - 1 + piece * int(row[N_PARAMETERS] * row[N_POWERS])
+
+
+def polynomial(row: NDArray, at: int, n_powers: int, current: float) -> float:
+    """Value of a parameter at a current.
+
+    Parameters
+    ----------
+    row : numpy.ndarray, shape (n_numbers,)
+        The device's numbers.
+    at : int
+        Where its ascending coefficients begin.
+    n_powers : int
+        How many they are.
+    current : float, A
+        Coil current.
+
+    Returns
+    -------
+    float
+        In the parameter's SI unit.
+    """
+    value = row[at + n_powers - 1]
+    for power in range(n_powers - 2, -1, -1):
+        value = value * current + row[at + power]
+    return value
+
+
+class DeviceModel:
+    """Devices in the form in which decisions compute with them.
+
+    Parameters
+    ----------
+    devices : sequence of Device
+        The devices.
+
+    Attributes
+    ----------
+    devices : tuple of Device
+        The devices.
+    laws : tuple of Law
+        Their laws, each once.
+    n_states : int
+        Places for internal states that each device has: the largest number of them.
+    n_numbers : int
+        Places for numbers that each device has.
+    numbers : numpy.ndarray, shape (n_devices * n_numbers,)
+        Their numbers.
+    """
+
+    def __init__(self, devices: Sequence[Device]):
+        self.devices = tuple(devices)
+        self.laws = tuple(dict.fromkeys(device.law for device in self.devices))
+        self.n_states = max((len(law.states) for law in self.laws), default=0)
+        rows = [self._row(device) for device in self.devices]
+        self.n_numbers = max(map(len, rows), default=0)
+        padded = [[*row, *[0.0] * (self.n_numbers - len(row))] for row in rows]
+        self.numbers = np.array(padded, dtype=float).ravel()
+
+    def _row(self, device: Device) -> list[float]:
+        dependence = device.current
+        return [
+            self.laws.index(device.law), device.length, device.force_scale,
+            *dependence.coefficients.shape, len(device.law.states),
+            *dependence.breaks[1:-1], *dependence.coefficients.ravel(),
+        ]  # fmt: skip
+
+    def combined_force(self, current: float, arguments: tuple) -> float:
+        """Weighted sum of the devices' forces at one current.
+
+        Parameters
+        ----------
+        current : float, A
+            Coil current.
+        arguments : tuple
+            Weights, shape (n_devices,); deformations (m) and velocities (m/s) in the structure's
+            scale, shape (n_devices,); states, shape (n_devices * n_states,); ``numbers``. Devices
+            of weight 0 are left out.
+
+        Returns
+        -------
+        float, N
+            In the structure's scale.
+        """
+        weights, x, v, states, _ = arguments
+        total = 0.0
+        for e, device in enumerate(self.devices):
+            if weights[e] != 0.0:
+                own = states[e * self.n_states :][: len(device.law.states)]
+                force = device.force(float(x[e]), float(v[e]), own.tolist(), current)
+                total += float(weights[e] * force)
+        return total
+
+    def state_rates(
+        self, e: int, x: float, v: float, states: NDArray, current: float, row: NDArray,
+        out: NDArray,
+    ) -> None:  # fmt: skip
+        """Time derivatives of a device's internal states.
+
+        Parameters
+        ----------
+        e : int
+            Which device.
+        x : float, m
+            Deformation in the structure's scale.
+        v : float, m/s
+            Its velocity.
+        states : numpy.ndarray, shape (n_states,)
+            Internal states in the device's units.
+        current : float, A
+            Coil current.
+        row : numpy.ndarray, shape (n_numbers,)
+            The device's numbers; for the compiled form.
+        out : numpy.ndarray, shape (n_states,)
+            The result, in the state's unit / s.
+        """
+        device = self.devices[e]
+        n = len(device.law.states)
+        out[:n] = device.rates(float(x), float(v), states[:n].tolist(), current)
+
+
+def model_text(laws: Sequence[Law]) -> str:
+    """Source of ``combined_force`` and ``state_rates``, as in ``DeviceModel``, for some laws.
+
+    Parameters
+    ----------
+    laws : sequence of Law
+        Each law once.
+
+    Returns
+    -------
+    str
+        It uses ``first_coefficient``, ``polynomial`` and a decorator ``plain``.
+
+    Raises
+    ------
+    NotTraceable
+        If a law uses an operation that has no compiled form.
+    """
+    from isolation_sim.laws.emit import function_text
+
+    parts = []
+    for tag, law in enumerate(laws):
+        start = [
+            f"at, powers = first_coefficient(row, current), int(row[{N_POWERS}])",
+            *(
+                f"p{k} = polynomial(row, at + {k} * powers, powers, current)"
+                for k in range(len(law.parameters))
+            ),
+            *(f"s{k} = states[{k}]" for k in range(len(law.states))),
+            f"x = x / row[{LENGTH}]",
+            f"v = v / row[{LENGTH}]",
+        ]
+        statements, (force,) = _written_out(law, lambda *a, law=law: (law.force(*a),))
+        body = [*start, *statements, f"return row[{FORCE_SCALE}] * {force}"]
+        parts.append(function_text(f"force_{tag}", "x, v, states, current, row", body, "@plain"))
+        statements, rates = _written_out(law, law.rates)
+        body = [*start, *statements, *(f"out[{k}] = {rate}" for k, rate in enumerate(rates))]
+        parts.append(
+            function_text(f"rates_{tag}", "x, v, states, current, row, out", body, "@plain")
+        )
+    body = [
+        "weights, x, v, states, numbers = arguments",
+        "n_states, n_numbers = len(states) // len(weights), len(numbers) // len(weights)",
+        "total = 0.0",
+        "for e in range(len(weights)):",
+        "    if weights[e] != 0.0:",
+        "        row, value = numbers[e * n_numbers : (e + 1) * n_numbers], 0.0",
+        "        own = states[e * n_states : (e + 1) * n_states]",
+        *_by_law(laws, " " * 8, "value = force_{}(x[e], v[e], own, current, row)"),
+        "        total += weights[e] * value",
+        "return total",
+    ]
+    parts.append(function_text("combined_force", "current, arguments", body, "@plain"))
+    body = _by_law(laws, "", "rates_{}(x, v, states, current, row, out)")
+    parts.append(function_text("state_rates", "e, x, v, states, current, row, out", body, "@plain"))
+    return "\n\n".join(parts)
+
+
+def _by_law(laws: Sequence[Law], indent: str, call: str) -> list[str]:
+    """Statements that call the function of a device's law."""
+    return [
+        line
+        for tag in range(len(laws))
+        for line in (f"{indent}if row[{LAW}] == {tag}:", f"{indent}    {call.format(tag)}")
+    ]
+
+
+def _written_out(law: Law, function: Callable[..., tuple]) -> tuple[list[str], list[str]]:
+    """Statements and results of a law's function in x, v, s0, s1, ..., p0, p1, ...."""
+    from isolation_sim.laws.emit import straight_line, symbols
+
+    states = [f"s{k}" for k in range(len(law.states))]
+    parameters = [f"p{k}" for k in range(len(law.parameters))]
+    x, v = symbols(["x", "v"])
+    s, p = tuple(symbols(states)), tuple(symbols(parameters))
+    inputs = dict(zip(["x", "v", *states, *parameters], (x, v, *s, *p), strict=True))
+    outputs = function(x, v, s, p)
+    if not outputs:
+        return [], []
+    _, _, statements, results = straight_line(inputs, outputs)
+    return statements, results

@@ -1,0 +1,93 @@
+"""Controllers whose commands are known before the run."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.control import Schedule, Situation
+
+from .controller import Controller
+
+TESTED_CURRENT = 3.0
+"""Highest current at which the published devices were tested, A."""
+
+
+def highest_tested(situation: Situation) -> NDArray:
+    """Highest current within the supply's limits at which the devices were tested.
+
+    Parameters
+    ----------
+    situation : Situation
+        With the limits.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_channels,), A
+    """
+    return np.clip(TESTED_CURRENT, situation.low, situation.high)
+
+
+def lowest(situation: Situation) -> NDArray:
+    """Lowest current of the supply; 0 where it has no limit.
+
+    Parameters
+    ----------
+    situation : Situation
+        With the limits.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_channels,), A
+    """
+    return np.where(np.isfinite(situation.low), situation.low, 0.0)
+
+
+class OpenLoop(Controller):
+    """Commands that depend on the time alone."""
+
+    @abstractmethod
+    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+        """Commands and the instants from which they hold.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+
+        Returns
+        -------
+        time : numpy.ndarray, shape (n,), s
+            Increasing from 0.
+        current : numpy.ndarray, shape (n, n_channels), A
+        """
+
+    def reset(self, situation: Situation) -> None:
+        """Work the commands out, for the form in plain Python."""
+        self._time, self._current = self.commands(situation)
+
+    def schedule(self, situation: Situation) -> Schedule:
+        """All commands."""
+        return Schedule(*self.commands(situation))
+
+    def current(self, t: float, measurement: Any) -> NDArray:
+        """Look the command up that holds at this instant."""
+        # an instant reached by adding up periods may fall short of the table's by rounding
+        k = np.searchsorted(self._time, t * (1 + 1e-12), side="right") - 1
+        return self._current[k]
+
+
+class Held(OpenLoop):
+    """One current a coil during the whole run."""
+
+    @abstractmethod
+    def held(self, situation: Situation) -> Any:
+        """Return the current to hold: one for all coils or one a coil, A."""
+
+    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+        """One command, from the start."""
+        current = np.broadcast_to(np.asarray(self.held(situation), float), situation.low.shape)
+        return np.zeros(1), np.array(current[None])

@@ -1,0 +1,22 @@
+"""Coils without current."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.control import Situation
+
+from .open_loop import Held
+
+
+class PassiveOff(Held):
+    """No current, or what is nearest to it within the supply's limits."""
+
+    name = "passive_off"
+    title = "Passive off"
+    source = "Dyke et al. 1996"
+
+    def held(self, situation: Situation) -> NDArray:
+        """Zero, as far as the supply allows."""
+        return np.clip(0.0, situation.low, situation.high)

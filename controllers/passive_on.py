@@ -1,0 +1,29 @@
+"""Coils under full current."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from isolation_sim.simulation.control import Situation
+
+from .open_loop import Held, highest_tested
+from .settings import Number, Optional, setting
+
+
+class PassiveOn(Held):
+    """One high current, held."""
+
+    name = "passive_on"
+    title = "Passive on"
+    source = "Dyke et al. 1996"
+
+    amperes: float | None = setting(
+        None,
+        "current to hold; None for 3 A, the highest tested, within the supply's limits",
+        Optional(Number()),
+        "A",
+    )
+
+    def held(self, situation: Situation) -> Any:
+        """Return the setting, or the highest tested current."""
+        return highest_tested(situation) if self.amperes is None else self.amperes

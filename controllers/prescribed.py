@@ -1,0 +1,108 @@
+"""Commands from a table."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import Situation
+
+from .open_loop import OpenLoop
+from .settings import ExistingFile, Numbers, Optional, setting
+
+
+class Prescribed(OpenLoop):
+    """Commands from a table, each held until the next.
+
+    The file is a CSV with a column ``time_s`` and either ``current_A``, for all coils, or one
+    column a coil, ``coil0_current_A``, ``coil1_current_A``, ….
+    """
+
+    name = "prescribed"
+    title = "Prescribed current"
+
+    time: tuple[float, ...] | None = setting(
+        None, "instants from which the commands hold, increasing from 0", Optional(Numbers()), "s"
+    )
+    amperes: tuple[Any, ...] | None = setting(
+        None,
+        "commands, one an instant for all coils, or one a coil in each row",
+        Optional(Numbers((1, 2))),
+        "A",
+    )
+    file: str | None = setting(None, "CSV file to read both from", Optional(ExistingFile()))
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        by_table = (self.time is not None, self.amperes is not None)
+        if any(by_table) == (self.file is not None) or any(by_table) != all(by_table):
+            raise InputError(
+                "prescribed: accepted: time and amperes together, or a file with columns time_s "
+                "and current_A"
+            )
+        self._columns = self._table()
+
+    def _table(self) -> tuple[NDArray, NDArray]:
+        """Instants, (n,), and commands, (n, 1) or (n, n_channels)."""
+        if self.file is None:
+            where, time = "prescribed", np.array(self.time)
+            current = np.array(self.amperes).reshape(len(self.amperes or ()), -1)
+        else:
+            where = f"prescribed: {self.file}"
+            time, current = _read(Path(self.file), where)
+        if len(time) != len(current):
+            raise InputError(f"{where}: {len(time)} instants for {len(current)} commands")
+        if time[0] != 0:
+            raise InputError(f"{where}: the first instant is {time[0]:g} s; accepted: 0")
+        late = np.flatnonzero(np.diff(time) <= 0)
+        if late.size:
+            raise InputError(
+                f"{where}: instant {time[late[0] + 1]:g} s follows {time[late[0]]:g} s; accepted: "
+                "increasing instants"
+            )
+        return time, current
+
+    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+        """Return the part of the table that lies within the run."""
+        time, current = self._columns
+        n_channels = len(situation.low)
+        if current.shape[1] not in (1, n_channels):
+            raise InputError(
+                f"prescribed: commands for {current.shape[1]} coils; the structure has {n_channels}"
+            )
+        within = time < situation.duration
+        return time[within], np.repeat(current[within], n_channels // current.shape[1], axis=1)
+
+
+def _read(path: Path, where: str) -> tuple[NDArray, NDArray]:
+    with path.open(newline="", encoding="utf-8-sig") as lines:
+        rows = csv.reader(lines)
+        header = [cell.strip() for cell in next(rows, [])]
+        coils = [f"coil{k}_current_A" for k in range(len(header) - 1)]
+        wanted = ["time_s", *(["current_A"] if "current_A" in header else coils)]
+        if len(wanted) < 2 or not set(wanted) <= set(header):
+            raise InputError(
+                f"{where}: columns are {', '.join(header) or 'missing'}; accepted: time_s and "
+                "current_A, or time_s and coil0_current_A, coil1_current_A, ..."
+            )
+        columns = [header.index(name) for name in wanted]
+        values = []
+        for row in filter(None, rows):
+            try:
+                numbers = [float(row[k]) for k in columns]
+            except (ValueError, IndexError):
+                numbers = [np.nan]
+            if not np.all(np.isfinite(numbers)):
+                raise InputError(
+                    f"{where}, line {rows.line_num}: {','.join(row)!r}; accepted: finite numbers"
+                )
+            values.append(numbers)
+    if not values:
+        raise InputError(f"{where}: no rows below the header")
+    table = np.array(values)
+    return table[:, 0], table[:, 1:]

@@ -1,0 +1,227 @@
+"""Declared settings of controllers: what each is, and what it accepts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from isolation_sim.errors import InputError
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of a controller.
+
+    Attributes
+    ----------
+    default : object
+        Value where none is given.
+    meaning : str
+        What it is, in a few words.
+    accepts : callable
+        Turns a given value into the one to use, or raises ValueError; printed with ``str``, it
+        says what it accepts.
+    unit : str
+        SI unit; empty for a number without one and for what is not a number.
+    """
+
+    default: Any
+    meaning: str
+    accepts: Callable[[Any], Any]
+    unit: str = ""
+
+    def checked(self, owner: str, name: str, value: Any) -> Any:
+        """Return the value to use for a given one.
+
+        Parameters
+        ----------
+        owner, name : str
+            Controller and setting, for the error.
+        value : object
+            What was given.
+
+        Returns
+        -------
+        object
+
+        Raises
+        ------
+        InputError
+            If the value is not accepted.
+        """
+        try:
+            return self.accepts(value)
+        except (TypeError, ValueError):
+            unit = f", in {self.unit}" if self.unit else ""
+            raise InputError(
+                f"{owner}: {name} is {value!r}; accepted: {self.accepts}{unit}"
+            ) from None
+
+    def with_default(self, owner: str, name: str, value: Any) -> Setting:
+        """Return the setting with another default, checked like a given value."""
+        return replace(self, default=self.checked(owner, name, value))
+
+
+def setting(default: Any, meaning: str, accepts: Callable[[Any], Any], unit: str = "") -> Any:
+    """Declare a setting in a controller's class; the class turns it into its default value.
+
+    Parameters
+    ----------
+    default : object
+        Value where none is given.
+    meaning : str
+        What it is, in a few words.
+    accepts : callable
+        Such as ``Number(above=0)``.
+    unit : str
+        SI unit.
+
+    Returns
+    -------
+    Setting
+        Typed as anything, so that the attribute can carry its own annotation.
+    """
+    return Setting(default, meaning, accepts, unit)
+
+
+@dataclass(frozen=True)
+class Number:
+    """Accepts numbers.
+
+    Attributes
+    ----------
+    at_least : float
+        Lowest number accepted.
+    above : float
+        Number above which all are accepted; -inf for no such bound.
+    infinite : bool
+        Whether infinity is accepted.
+    """
+
+    at_least: float = -np.inf
+    above: float = -np.inf
+    infinite: bool = False
+
+    def __call__(self, value: Any) -> float:
+        """Return the number, or raise ValueError or TypeError."""
+        if isinstance(value, (str, bool)):
+            raise TypeError(value)
+        number = float(value)
+        bounded = number >= self.at_least and (number > self.above or self.above == -np.inf)
+        if not bounded or not (np.isfinite(number) or (self.infinite and number == np.inf)):
+            raise ValueError(value)
+        return number
+
+    def __str__(self) -> str:
+        if self.above > -np.inf:
+            text = f"a number above {self.above:g}"
+        elif self.at_least > -np.inf:
+            text = f"a number, {self.at_least:g} or more"
+        else:
+            text = "a number"
+        return text + (" or inf" if self.infinite else "")
+
+
+@dataclass(frozen=True)
+class Integer:
+    """Accepts whole numbers.
+
+    Attributes
+    ----------
+    at_least : int
+        Lowest number accepted.
+    """
+
+    at_least: int
+
+    def __call__(self, value: Any) -> int:
+        """Return the number, or raise ValueError or TypeError."""
+        if isinstance(value, (str, bool)) or int(value) != value or value < self.at_least:
+            raise ValueError(value)
+        return int(value)
+
+    def __str__(self) -> str:
+        return f"a whole number, {self.at_least} or more"
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Accepts one of some words.
+
+    Attributes
+    ----------
+    words : tuple of str
+        The words.
+    """
+
+    words: tuple[str, ...]
+
+    def __call__(self, value: Any) -> str:
+        """Return the word, or raise ValueError."""
+        if value not in self.words:
+            raise ValueError(value)
+        return value
+
+    def __str__(self) -> str:
+        return " or ".join(repr(word) for word in self.words)
+
+
+@dataclass(frozen=True)
+class Optional:
+    """Accepts None besides what something else accepts.
+
+    Attributes
+    ----------
+    inner : callable
+        What else is accepted.
+    """
+
+    inner: Callable[[Any], Any]
+
+    def __call__(self, value: Any) -> Any:
+        """Return None or what the inner one makes of it."""
+        return None if value is None else self.inner(value)
+
+    def __str__(self) -> str:
+        return f"{self.inner} or None"
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Accepts rows, or rows of rows, of finite numbers and keeps them as nested tuples.
+
+    Attributes
+    ----------
+    n_axes : tuple of int
+        Numbers of axes accepted.
+    """
+
+    n_axes: tuple[int, ...] = (1,)
+
+    def __call__(self, value: Any) -> tuple:
+        """Return the numbers, or raise ValueError or TypeError."""
+        array = np.array(value, dtype=float)
+        if array.ndim not in self.n_axes or not array.size or not np.all(np.isfinite(array)):
+            raise ValueError(value)
+        return tuple(tuple(v) if isinstance(v, list) else v for v in array.tolist())
+
+    def __str__(self) -> str:
+        return "finite numbers in a row" + (" or in rows of one length" if 2 in self.n_axes else "")
+
+
+@dataclass(frozen=True)
+class ExistingFile:
+    """Accepts the path of a file that exists."""
+
+    def __call__(self, value: Any) -> str:
+        """Return the path as text, or raise ValueError or TypeError."""
+        if not Path(value).is_file():
+            raise ValueError(value)
+        return str(value)
+
+    def __str__(self) -> str:
+        return "the path of an existing file"

@@ -1,0 +1,66 @@
+"""Every registered controller, the reference building and the start of El Centro."""
+
+import ctypes
+
+import numpy as np
+import pytest
+
+from controllers import available_controllers, controller
+from ground_motions import el_centro_1940
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import reference_building, reference_isolators
+
+# settings without which a controller cannot be built
+NEEDED = {"prescribed": {"time": (0.0, 1.0, 3.5), "amperes": (0.0, 2.0, 0.5)}}
+
+
+def build(name, **settings):
+    return controller(name, **NEEDED.get(name, {}), **settings)
+
+
+@pytest.fixture(params=available_controllers())
+def name(request):
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def isolated():
+    return reference_building().on(reference_isolators())
+
+
+@pytest.fixture(scope="session")
+def el_centro():
+    return el_centro_1940()
+
+
+@pytest.fixture(scope="session")
+def record(el_centro):
+    return el_centro.cut(0.0, 8.0)
+
+
+def situation_of(controller, belief, period=0.02, duration=8.0, high=3.0):
+    n = belief.n_channels
+    outputs = (*controller.measures(belief), *(f"coil{c}_current_A" for c in range(n)))
+    return Situation(belief, period, duration, np.zeros(n), np.full(n, high), outputs)
+
+
+def both_forms(controller, situation, measurements):
+    """Commands of the plain and the compiled form for measurements one after another."""
+    controller.reset(situation)
+    compiled = controller.compiled(situation)
+    memory, command = compiled.memory.copy(), np.zeros(len(situation.low))
+    pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+    kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
+    function = kind(compiled.address)
+    plain, fast = [], []
+    for k, measured in enumerate(measurements):
+        t = k * situation.period
+        plain.append(controller.current(t, measured))
+        arrays = [np.ascontiguousarray(measured), compiled.settings, memory, command]
+        sizes = np.array([len(a) for a in arrays])
+        function(
+            t, *(a.ctypes.data_as(pointer) for a in arrays),
+            sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+        )  # fmt: skip
+        fast.append(command.copy())
+    return np.array(plain), np.array(fast)

@@ -1,0 +1,156 @@
+"""The clipped regulator and what it is made of."""
+
+import numpy as np
+import pytest
+
+from controllers import CurrentMap, controller
+from controllers.clipped_lqr import linear_model
+from controllers.device_model import DeviceModel
+from controllers.device_states import SCRATCH, follow_states
+from isolation_sim.errors import InputError
+from isolation_sim.laws import law
+from isolation_sim.laws.hybrid import condition
+from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import reference_building, reference_isolators
+
+from .conftest import both_forms, situation_of
+
+
+def smooth_measurements(belief, n_steps, period, seed=0):
+    """Displacements that sway, their velocities, and coil currents."""
+    rng = np.random.default_rng(seed)
+    n, t = belief.structure.n_dofs, np.arange(n_steps) * period
+    size, omega, phase = rng.uniform(0.01, 0.1, n), rng.uniform(2, 8, n), rng.uniform(0, 6, n)
+    q = size * (np.sin(omega * t[:, None] + phase) - np.sin(phase))
+    p = size * omega * np.cos(omega * t[:, None] + phase)
+    return np.hstack([q, p, rng.uniform(0, 3, (n_steps, belief.n_channels))])
+
+
+def mixed():
+    """Three isolators of two laws on two coils, and a spring that no coil drives."""
+    stiffening = reference_isolators().scaled(force=0.3)
+    hybrid = reference_isolators(law("hybrid")).scaled(force=0.3)
+    isolated = reference_building().with_element(stiffening, "base", 0, "a")
+    isolated = isolated.with_element(hybrid, "base", 1, "b")
+    isolated = isolated.with_element(stiffening, "base", 1, "c")
+    return isolated.with_element(law("linear", {"k": 1e5}), "base", None, "d")
+
+
+BELIEFS = {
+    "hybrid": lambda: reference_building().on(reference_isolators(law("hybrid"))),
+    "tabulated": lambda: reference_building().on(condition(8, 1).scaled(length=10, force=3000)),
+    "linear": lambda: reference_building().on(law("linear", {"k": (5e6, 3e6)})),
+    "mixed": mixed,
+}
+
+
+@pytest.mark.parametrize("which", BELIEFS)
+def test_both_forms_agree_for_other_laws(which):
+    belief = BELIEFS[which]()
+    one = controller("clipped_lqr")
+    situation = situation_of(one, belief)
+    plain, fast = both_forms(one, situation, smooth_measurements(belief, 60, 0.02))
+    # where the nearest force is an extremum, the current there is found to the root of rounding
+    assert np.abs(plain - fast).max() <= (1e-9 if which in ("linear", "mixed") else 1e-7)
+    assert plain.shape == (60, belief.n_channels)
+    assert np.all((plain >= 0) & (plain <= 3)) and np.ptp(plain) > 1
+
+
+def test_beats_the_constant_current_that_moves_the_base_as_far(isolated, el_centro):
+    def peaks(one):
+        run = simulate(isolated, el_centro, one)
+        accelerations = [run.output(f"{q}_acceleration_m_s2") for q in isolated.structure.names]
+        return np.abs(run.output("base_displacement_m")).max(), np.abs(accelerations).max()
+
+    base, acceleration = peaks(controller("clipped_lqr"))
+    constants = [peaks(controller("constant", amperes=i)) for i in np.linspace(0, 3, 61)]
+    same = min(constants, key=lambda p: abs(p[0] - base))
+    assert acceleration < 0.98 * same[1]
+
+
+def test_device_states_follow_the_plant(isolated, record):
+    one = controller("clipped_lqr")
+    run = simulate(isolated, record, one.in_python())
+    twin = one.in_python()
+    simulate(isolated, record, twin)
+    n_states = 2
+    followed = twin._memory[6 : 6 + n_states]
+    # the last decision is one interval before the end
+    peak = np.abs(run.states[:, 0]).max(axis=0)
+    assert np.all(np.abs(followed - run.states[-2, 0]) <= 2e-3 * peak)
+
+
+def test_wanted_force_is_mapped_by_the_belief(isolated):
+    one = controller("clipped_lqr")
+    situation = situation_of(one, isolated)
+    measured = smooth_measurements(isolated, 30, 0.02)
+    device = isolated.elements[0].device
+    gains = one.force_gains(isolated, np.array([1.5]))
+    one.reset(situation)
+    for k, row in enumerate(measured):
+        command = one.current(0.02 * k, row)[0]
+        states = one._memory[6:8].tolist()
+        mapped = CurrentMap(device, 0, 3)(float(gains[0] @ row[:-1]), row[0], row[6], states)
+        assert command == pytest.approx(mapped.current, abs=1e-9)
+
+
+def test_gain_is_that_of_a_regulator(isolated):
+    """Bryson's weights on one output alone, against the Riccati equation written out."""
+    from scipy.linalg import solve_continuous_are
+
+    one = controller(
+        "clipped_lqr", largest_displacement=0.1, largest_velocity=np.inf,
+        largest_acceleration=np.inf, largest_force=0.1,
+    )  # fmt: skip
+    frequency, linear = linear_model(isolated, np.array([1.5]))
+    n, inverse = linear.n_dofs, np.linalg.inv(linear.mass)
+    a = np.block([
+        [np.zeros((n, n)), np.eye(n)],
+        [-inverse @ linear.stiffness, -inverse @ linear.damping],
+    ])  # fmt: skip
+    b = np.zeros((2 * n, 1))
+    b[n:, 0] = -inverse[:, 0]
+    q = np.zeros((2 * n, 2 * n))
+    q[0, 0] = 1 / 0.1**2
+    unit = 0.1 * linear.total_mass * 9.80665
+    p = solve_continuous_are(a, b * unit, q, np.eye(1))
+    gain = unit * (unit * b.T @ p)
+    k = isolated.elements[0].device.linearised(1.5, frequency)
+    passive = np.zeros(2 * n)
+    passive[0], passive[n] = k.real, k.imag / (2 * np.pi * frequency)
+    gains = one.force_gains(isolated, np.array([1.5]))
+    assert np.allclose(gains[0], passive - gain[0], rtol=1e-6, atol=1e-6 * np.abs(gains).max())
+    assert frequency == pytest.approx(0.5, rel=0.05)
+
+
+@pytest.mark.parametrize("alpha", [5e9, 5e13])
+def test_following_is_accurate_and_stable_however_stiff(alpha):
+    device = law("strain_stiffening").with_parameters(alpha=(alpha,))
+    model, h, x = DeviceModel([device]), 0.1, 8e-3
+    states, work = np.zeros(2), np.zeros(SCRATCH * 2)
+    row = model.numbers[: model.n_numbers]
+    from scipy.integrate import solve_ivp
+
+    follow_states(0, (0.0, 0.0), (x, 0.0), h, states, 1.0, row, work, model.state_rates)
+
+    def rates(t, s):
+        tau = t / h
+        deformation, velocity = x * tau**2 * (3 - 2 * tau), x * 6 * tau * (1 - tau) / h
+        return device.rates(deformation, velocity, tuple(s), 1.0)
+
+    exact = solve_ivp(rates, (0, h), [0, 0], method="Radau", rtol=1e-10, atol=1e-14).y[:, -1]
+    assert np.allclose(states, exact, rtol=1e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["clipped_lqr", "on_off", "best_constant"])
+def test_an_unlimited_supply_is_used_from_0_to_3_A(name, record):
+    unlimited = reference_building().on(law("linear", {"k": (5e6, 3e6)}))
+    run = simulate(unlimited, record, controller(name))
+    assert run.command.min() >= 0 and run.command.max() <= 3
+
+
+def test_needs_a_coil():
+    belief = reference_building().on(law("linear", {"k": 1e7}))
+    one = controller("clipped_lqr")
+    with pytest.raises(InputError, match="no element of the belief is driven by a coil"):
+        one.reset(situation_of(one, belief))

@@ -1,0 +1,89 @@
+"""What holds for every registered controller."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from controllers import CONTROLLERS, available_controllers, controller
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import CoilDriver, Sensors
+from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import reference_building, reference_isolators
+
+from .conftest import build
+
+
+def test_runs_within_the_limits_and_repeats_itself(name, isolated, record):
+    driver = CoilDriver(high=2.5)
+    run = simulate(isolated, record, build(name), driver=driver)
+    assert run.command.min() >= 0 and run.command.max() <= 2.5
+    assert np.all(np.isfinite(run.values)) and run.clamped == 0
+    one = build(name)
+    for _ in range(2):
+        again = simulate(isolated, record, one, driver=driver)
+        assert np.array_equal(again.command, run.command)
+        assert np.array_equal(again.values, run.values)
+
+
+def test_plain_python_decides_the_same(name, isolated, record):
+    run = simulate(isolated, record, build(name))
+    twin = build(name).in_python()
+    plain = simulate(isolated, record, twin)
+    assert run.command.shape == (len(run.time), 1)
+    assert np.abs(plain.command - run.command).max() <= 1e-9
+
+
+def test_belief_is_apart_from_the_plant(name, isolated, record):
+    belief = reference_building().on(reference_isolators().scaled(force=1.3))
+    run = simulate(isolated, record, build(name), belief=belief)
+    assert run.isolated is isolated
+    same = simulate(isolated, record, build(name))
+    changes = np.abs(run.command - same.command).max() > 1e-3
+    assert changes == (name == "clipped_lqr")
+
+
+def test_copes_with_lag_noise_and_delay(name, isolated, record):
+    sensors = Sensors(delay=0.02, noise={"displacement_m": 1e-4} if name == "clipped_lqr" else {})
+    run = simulate(
+        isolated, record, build(name, period=0.04), driver=CoilDriver(lag=0.05), sensors=sensors,
+        computation_delay=0.005,
+    )  # fmt: skip
+    assert np.all(np.isfinite(run.values))
+
+
+def test_unknown_setting_is_refused_with_the_nearest(name):
+    with pytest.raises(InputError, match=rf"setting of {name} 'perod'; did you mean 'period'"):
+        controller(name, perod=0.1)
+
+
+def test_unusable_setting_is_refused_in_one_line(name):
+    with pytest.raises(InputError) as refused:
+        controller(name, period=-1)
+    assert str(refused.value) == (f"{name}: period is -1; accepted: a number above 0 or None, in s")
+
+
+def test_settings_are_described_and_come_back(name):
+    one = build(name, period=0.1)
+    described = one.to_dict()
+    assert described["name"] == name and described["period"] == 0.1
+    assert controller(**described).to_dict() == described
+    assert "period=0.1" in repr(one)
+    assert CONTROLLERS[name].title and CONTROLLERS[name].__doc__
+    for setting in CONTROLLERS[name].settings.values():
+        assert setting.meaning and str(setting.accepts)
+
+
+def test_unknown_controller_is_refused_with_the_nearest():
+    assert set(available_controllers()) == set(CONTROLLERS)
+    with pytest.raises(InputError, match="unknown controller 'clipped_lqg'; did you mean 'clipp"):
+        controller("clipped_lqg")
+
+
+def test_import_is_light():
+    code = (
+        "import sys, controllers; heavy = {'numba', 'casadi', 'scipy', 'control', 'xarray'};"
+        "sys.exit(bool(heavy & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

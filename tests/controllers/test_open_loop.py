@@ -1,0 +1,95 @@
+"""Commands known before the run."""
+
+import numpy as np
+import pytest
+
+from controllers import controller
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import CoilDriver
+from isolation_sim.simulation.run import simulate
+
+STATES = {"y_m": 0, "z_m": 1}
+
+
+def check_against(reference, run):
+    """Every state within 1e-6 of its peak."""
+    for k, dof in enumerate(run.isolated.structure.names):
+        for key, name in (("displacement_m", "displacement_m"), ("velocity_m_s", "velocity_m_s")):
+            expected = reference[key][:, k]
+            error = np.abs(run.output(f"{dof}_{name}") - expected).max()
+            assert error <= 1e-6 * np.abs(expected).max()
+    for key, k in STATES.items():
+        error = np.abs(run.states[:, 0, k] - reference[key]).max()
+        assert error <= 1e-6 * np.abs(reference[key]).max()
+
+
+@pytest.mark.parametrize("which", ["switching_0.1s", "random_0.02s"])
+def test_prescribed_reproduces_the_reference(shared_data, isolated, el_centro, tmp_path, which):
+    path = shared_data / "engine_reference" / f"strain_stiffening_{which}.npz"
+    reference = np.load(path)
+    table = np.column_stack([el_centro.time, reference["current_A"]])
+    file = tmp_path / "current.csv"
+    np.savetxt(file, table, delimiter=",", header="time_s,current_A", comments="")
+    run = simulate(isolated, el_centro, controller("prescribed", file=str(file)))
+    check_against(reference, run)
+    arrays = controller("prescribed", time=table[:, 0], amperes=table[:, 1])
+    assert np.array_equal(simulate(isolated, el_centro, arrays).values, run.values)
+
+
+def test_passive_currents(isolated, record):
+    def held(one, **options):
+        return set(simulate(isolated, record, one, **options).current.ravel().tolist())
+
+    assert held(controller("passive_off")) == {0.0}
+    assert held(controller("passive_off"), driver=CoilDriver(low=0.5, initial=0.5)) == {0.5}
+    assert held(controller("passive_on")) == {3.0}
+    assert held(controller("passive_on"), driver=CoilDriver(high=2.0)) == {2.0}
+    assert held(controller("passive_on", amperes=4)) == {4.0}
+    assert held(controller("constant")) == {1.5}
+
+
+def test_a_current_that_is_asked_for_is_not_quietly_changed(isolated, record):
+    with pytest.raises(InputError, match="current 4 A at t = 0 s is outside 0 to 3 A"):
+        simulate(isolated, record, controller("constant", amperes=4), driver=CoilDriver(high=3.0))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({}, "time and amperes together, or a file"),
+        ({"time": [0, 1]}, "time and amperes together, or a file"),
+        ({"time": [0, 1], "amperes": [1]}, "2 instants for 1 commands"),
+        ({"time": [0.5, 1], "amperes": [1, 2]}, "first instant is 0.5 s; accepted: 0"),
+        ({"time": [0, 1, 1], "amperes": [1, 2, 3]}, "instant 1 s follows 1 s"),
+        ({"time": [0, np.nan], "amperes": [1, 2]}, "time is .*; accepted: finite numbers"),
+        ({"file": "nowhere.csv"}, "file is 'nowhere.csv'; accepted: the path of an existing file"),
+    ],
+)
+def test_bad_tables_are_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        controller("prescribed", **settings)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "columns are missing"),
+        ("time_s,current_mA\n0,1\n", "columns are time_s, current_mA; accepted: time_s and"),
+        ("time_s,current_A\n", "no rows"),
+        ("time_s,current_A\n0,1\n1,x\n", "line 3: '1,x'; accepted: finite numbers"),
+        ("time_s,current_A\n0,1\n1\n", "line 3: '1'"),
+        ("time_s,current_A\n1,1\n", "first instant is 1 s"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path, text, message):
+    file = tmp_path / "current.csv"
+    file.write_text(text)
+    with pytest.raises(InputError, match=message):
+        controller("prescribed", file=str(file))
+
+
+def test_one_column_a_coil(tmp_path, isolated, record):
+    file = tmp_path / "current.csv"
+    file.write_text("\ufefftime_s,coil0_current_A,coil1_current_A\n0,1,2\n", encoding="utf-8")
+    with pytest.raises(InputError, match="commands for 2 coils; the structure has 1"):
+        simulate(isolated, record, controller("prescribed", file=str(file)))
