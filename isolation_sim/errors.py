@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """Input that cannot be used; one line that names the place, what was given, what is accepted."""
+    """Input that cannot be used; one line with the place, what was given, what is accepted."""
 
 
 class Diverged(RuntimeError):

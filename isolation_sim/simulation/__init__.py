@@ -1,0 +1,1 @@
+"""Compiled time integration: one run, many runs, the energy ledger."""

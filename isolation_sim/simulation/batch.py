@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from ground_motions import Record
 from numpy.typing import NDArray
+
+from ground_motions import Record
 
 from ..errors import Diverged, InputError
 from ..structures import IsolatedStructure
@@ -117,14 +118,16 @@ def simulate_many(
     lanes = []
     for case in cases:
 
-        def trial(other: Control, case: Case = case):  # noqa: ANN202
+        def trial(other: Control, case: Case = case):
             return simulate(
                 case.isolated, case.ground, other, belief=case.belief, driver=driver,
                 sensors=sensors, computation_delay=computation_delay, tolerance=tolerance,
                 current_outside=current_outside,
             )
 
-        lanes.append(prepared(case.isolated, case.ground, case.controller, case.belief, driver, trial))
+        lanes.append(
+            prepared(case.isolated, case.ground, case.controller, case.belief, driver, trial)
+        )
     blocks, alone = _blocks(lanes)
     result = _Collected(len(cases))
 
@@ -198,7 +201,7 @@ class _Collected:
         return {name: np.array([row.get(name, np.nan) for row in self.rows]) for name in names}
 
 
-def summary(plan: Plan, work) -> dict[str, NDArray]:  # noqa: ANN001
+def summary(plan: Plan, work) -> dict[str, NDArray]:
     """Criteria of every lane of a finished block, each (lanes,)."""
     lanes = plan.module.LANES
     per_lane = [_quantities(lane.isolated) for lane in plan.lanes]
@@ -216,7 +219,9 @@ def summary(plan: Plan, work) -> dict[str, NDArray]:  # noqa: ANN001
 
 
 @lru_cache(maxsize=256)
-def _quantities(isolated: IsolatedStructure) -> tuple[tuple[str, ...], tuple[int, ...], int, NDArray]:
+def _quantities(
+    isolated: IsolatedStructure,
+) -> tuple[tuple[str, ...], tuple[int, ...], int, NDArray]:
     """Names of a structure's criteria, their numbers of items, and the kernel's rows for them."""
     from ..criteria import quantity_rows
 
@@ -241,7 +246,7 @@ def _packed(rows: NDArray, outputs: Outputs) -> NDArray:
 
 def _motion_rows(plan: Plan) -> NDArray:
     """Deformation and velocity of each device over the modes, in blocks of eight rows."""
-    packed = []
+    packed: list[NDArray] = []
     for modes in plan.modes:
         if packed and modes is plan.modes[0]:
             packed.append(packed[0])

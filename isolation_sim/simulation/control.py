@@ -41,7 +41,8 @@ class CoilDriver:
             ("slew", self.slew > 0, "above 0 A/s"),
         ):
             if not value:
-                raise InputError(f"coil driver: {name} is {getattr(self, name)}; accepted: {accepted}")
+                given = getattr(self, name)
+                raise InputError(f"coil driver: {name} is {given}; accepted: {accepted}")
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class Sensors:
     ----------
     noise : mapping of str to float
         Standard deviation of white noise, by output name (``"floor5_acceleration_m_s2"``) or by
-        quantity (``"acceleration_m_s2"``), in that unit.
+        quantity (``"acceleration_m_s2"``), in that unit; what a controller does not measure
+        has no effect on it.
     delay : float
         Age of a measurement when it reaches the controller, s.
     sampling : float or None
@@ -144,8 +146,13 @@ class Situation:
 class Control(Protocol):
     """What a run asks of a controller; ``controllers.controller.Controller`` provides it."""
 
-    name: str
-    period: float | None
+    @property
+    def name(self) -> str:
+        """Name to print."""
+
+    @property
+    def period(self) -> float | None:
+        """Interval between decisions, s; None for the record's sampling interval."""
 
     def prepare(self, situation: Situation, trial: Any) -> None:
         """Get ready on the plant itself; ``trial(controller)`` simulates another one there."""

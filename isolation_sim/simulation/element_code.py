@@ -1,8 +1,8 @@
 """Write the compiled kernel's work on one element, from the law's arithmetic.
 
 An element's numbers live in one flat float64 array, at ``base + slot * LANES + lane``. The same
-text so serves a single run (one lane) and a batch: lanes side by side, which the compiler turns into
-vector instructions. All quantities are the device's own (deformation, not storey drift): the
+text so serves a single run (one lane) and a batch: lanes side by side, which the compiler turns
+into vector instructions. All quantities are the device's own (deformation, not storey drift): the
 structure's rows and columns carry the scales.
 """
 
@@ -241,7 +241,7 @@ class ElementCode:
     def _restart(self) -> list[str]:
         """First guess after a change of step length: everything stays as at the start."""
         body = self.load("f_start", *self.start)
-        body += [self.put(f"f{j}", f"f_start") for j in range(3)]
+        body += [self.put(f"f{j}", "f_start") for j in range(3)]
         for i, s in enumerate(self.states):
             body += [self.put(f"{s}_{j}", f"start{i}") for j in range(3)]
         return body

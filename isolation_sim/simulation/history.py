@@ -42,7 +42,7 @@ def dataset(run: Run) -> xarray.Dataset:
         ("force", "element", "N", "restoring force of the element"),
         ("ground_acceleration", "direction", "m/s^2", "ground acceleration"),
     ]
-    variables = {
+    variables: dict[str, tuple] = {
         name: (("time", axis), values, {"units": unit, "long_name": meaning})
         for (name, axis, unit, meaning), values in zip(described, parts, strict=True)
     }

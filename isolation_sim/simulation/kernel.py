@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -57,7 +56,8 @@ def _dispatch(name: str, extra: str, lane_offset: str, n_laws: int, lanes: int) 
         call = ", ".join(["w", "base + lane", *arguments])
         lines.append(f"    {'if' if tag == 0 else 'elif'} KIND[e] == {tag}:")
         if lanes == 1:
-            lines.append(f"        lane = 0\n        if mask[0]:\n            {name}_{tag}({call}, True)")
+            lines += ["        lane = 0", "        if mask[0]:"]
+            lines.append(f"            {name}_{tag}({call}, True)")
         else:
             lines.append("        for lane in range(LANES):")
             lines.append(f"            {name}_{tag}({call}, mask[lane] != 0)")
@@ -70,6 +70,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
     stride = max(len(c.slots) for c in codes) + 4 * n_states
+    monomials = np.vander(NODES, increasing=True)
     constants = {
         "LANES": lanes,
         "N_ELEMENTS": len(laws),
@@ -86,7 +87,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         ),
         "PAD": padding(lanes),
         "NODES_AND_END": (*NODES, 1.0),
-        "LAGRANGE": tuple(map(tuple, np.linalg.inv(np.vander(NODES, increasing=True)).T.tolist())),
+        "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
         "TINY": 1e-300,
         "HOPELESS": 1e12,
         **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
@@ -95,7 +96,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         '"""Written by isolation_sim.simulation.kernel; do not edit."""',
         "import math\n\nimport numpy as np\nfrom numba import njit\n\n"
         "from isolation_sim.simulation.foreign_call import call\n"
-        "from isolation_sim.simulation.vector import make_add_rows, make_move_modes\n\n"
+        "from isolation_sim.simulation import vector\n\n"
         "unsigned = np.uint64",
         "\n".join(f"{name} = {value!r}" for name, value in constants.items()),
         'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}\n'
@@ -103,8 +104,9 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         # loops over lanes become vector instructions in functions of their own
         f"by_lanes = {'inline' if lanes == 1 else 'njit(**OPTIONS)'}",
         *(c.text() for c in codes),
-        "add_rows = make_add_rows(LANES)\n"
-        "move_modes = make_move_modes(LANES, N_GROUND, FORCE_SLOTS)",
+        "add_rows = vector.make_add_rows(LANES)\n"
+        "free_rows = vector.make_free_rows(LANES, N_GROUND)\n"
+        "move_modes = vector.make_move_modes(LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(name, extra, at, len(codes), lanes) for name, extra, at in DISPATCHED),
         TEMPLATE.read_text(),
     ]

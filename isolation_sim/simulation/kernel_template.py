@@ -7,8 +7,8 @@ on the same points; both are iterated to a fixed point from the extrapolated las
 
 The grid holds the record's samples and the controller's instants. A window is a number of equal
 grid intervals during which no command changes; it takes 2**level equal steps, so a step spans
-several samples where the response is smooth and a fraction of one where it is not. The defect of the
-force polynomial at the step's end decides on the level.
+several samples where the response is smooth and a fraction of one where it is not. How far the
+force polynomial misses the force at the step's ends decides on the level.
 
 Arrays are flat or end in the lane: LANES runs go through side by side and the compiler turns the
 innermost loops into vector instructions. A lane's result does not depend on its neighbours. Names
@@ -156,15 +156,9 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
     """
     ground_rows, force_rows, _, _, _ = layout(n_modes, n_pad, n_sub)
     for e in range(N_ELEMENTS):
-        free = e * STRIDE + SLOT_FREE0
-        for k in range(8 * LANES):
-            w[free * LANES + k] = 0.0
-        at = offset + e * 16 * n_modes
-        add_rows(w, free, table, at, z, z_at, 1, n_modes)
-        add_rows(w, free, table, at + 8 * n_modes, z, z_at + n_pad, 1, n_modes)
-        for g in range(N_GROUND):
-            at = offset + ground_rows + (e * N_GROUND + g) * (n_sub + 1) * 8
-            add_rows(w, free, table, at, u, g, N_GROUND, n_sub + 1)
+        free_rows(w, e * STRIDE + SLOT_FREE0, table, offset + e * 16 * n_modes,
+                  offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8, z, z_at, n_modes, n_pad,
+                  u, n_sub + 1)
     for lane in range(LANES):
         going[lane] = active[lane]
         previous[lane] = 0.0
@@ -352,12 +346,11 @@ def call_controllers(k, function, decided, measured_for, addresses):
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def march(info, settings, windows, classes, offsets, ground, events, modes, table, built, phi,
-          integral, measure, noise, measured, chosen,
-          decided, measured_for, addresses, command, driver, law_table, law_breaks, law_shape,
-          channel, z, states, levels, w, w_saved, coil, applied, level, hold, alive, moving,
-          active, going, todo, last, previous, contraction, defects, errors, worst, steps, step_count,
-          counts, coil_history, u):
+def march(info, settings, windows, spans, offsets, ground, events, modes, table, built, phi,
+          integral, measure, noise, measured, chosen, decided, measured_for, addresses, command,
+          driver, law_table, law_breaks, law_shape, channel, z, states, levels, w, w_saved, coil,
+          applied, level, hold, alive, moving, active, going, todo, last, previous, contraction,
+          defects, errors, worst, steps, step_count, counts, coil_history, u):
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
     What each array holds is said in ``workspace.py``. Returns FINISHED, DECIDE or BUFFER_FULL;
@@ -406,7 +399,7 @@ def march(info, settings, windows, classes, offsets, ground, events, modes, tabl
         for c in range(n_channels):
             for lane in range(LANES):
                 coil_history[window, c, lane] = coil[c, lane]
-        span = classes[kind]
+        span = spans[kind]
         waiting = 0
         for lane in range(LANES):
             todo[lane] = 1 if alive[lane] == ALIVE else 0
@@ -485,7 +478,7 @@ def march(info, settings, windows, classes, offsets, ground, events, modes, tabl
                         continue
                     # samples inside a step are read off the polynomial: its defect is their error
                     if errors[lane] <= error_limit and (
-                        n_sub == 1 and defects[lane] < np.inf or defects[lane] <= defect_limit
+                        (n_sub == 1 and defects[lane] < np.inf) or defects[lane] <= defect_limit
                     ):
                         worst[lane] = max(worst[lane], max(
                             errors[lane] / error_limit,

@@ -256,7 +256,7 @@ class _Pieces:
 
     def at(self, c: NDArray) -> tuple:
         """Modes, states, currents, their rates and the ground at a fraction c of every piece."""
-        run, grid, modes = self.run, self.run.grid, self.run.modes
+        run, modes = self.run, self.run.modes
         t = c * self.length
         phi = _phi(modes.eigenvalues * t[:, None])
         integral = [
@@ -268,7 +268,8 @@ class _Pieces:
         slope = run.work.ground[self.interval + 1, :, 0] - a0
         low = a0 + slope * self.offset[:, None]
         rise = slope * self.size[:, None]
-        z = self.z * phi[0] + (low @ modes.ground) * integral[0] + (rise @ modes.ground) * integral[1]
+        z = self.z * phi[0]
+        z += (low @ modes.ground) * integral[0] + (rise @ modes.ground) * integral[1]
         p = np.linalg.inv(np.vander(NODES, increasing=True))
         for e in range(len(modes.force)):
             f0, f1, f2 = (p @ self.elements[:, e, :3].T)[:, :, None]

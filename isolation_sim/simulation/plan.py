@@ -9,10 +9,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from ground_motions import Record
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ground_motions import Record
+
+from ..errors import unknown_name
 from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
@@ -211,7 +212,7 @@ class Plan:
         compiled = [lane.compiled for lane in lanes]
         self.sensing = Sensing(
             measure=np.ascontiguousarray(np.stack([o.select(names) for o in self.outputs], axis=2)),
-            noise=_noise(names, len(sensed), len(lanes), sensors),
+            noise=_noise(names, self.outputs[0].names, len(sensed), len(lanes), sensors),
             n_measurements=len(sensed),
             decided=decided,
             measured_for=measured_for.ravel().astype(np.int64),
@@ -289,23 +290,21 @@ def deformation_limit(isolated: IsolatedStructure) -> float:
     return 100.0 * sum(e.device.deformation_scale / e.device.length for e in isolated.elements)
 
 
-def _noise(names: Sequence[str], n_measurements: int, lanes: int, sensors: Sensors) -> NDArray:
+def _noise(
+    names: Sequence[str], known: Sequence[str], n_measurements: int, lanes: int, sensors: Sensors
+) -> NDArray:
+    """Noise on every measurement; each lane has that of its own single run."""
     if not sensors.noise:
         return np.zeros((0, 0, lanes))
-    used = set()
     size = np.zeros(len(names))
-    for k, name in enumerate(names):
-        for key, value in sensors.noise.items():
-            if name == key or name.endswith("_" + key):
-                size[k] = value
-                used.add(key)
-    unused = sorted(set(sensors.noise) - used)
-    if unused:
-        raise InputError(
-            f"sensors: noise of {unused[0]!r} applies to nothing that the controller measures; "
-            f"measured: {', '.join(names) or 'nothing'}"
-        )
-    # every lane gets the noise of its own single run
+    for key, value in sensors.noise.items():
+        if not any(_concerns(key, name) for name in known):
+            raise unknown_name("output or quantity with sensor noise", key, known)
+        size[[_concerns(key, name) for name in names]] = value
     random = np.random.default_rng(sensors.seed)
     noise = random.standard_normal((n_measurements, len(names))) * size
     return np.repeat(noise[..., None], lanes, axis=2)
+
+
+def _concerns(key: str, name: str) -> bool:
+    return name == key or name.endswith("_" + key)

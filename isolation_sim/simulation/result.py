@@ -6,8 +6,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from ground_motions import Record
 from numpy.typing import NDArray
+
+from ground_motions import Record
 
 from ..structures import IsolatedStructure
 from .grid import Grid

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from ground_motions import Record
 from numpy.typing import NDArray
+
+from ground_motions import Record
 
 from ..errors import Diverged, InputError
 from ..structures import IsolatedStructure
@@ -147,7 +148,8 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
     rows = []
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
-        for name, given in (("low", driver.low), ("high", driver.high), ("initial", driver.initial)):
+        for name in ("low", "high", "initial"):
+            given = getattr(driver, name)
             if given is not None and not low <= given <= high:
                 raise InputError(
                     f"coil driver: {name} {given} A is outside {low:.4g} to {high:.4g} A, where "
@@ -185,13 +187,13 @@ def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
     if work.march() != decide:
         return
     situation, sensing = plan.lanes[0].situation, plan.sensing
-    make = namedtuple("Measurement", situation.outputs)._make  # noqa: PYI024
+    measurement_type = namedtuple("Measurement", situation.outputs)  # type: ignore[misc]
     width, n_given = len(plan.lanes[0].coils), len(situation.outputs)
     events, info = work.grid.events[:, 1].tolist(), work.info
     times, rows = sensing.decided.tolist(), sensing.measured_for.tolist()
     while True:
         k = events[info[0]]
-        measurement = make(work.measured[rows[k], 0, :n_given].tolist())
+        measurement = measurement_type._make(work.measured[rows[k], 0, :n_given].tolist())
         work.chosen[k, 0, :width] = controller.current(times[k], measurement)
         if work.march() != decide:
             return

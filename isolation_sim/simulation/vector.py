@@ -58,6 +58,25 @@ class _Emitter:
         pointer = self.builder.bitcast(self.place(data, row), self.vector.as_pointer())
         self.builder.store(value, pointer, align=8)
 
+    @property
+    def rows(self) -> range:
+        """Numbers of the vectors that eight rows take."""
+        return range(1 if self.lanes == 1 else EIGHT)
+
+    def product(
+        self, table: Any, at: Any, x: Any, x_at: Any, x_stride: Any, n: Any, start: list[Any]
+    ) -> list[Any]:
+        """Eight rows of start + sum_k table[at + 8 k + r] x[x_at + k x_stride]."""
+        builder = self.builder
+        sums = [cgutils.alloca_once_value(builder, value) for value in start]
+        with cgutils.for_range(builder, n, intp=INTEGER) as loop:
+            factor = self.value(x, builder.add(x_at, builder.mul(loop.index, x_stride)))
+            first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
+            for r, place in zip(self.rows, sums, strict=True):
+                product = self.times(self.load(table, self.row(first, r)), factor)
+                builder.store(self.plus(builder.load(place), product), place)
+        return [builder.load(place) for place in sums]
+
     def times(self, a: Any, b: Any) -> Any:
         """Product."""
         return self.builder.fmul(a, b, flags=("contract",))
@@ -88,25 +107,55 @@ def make_add_rows(lanes: int) -> Callable:
         def generate(context, builder, signature, arguments):
             _, to, _, at, _, x_at, x_stride, n = arguments
             emit = _Emitter(context, builder, lanes)
-            kinds = signature.args
-            w, table, x = (emit.data(kinds[k], arguments[k]) for k in (0, 2, 4))
-            rows = range(1 if lanes == 1 else EIGHT)
-            sums = [
-                cgutils.alloca_once_value(builder, emit.load(w, emit.row(to, r))) for r in rows
-            ]
-            with cgutils.for_range(builder, n, intp=INTEGER) as loop:
-                factor = emit.value(x, builder.add(x_at, builder.mul(loop.index, x_stride)))
-                first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
-                for r, place in zip(rows, sums, strict=True):
-                    product = emit.times(emit.load(table, emit.row(first, r)), factor)
-                    builder.store(emit.plus(builder.load(place), product), place)
-            for r, place in zip(rows, sums, strict=True):
-                emit.store(w, emit.row(to, r), builder.load(place))
+            w, table, x = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4))
+            start = [emit.load(w, emit.row(to, r)) for r in emit.rows]
+            total = emit.product(table, at, x, x_at, x_stride, n, start)
+            for r, value in zip(emit.rows, total, strict=True):
+                emit.store(w, emit.row(to, r), value)
             return context.get_dummy_value()
 
         return signature, generate
 
     return add_rows
+
+
+def make_free_rows(lanes: int, n_ground: int) -> Callable:
+    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``.
+
+    It sets w[to + r], for eight rows r, to the response to the modes at z_at (real parts first,
+    imaginary ones n_pad behind) and to the ground inputs u; like ``add_rows`` several times, but
+    with sums that do not wait for each other.
+    """
+
+    @intrinsic
+    def free_rows(typing, w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points):
+        i = types.int64
+        signature = types.void(w, i, table, i, i, z, i, i, i, u, i)
+
+        def generate(context, builder, signature, arguments):
+            _, to, _, at, ground_at, _, z_at, n_modes, n_pad, _, n_points = arguments
+            emit = _Emitter(context, builder, lanes)
+            w, table, z, u = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 5, 9))
+            zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
+            one = INTEGER(1)
+            real = emit.product(table, at, z, z_at, one, n_modes, zero)
+            at = builder.add(at, builder.mul(n_modes, INTEGER(EIGHT)))
+            z_at = builder.add(z_at, n_pad)
+            total = emit.product(table, at, z, z_at, one, n_modes, zero)
+            total = [emit.plus(a, b) for a, b in zip(real, total, strict=True)]
+            for g in range(n_ground):
+                pushed = emit.product(
+                    table, ground_at, u, INTEGER(g), INTEGER(n_ground), n_points, zero
+                )
+                total = [emit.plus(a, b) for a, b in zip(total, pushed, strict=True)]
+                ground_at = builder.add(ground_at, builder.mul(n_points, INTEGER(EIGHT)))
+            for r, value in zip(emit.rows, total, strict=True):
+                emit.store(w, emit.row(to, r), value)
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return free_rows
 
 
 def make_move_modes(lanes: int, n_ground: int, force_slots: Sequence[int]) -> Callable:

@@ -228,9 +228,8 @@ class Workspace:
                 scale = module.SLOT_SCALE[module.KIND[e]]
                 w[e, scale : scale + len(device.law.states), lane] = 1.0 / small
         flags = {k: np.zeros(lanes, np.int64) for k in ("hold", "active", "going", "todo")}
-        floats = {
-            k: np.zeros(lanes) for k in ("last", "previous", "contraction", "defects", "errors", "worst")
-        }
+        names = ("last", "previous", "contraction", "defects", "errors", "worst")
+        floats = {k: np.zeros(lanes) for k in names}
         floats["contraction"][:] = 1.0
         return {
             "w": w.ravel(),
@@ -270,13 +269,14 @@ class Workspace:
                 self.ground.ravel(), grid.events, self.tables.modes, self.tables.table,
                 self.tables.built, work["phi"], work["integral"], self.sensing.measure,
                 self.sensing.noise, self.measured, self.chosen, self.sensing.decided,
-                self.sensing.measured_for, self._addresses, self.command, self.driver, law_table, law_breaks, law_shape,
-                self.channel, self.z, self.states.ravel(), self.levels, work["w"],
-                work["w_saved"], self.coil, work["applied"], work["level"], work["hold"],
+                self.sensing.measured_for, self._addresses, self.command, self.driver,
+                law_table, law_breaks, law_shape, self.channel, self.z, self.states.ravel(),
+                self.levels, work["w"], work["w_saved"], self.coil,
+                work["applied"], work["level"], work["hold"],
                 self.alive, work["moving"], work["active"], work["going"], work["todo"],
                 work["last"], work["previous"], work["contraction"], work["defects"],
-                work["errors"], work["worst"], self.steps, self.step_count, self.counts, self.coil_history,
-                work["u"],
+                work["errors"], work["worst"], self.steps, self.step_count, self.counts,
+                self.coil_history, work["u"],
             )
             if status != module.BUFFER_FULL:
                 return status

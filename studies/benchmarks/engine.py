@@ -11,14 +11,15 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
 from controllers import controller
 from ground_motions import el_centro_1940
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators, shear_building
-from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
 from .peers import FirstOrder, load_opensees, opensees_analysis
 
@@ -43,7 +44,7 @@ def error(states: NDArray, reference: NDArray) -> float:
     return float((np.abs(states - reference).max(axis=0) / np.abs(reference).max(axis=0)).max())
 
 
-def states_of(run) -> NDArray:  # noqa: ANN001
+def states_of(run) -> NDArray:
     """Displacements, velocities and device states at the samples."""
     history = run.history
     return np.column_stack([history.displacement, history.velocity, run.states[:, 0]])
@@ -130,7 +131,7 @@ def storeys() -> None:
         building = shear_building([2.5e5] * n, [5e8 * n / 5] * n, base_mass=3e5)
         plant = building.on(reference_isolators().scaled(force=(n + 1) / 6))
 
-        def whole(plant=plant) -> None:  # noqa: ANN001
+        def whole(plant=plant) -> None:
             simulate(plant, record, held).values  # noqa: B018
 
         spent = best(whole, 30)

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ground_motions import Record
-from isolation_sim.structures import IsolatedStructure
 from numpy.typing import NDArray
 from scipy.integrate import odeint, solve_ivp
+
+from ground_motions import Record
+from isolation_sim.structures import IsolatedStructure
 
 
 class FirstOrder:

@@ -1,0 +1,111 @@
+"""Semi-active base isolation with magnetorheological isolators: simulate, control, compare.
+
+The front door; everything in it is loaded when it is first used.
+
+>>> import isolation_sim as iso
+>>> building = iso.reference_building().on(iso.reference_isolators())
+>>> building.n_channels
+1
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from controllers import available_controllers, controller
+
+    from .comparison import Comparison, json_report
+    from .errors import Diverged, InputError
+    from .front_door import compare, run_scenario, simulate
+    from .laws import Device, available_laws, available_sets, law
+    from .results import read_run, write_run
+    from .scenario import Scenario
+    from .simulation.control import CoilDriver, Sensors
+    from .simulation.result import Run
+    from .structures import (
+        IsolatedStructure,
+        Structure,
+        from_fixed_base,
+        from_matrices,
+        read_matrices,
+        reference_building,
+        reference_isolators,
+        shear_building,
+    )
+
+__version__ = "0.1.0"
+
+# one line a name: where it lives
+_HOMES = {
+    "CoilDriver": ".simulation.control",
+    "Comparison": ".comparison",
+    "Device": ".laws",
+    "Diverged": ".errors",
+    "InputError": ".errors",
+    "IsolatedStructure": ".structures",
+    "Run": ".simulation.result",
+    "Scenario": ".scenario",
+    "Sensors": ".simulation.control",
+    "Structure": ".structures",
+    "available_controllers": "controllers",
+    "available_laws": ".laws",
+    "available_sets": ".laws",
+    "compare": ".front_door",
+    "controller": "controllers",
+    "from_fixed_base": ".structures",
+    "from_matrices": ".structures",
+    "json_report": ".comparison",
+    "law": ".laws",
+    "read_matrices": ".structures",
+    "read_run": ".results",
+    "reference_building": ".structures",
+    "reference_isolators": ".structures",
+    "run_scenario": ".front_door",
+    "shear_building": ".structures",
+    "simulate": ".front_door",
+    "write_run": ".results",
+}
+
+__all__ = [
+    "CoilDriver",
+    "Comparison",
+    "Device",
+    "Diverged",
+    "InputError",
+    "IsolatedStructure",
+    "Run",
+    "Scenario",
+    "Sensors",
+    "Structure",
+    "available_controllers",
+    "available_laws",
+    "available_sets",
+    "compare",
+    "controller",
+    "from_fixed_base",
+    "from_matrices",
+    "json_report",
+    "law",
+    "read_matrices",
+    "read_run",
+    "reference_building",
+    "reference_isolators",
+    "run_scenario",
+    "shear_building",
+    "simulate",
+    "write_run",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name], __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,66 @@
+"""What ``isolation-sim list`` shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+Rows = tuple[list[str], list[list[str]]]
+
+
+def _laws() -> Rows:
+    from .laws import LAWS, available_sets
+
+    entries = []
+    for name, law in LAWS.items():
+        parameters = ", ".join(f"{q.name} ({q.unit})" for q in law.parameters)
+        entries.append([name, law.title, ", ".join(available_sets(name)) or "none", parameters])
+    return ["law", "title", "published sets", "parameters"], entries
+
+
+def _controllers() -> Rows:
+    from controllers import CONTROLLERS
+
+    entries = []
+    for name, kind in CONTROLLERS.items():
+        settings = ", ".join(
+            f"{key} ({setting.unit})" if setting.unit else key
+            for key, setting in kind.settings.items()
+        )
+        entries.append([name, kind.title, settings])
+    return ["controller", "title", "settings"], entries
+
+
+def _records() -> Rows:
+    from ground_motions import STANDARD_GRAVITY, available_records, load_record
+
+    entries = []
+    for name in available_records():
+        record = load_record(name)
+        size = f"{len(record)} points, {record.dt:g} s, {record.pga / STANDARD_GRAVITY:.5g} g"
+        entries.append([name, size, record.source])
+    return ["record", "size", "source"], entries
+
+
+def _effects() -> Rows:
+    return ["effect", "title"], []
+
+
+def _structures() -> Rows:
+    from .scenario.building import MatricesFile, ReferenceBuilding, ShearBuilding
+
+    entries = []
+    for kind in (ReferenceBuilding, ShearBuilding, MatricesFile):
+        summary = (kind.__doc__ or "").splitlines()[0]
+        keys = ", ".join(key for key in kind.model_fields if key != "kind")
+        entries.append([kind.model_fields["kind"].default, summary, keys or "none"])
+    return ["kind", "what it is", "keys of [structure]"], entries
+
+
+SUBJECTS: dict[str, Callable[[], Rows]] = {
+    "laws": _laws,
+    "controllers": _controllers,
+    "records": _records,
+    "effects": _effects,
+    "structures": _structures,
+}
+"""Headings and rows of each list."""

@@ -1,0 +1,136 @@
+"""The verbs as a user types them: controllers by name, scenarios by path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import controllers as registry
+from ground_motions import Record
+
+from .comparison import Comparison
+from .errors import InputError
+from .scenario import Scenario
+from .simulation.control import Control
+from .simulation.result import Run
+from .structures import IsolatedStructure
+
+
+def simulate(
+    isolated: IsolatedStructure,
+    ground: Record | Sequence[Record],
+    controller: str | Control = "passive_off",
+    **options: Any,
+) -> Run:
+    """Simulate one run.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The plant, such as ``reference_building().on(reference_isolators())``.
+    ground : Record or sequence of Record
+        Ground acceleration, m/s2, one record a direction of the structure.
+    controller : str or Control, default "passive_off"
+        Name of a controller, or one with settings such as ``controller("constant",
+        amperes=1.5)``, or one of your own.
+    **options
+        Keyword arguments of ``isolation_sim.simulation.run.simulate``: ``belief``, ``driver``,
+        ``sensors``, ``computation_delay`` (s), ``tolerance``, ``current_outside``.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    InputError
+        If a name or an argument cannot be used, or a current is refused.
+    Diverged
+        If the response leaves the range of numbers or of the law; with the time and the cause.
+    """
+    from .simulation.run import simulate as run
+
+    return run(isolated, ground, _controller(controller), **options)
+
+
+def compare(
+    isolated: IsolatedStructure,
+    ground: Record | Sequence[Record],
+    controllers: Sequence[str | Control] | Mapping[str, str | Control],
+    **options: Any,
+) -> Comparison:
+    """Simulate several controllers on one plant under one ground motion.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    ground : Record or sequence of Record
+        Ground acceleration, m/s2, one record a direction of the structure.
+    controllers : sequence or mapping of str or Control
+        Names or controllers; a mapping's keys are the names to print.
+    **options
+        As in `simulate`.
+
+    Returns
+    -------
+    Comparison
+        Its ``criteria``, ``energy`` and ``table()``.
+
+    Raises
+    ------
+    InputError
+        If a name or an argument cannot be used, two controllers share a name, or a current is
+        refused.
+    Diverged
+        If a response leaves the range of numbers or of the law; with the time and the cause.
+    """
+    if isinstance(controllers, Mapping):
+        named = {name: _controller(each) for name, each in controllers.items()}
+    else:
+        if isinstance(controllers, str):
+            raise InputError(
+                f"controllers is {controllers!r}; accepted: a list of names or controllers"
+            )
+        built = [_controller(each) for each in controllers]
+        named = {each.name: each for each in built}
+        if len(named) < len(built):
+            names = ", ".join(each.name for each in built)
+            raise InputError(
+                f"controllers are {names}; accepted: different names, or a mapping of names to "
+                "controllers"
+            )
+    return Comparison(
+        {name: simulate(isolated, ground, each, **options) for name, each in named.items()}
+    )
+
+
+def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
+    """Run all controllers of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or pathlib.Path, optional
+        A scenario or the path of its file; the main job by default.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    InputError
+        Naming the file, the key, what was given and what is accepted.
+    Diverged
+        If a response leaves the range of numbers or of the law; with the controller, the time and
+        the cause.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = Scenario() if scenario is None else Scenario.read(scenario)
+    job = scenario.build()
+    return Comparison({label: job.run(label) for label in job.controllers})
+
+
+def _controller(given: str | Control) -> Control:
+    return registry.controller(given) if isinstance(given, str) else given

@@ -1,0 +1,6 @@
+"""Scenarios: one validated description of a run, a section a file, to and from TOML."""
+
+from .job import Job
+from .scenario import Scenario
+
+__all__ = ["Job", "Scenario"]

@@ -1,0 +1,87 @@
+"""The ``[structure]`` section: the linear structure above the isolators."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from ..structures import Structure, read_matrices, reference_building, shear_building
+from .fields import InputPath, Positive, Section, kind_by_keys
+
+_Row = Annotated[list[Positive], Field(min_length=1)]
+_Ratio = Annotated[float, Field(ge=0, lt=1)]
+
+
+class ReferenceBuilding(Section):
+    """The reference: five storeys of 250 t on a slab of 300 t, fixed-base period 0.5 s."""
+
+    kind: Literal["reference"] = "reference"
+
+    def build(self) -> Structure:
+        """Return the structure."""
+        return reference_building()
+
+
+class ShearBuilding(Section):
+    """A shear building of any number of storeys on a rigid base."""
+
+    kind: Literal["shear"] = "shear"
+    floor_masses_kg: Annotated[_Row, Field(description="from below")]
+    storey_stiffnesses_N_per_m: Annotated[_Row, Field(description="from below")]
+    base_mass_kg: Annotated[Positive, Field(description="base slab")]
+    damping: Annotated[
+        Literal["rayleigh", "modal"], Field(description="rayleigh, modal; on a held base")
+    ] = "rayleigh"
+    damping_ratio: Annotated[
+        _Ratio | list[_Ratio], Field(description="with modal damping also one a mode")
+    ] = 0.02
+    rayleigh_modes: Annotated[
+        list[int], Field(min_length=2, max_length=2, description="the two with the ratio, from 1")
+    ] = Field(default_factory=lambda: [1, 2])
+    storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
+    name: Annotated[str, Field(min_length=1, description="to print")] = "shear building"
+
+    def build(self) -> Structure:
+        """Return the structure."""
+        first, second = self.rayleigh_modes
+        return shear_building(
+            self.floor_masses_kg,
+            self.storey_stiffnesses_N_per_m,
+            base_mass=self.base_mass_kg,
+            damping_ratio=self.damping_ratio,
+            damping=self.damping,
+            rayleigh_modes=(first, second),
+            heights=self.storey_heights_m,
+            name=self.name,
+        )
+
+
+class MatricesFile(Section):
+    """Matrices in a NumPy .npz file: M (kg), C (N s/m), K (N/m), base included."""
+
+    kind: Literal["matrices"] = "matrices"
+    file: Annotated[InputPath, Field(description=".npz; optional arrays: influence, base")]
+    dof_names: Annotated[list[str] | None, Field(description="one a row of the matrices")] = None
+    directions: Annotated[
+        list[str] | None, Field(description="directions of ground motion; one [[ground]] each")
+    ] = None
+    name: Annotated[str | None, Field(min_length=1, description="to print; the file's")] = None
+
+    def build(self) -> Structure:
+        """Return the structure."""
+        labels = {"names": self.dof_names, "directions": self.directions, "name": self.name}
+        given = {key: value for key, value in labels.items() if value is not None}
+        return read_matrices(self.file, **given)
+
+
+Building = Annotated[
+    Annotated[ReferenceBuilding, Tag("reference")]
+    | Annotated[ShearBuilding, Tag("shear")]
+    | Annotated[MatricesFile, Tag("matrices")],
+    Discriminator(
+        kind_by_keys(
+            {"reference": ReferenceBuilding, "shear": ShearBuilding, "matrices": MatricesFile}
+        )
+    ),
+]

@@ -1,0 +1,101 @@
+"""The ``[[controller]]``, ``[driver]``, ``[sensors]`` and ``[simulation]`` sections."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from ..simulation.control import CoilDriver, Sensors
+from .fields import NonNegative, Number, Positive, Section, WholeNumber, absolute
+
+if TYPE_CHECKING:
+    from controllers import Controller
+
+
+class ControllerEntry(Section):
+    """A controller by its registry name; every key but ``name`` and ``label`` is its setting."""
+
+    name: Annotated[str, Field(description="isolation-sim list controllers")]
+    label: Annotated[str | None, Field(min_length=1, description="to print; the name")] = None
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, data: Any, info: ValidationInfo) -> Any:
+        # which settings there are is the controller's to say, when it is built
+        if not isinstance(data, dict):
+            return data
+        own = {key: data[key] for key in ("name", "label") if key in data}
+        settings = {key: value for key, value in data.items() if key not in (*own, "settings")}
+        return own | {"settings": _located(settings, info) | data.get("settings", {})}
+
+    def build(self) -> Controller:
+        """Return the controller."""
+        from controllers import controller
+
+        return controller(self.name, **self.settings)
+
+
+def _located(settings: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    """Make the paths of files absolute; the names of such settings end in ``file``."""
+    paths = {
+        key: str(absolute(value, info))
+        for key, value in settings.items()
+        if key.endswith("file") and isinstance(value, str)
+    }
+    return settings | paths
+
+
+class Driver(Section):
+    """The coils and their supply: rate = clip((command - current) / lag, slew)."""
+
+    lag_s: Annotated[NonNegative, Field(description="time constant; 0 is an ideal supply")] = 0.0
+    slew_A_per_s: Annotated[
+        Positive | None, Field(description="largest rate; unlimited if left out")
+    ] = None
+    low_A: Annotated[
+        Number | None, Field(description="limit of the supply; the device's if left out")
+    ] = None
+    high_A: Annotated[
+        Number | None, Field(description="limit of the supply; the device's if left out")
+    ] = None
+    initial_A: Annotated[Number, Field(description="current before the first command")] = 0.0
+
+    def build(self) -> CoilDriver:
+        """Return the driver."""
+        slew = float("inf") if self.slew_A_per_s is None else self.slew_A_per_s
+        return CoilDriver(self.lag_s, slew, self.low_A, self.high_A, self.initial_A)
+
+
+class SensorSet(Section):
+    """What controllers see of the building."""
+
+    delay_s: Annotated[NonNegative, Field(description="age of a measurement")] = 0.0
+    sampling_s: Annotated[
+        Positive | None, Field(description="interval; as often as the controller asks if left out")
+    ] = None
+    seed: Annotated[WholeNumber, Field(description="of the noise")] = 0
+    noise: Annotated[
+        dict[str, NonNegative],
+        Field(description="standard deviation by output or quantity, such as acceleration_m_s2"),
+    ] = Field(default_factory=dict)
+
+    def build(self) -> Sensors:
+        """Return the sensors."""
+        return Sensors(self.noise, self.delay_s, self.sampling_s, self.seed)
+
+
+class Simulation(Section):
+    """How the runs are made."""
+
+    tolerance: Annotated[
+        float, Field(ge=1e-12, le=1e-2, description="accuracy, relative to each quantity's peak")
+    ] = 1e-6
+    current_outside: Annotated[
+        Literal["refuse", "clamp"],
+        Field(description="commands outside the limits: refuse, or clamp and count"),
+    ] = "refuse"
+    computation_delay_s: Annotated[
+        NonNegative, Field(description="from a decision to its command")
+    ] = 0.0

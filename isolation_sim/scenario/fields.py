@@ -1,0 +1,90 @@
+"""What the sections of a scenario are made of: strict values, unknown keys refused by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    ValidationInfo,
+    model_validator,
+)
+
+from ..errors import unknown_name
+
+
+class Section(BaseModel):
+    """A table of a scenario file: strict about types, refusing unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, data: Any) -> Any:
+        # before anything else: a misspelt key is the cause of the key that is then missing
+        if isinstance(data, dict):
+            for key in data:
+                if key not in cls.model_fields:
+                    raise unknown_name("key", str(key), cls.model_fields)
+        return data
+
+
+def kind_by_keys(kinds: Mapping[str, type[Section]]) -> Callable[[Any], str | None]:
+    """Return a function that tells which kind of section a table is.
+
+    Parameters
+    ----------
+    kinds : mapping of str to type
+        Sections by the value of their key ``kind``; the first is the default.
+
+    Returns
+    -------
+    callable
+        The table's ``kind``; without one, that of the section that knows most of the table's keys.
+    """
+
+    def kind(data: Any) -> str | None:
+        if isinstance(data, Section):
+            return getattr(data, "kind", None)
+        if not isinstance(data, Mapping):
+            return None
+        if "kind" in data:
+            return str(data["kind"])
+        return max(kinds, key=lambda name: len(kinds[name].model_fields.keys() & data.keys()))
+
+    return kind
+
+
+def absolute(path: Any, info: ValidationInfo) -> Any:
+    """Resolve a path against the scenario's folder.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        As the file gives it.
+    info : pydantic.ValidationInfo
+        Whose context may hold the scenario's ``folder``.
+
+    Returns
+    -------
+    pathlib.Path
+        Absolute; anything but text or a path is handed back for the type check to refuse.
+    """
+    if not isinstance(path, (str, Path)):
+        return path
+    folder = (info.context or {}).get("folder", Path())
+    return (Path(folder) / Path(path).expanduser()).resolve()
+
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+WholeNumber = Annotated[int, Field(ge=0)]
+InputPath = Annotated[Path, BeforeValidator(absolute), PlainSerializer(str)]
+Coefficients = Number | Annotated[list[Number], Field(min_length=1)]

@@ -1,0 +1,87 @@
+"""A scenario made ready to run: the plant, the motion, the controllers and the options."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ground_motions import GroundMotionError, Record
+
+from ..errors import Diverged, InputError
+from ..structures import IsolatedStructure
+
+if TYPE_CHECKING:
+    from controllers import Controller
+
+    from ..simulation.result import Run
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Runs of several controllers on one plant under one ground motion.
+
+    Attributes
+    ----------
+    source : str
+        Scenario file, for errors; empty for a scenario made in Python.
+    isolated : IsolatedStructure
+        The plant.
+    records : tuple of Record
+        Ground motion, one a direction.
+    controllers : dict of str to Controller
+        By the name to print.
+    options : dict of str to object
+        Keyword arguments of ``isolation_sim.simulation.run.simulate``.
+    """
+
+    source: str
+    isolated: IsolatedStructure
+    records: tuple[Record, ...]
+    controllers: dict[str, Controller]
+    options: dict[str, Any]
+
+    def run(self, label: str) -> Run:
+        """Simulate one controller.
+
+        Parameters
+        ----------
+        label : str
+            One of ``controllers``.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        InputError
+            If a current is refused or an option does not suit the controller.
+        Diverged
+            If the response leaves the range of numbers or of the law.
+        """
+        from ..simulation.run import simulate
+
+        try:
+            run = simulate(self.isolated, self.records, self.controllers[label], **self.options)
+        except (InputError, Diverged, GroundMotionError) as error:
+            raise located(error, self.source, f"controller {label!r}") from None
+        return run
+
+
+def located(error: Exception, *places: str) -> Exception:
+    """Put places before an error's text.
+
+    Parameters
+    ----------
+    error : Exception
+        An InputError, GroundMotionError or Diverged.
+    *places : str
+        From the outside in; empty ones are left out.
+
+    Returns
+    -------
+    Exception
+        Of the same kind; a GroundMotionError becomes an InputError.
+    """
+    text = ": ".join([place for place in places if place] + [str(error)])
+    return Diverged(text) if isinstance(error, Diverged) else InputError(text)

@@ -1,0 +1,115 @@
+"""A validation error as one line: which key, what was given, what is accepted."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+_ACCEPTED = {
+    "greater_than": "a number above {gt:g}",
+    "greater_than_equal": "{ge:g} or more",
+    "less_than": "a number below {lt:g}",
+    "less_than_equal": "{le:g} or less",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "text",
+    "string_too_short": "text that is not empty",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "literal_error": "{expected}",
+    "union_tag_invalid": "{expected_tags}",
+    "union_tag_not_found": "a table",
+    "is_instance_of": "a path, as text",
+    "too_short": "a list of {min_length} or more",
+    "too_long": "a list of {max_length} at most",
+}
+
+
+def one_line(error: ValidationError, data: Any) -> str:
+    """Say what is wrong with a scenario.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        What was raised.
+    data : mapping
+        What was validated.
+
+    Returns
+    -------
+    str
+        The first problem, and how many more there are.
+    """
+    # a union reports once for every kind of value it would take: one problem a place
+    problems: dict[str, list[ErrorDetails]] = {}
+    for details in error.errors():
+        problems.setdefault(_place(details, data), []).append(details)
+    # the deepest place is where a list or table, right in itself, holds something wrong
+    inner = [
+        place for place in problems if not any(_is_within(other, place) for other in problems)
+    ]
+    text = _told(inner[0], problems[inner[0]])
+    more = len(inner) - 1
+    return text + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")
+
+
+def _is_within(inner: str, outer: str) -> bool:
+    return inner != outer and inner.startswith((f"{outer}.", f"{outer}["))
+
+
+def _place(details: ErrorDetails, data: Any) -> str:
+    """Path of keys in the file, without what pydantic adds to tell members of a union apart."""
+    place = ""
+    for step in details["loc"]:
+        if isinstance(step, int):
+            # one ground motion may stand without a list around it
+            if isinstance(data, list):
+                place += f"[{step}]"
+                data = data[step]
+        # the names of a union's members are in no table: no kind is called like a key
+        elif isinstance(data, Mapping) and step in data:
+            place += f".{step}"
+            data = data[step]
+        elif details["type"] == "missing" and step is details["loc"][-1]:
+            place += f".{step}"
+    return place.lstrip(".")
+
+
+def _told(place: str, details: list[ErrorDetails]) -> str:
+    first = details[0]
+    context = first.get("ctx", {})
+    if first["type"] == "value_error":
+        return f"{place}: {context['error']}" if place else str(context["error"])
+    if first["type"] == "missing":
+        return f"{place} is missing; it has no default"
+    given = _shown(first["input"])
+    if first["type"] == "union_tag_invalid":
+        place, given = f"{place}.kind", repr(context["tag"])
+    accepted = " or ".join(dict.fromkeys(_accepted(d) for d in details))
+    return f"{place} is {given}; {_nearest(given, accepted)}accepted: {accepted}"
+
+
+def _accepted(details: ErrorDetails) -> str:
+    template = _ACCEPTED.get(details["type"])
+    return template.format(**details.get("ctx", {})) if template else details["msg"]
+
+
+def _nearest(given: str, accepted: str) -> str:
+    names = re.findall(r"'[^']*'", accepted)
+    close = difflib.get_close_matches(given, names, n=1)
+    return f"did you mean {close[0]}? " if close else ""
+
+
+def _shown(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,233 @@
+"""One validated description of a run, to and from TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
+
+from ground_motions import GroundMotionError
+
+from ..errors import InputError
+from ..structures import IsolatedStructure, Structure
+from .building import Building, ReferenceBuilding
+from .control import ControllerEntry, Driver, SensorSet, Simulation
+from .devices import Belief, Element, Isolator
+from .fields import Section
+from .ground import Ground, ShippedRecord
+from .job import Job, located
+from .problems import one_line
+
+T = TypeVar("T")
+
+MAIN_CONTROLLERS = ("passive_off", "passive_on", "best_constant", "on_off", "clipped_lqr")
+"""Controllers of the main job."""
+
+_CONTROLLERS = (
+    "controllers to compare; label is the name to print, every other key a setting that "
+    "isolation-sim list controllers shows"
+)
+
+
+def _main_ground() -> list[Ground]:
+    return [ShippedRecord()]
+
+
+def _one_or_more(value: Any) -> Any:
+    return value if isinstance(value, list) else [value]
+
+
+class Scenario(Section):
+    """Everything that decides a comparison of controllers; as it stands, the main job.
+
+    Sections that are left out keep the main job's: the reference building on strain-stiffening
+    isolators under El Centro 1940, with five controllers.
+    """
+
+    name: Annotated[str, Field(min_length=1, description="names the results folder")] = "main_job"
+    ground: Annotated[
+        list[Ground],
+        BeforeValidator(_one_or_more),
+        Field(min_length=1, description="ground motion; [[ground]] once a direction if several"),
+    ] = Field(default_factory=_main_ground)
+    structure: Annotated[Building, Field(description="the building, base included")] = (
+        ReferenceBuilding()
+    )
+    isolator: Annotated[Isolator, Field(description="between ground and base")] = Isolator()
+    element: Annotated[list[Element], Field(description="more nonlinear elements")] = Field(
+        default_factory=list
+    )
+    controller: Annotated[
+        list[ControllerEntry], Field(min_length=1, description=_CONTROLLERS)
+    ] = Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
+    driver: Annotated[Driver, Field(description="coils and supply")] = Driver()
+    sensors: Annotated[SensorSet, Field(description="what controllers see")] = SensorSet()
+    simulation: Annotated[Simulation, Field(description="how runs are made")] = Simulation()
+    belief: Annotated[
+        Belief | None, Field(description="isolators as controllers believe them; the truth if none")
+    ] = None
+
+    _source: str = PrivateAttr(default="")
+
+    @model_validator(mode="after")
+    def _labels_differ(self) -> Self:
+        labels = [entry.label or entry.name for entry in self.controller]
+        for label in labels:
+            if labels.count(label) > 1:
+                raise InputError(
+                    f"two controllers are called {label!r}; accepted: a different label each"
+                )
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        # where it was read from is no part of it
+        return isinstance(other, Scenario) and self.model_dump() == other.model_dump()
+
+    @classmethod
+    def read(cls, path: str | Path) -> Scenario:
+        """Read a scenario file.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            TOML. Paths in it are relative to its folder; the scenario keeps them absolute.
+
+        Returns
+        -------
+        Scenario
+
+        Raises
+        ------
+        InputError
+            Naming the file, the key, what was given and what is accepted.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            raise InputError(
+                f"{path}: no such file; accepted: a scenario, such as isolation-sim new writes"
+            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "not UTF-8"
+            raise InputError(f"{path}: cannot be read ({reason}); accepted: TOML text") from None
+        return cls.from_toml(text, path.parent, str(path))
+
+    @classmethod
+    def from_toml(cls, text: str, folder: str | Path = ".", source: str = "") -> Scenario:
+        """Build a scenario from TOML.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        folder : str or pathlib.Path
+            What paths in it are relative to.
+        source : str
+            Where the text comes from, for errors.
+
+        Returns
+        -------
+        Scenario
+
+        Raises
+        ------
+        InputError
+            Naming the source, the key, what was given and what is accepted.
+        """
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise located(InputError(f"not TOML: {error}"), source) from None
+        # without a name of its own a scenario is called after its file
+        if source:
+            data = {"name": Path(source).stem} | data
+        try:
+            scenario = cls.model_validate(data, context={"folder": folder})
+        except ValidationError as error:
+            raise located(InputError(one_line(error, data)), source) from None
+        scenario._source = source
+        return scenario
+
+    def to_toml(self, comments: bool = False) -> str:
+        """Write the scenario as TOML.
+
+        Parameters
+        ----------
+        comments : bool, default False
+            Whether to explain every key and to name those that are left out.
+
+        Returns
+        -------
+        str
+            ``Scenario.from_toml`` reads the same scenario from it.
+        """
+        from .writer import written
+
+        return written(self, comments)
+
+    def build(self) -> Job:
+        """Make the scenario ready to run.
+
+        Returns
+        -------
+        Job
+
+        Raises
+        ------
+        InputError
+            Naming the section and what cannot be used.
+        """
+        at = self._at
+        structure = at("structure", self.structure.build)
+        isolated = self._isolated(structure, self.isolator, 1.0, 1.0, "isolator")
+        options: dict[str, Any] = {
+            "driver": at("driver", self.driver.build),
+            "sensors": at("sensors", self.sensors.build),
+            "computation_delay": self.simulation.computation_delay_s,
+            "tolerance": self.simulation.tolerance,
+            "current_outside": self.simulation.current_outside,
+        }
+        if self.belief is not None:
+            options["belief"] = self._isolated(
+                structure,
+                self.belief.of(self.isolator),
+                self.belief.length_factor,
+                self.belief.force_factor,
+                "belief",
+            )
+        many = len(self.ground) > 1
+        return Job(
+            source=self._source,
+            isolated=isolated,
+            records=tuple(
+                at(f"ground[{k}]" if many else "ground", ground.record)
+                for k, ground in enumerate(self.ground)
+            ),
+            controllers={
+                entry.label or entry.name: at(f"controller[{k}]", entry.build)
+                for k, entry in enumerate(self.controller)
+            },
+            options=options,
+        )
+
+    def _isolated(
+        self, structure: Structure, isolator: Isolator, length: float, force: float, section: str
+    ) -> IsolatedStructure:
+        reference = isinstance(self.structure, ReferenceBuilding)
+        device = self._at(section, isolator.on_reference if reference else isolator.scaled)
+        scaled = device.scaled(length, force)
+        isolated = self._at(section, partial(structure.on, scaled))
+        for k, element in enumerate(self.element):
+            isolated = self._at(f"element[{k}]", partial(element.added, isolated))
+        return isolated
+
+    def _at(self, section: str, build: Callable[[], T]) -> T:
+        try:
+            return build()
+        except (InputError, GroundMotionError) as error:
+            raise located(error, self._source, section) from None

@@ -1,0 +1,141 @@
+"""A scenario as TOML text; the comments are the fields' own descriptions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, get_args
+
+import tomlkit
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from .control import ControllerEntry
+from .fields import Section
+
+_COMMENT_COLUMN = 40
+_HEADER = """\
+# A scenario of isolation-sim: one building, one ground motion, controllers compared.
+# SI units; a key ends in its unit. Relative paths are relative to this file's folder.
+# Keys behind a # are not set. A section that is left out is the main job's.
+"""
+
+
+def written(scenario: Section, comments: bool) -> str:
+    """Write a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to write.
+    comments : bool
+        Whether to explain every key, and to name those that are left out and other kinds.
+
+    Returns
+    -------
+    str
+        TOML.
+    """
+    blocks = [[_HEADER]] if comments else []
+    for key, field in type(scenario).model_fields.items():
+        value = getattr(scenario, key)
+        if not isinstance(value, Section | list) and value is not None:
+            blocks.append([_line(key, value, field.description, comments), ""])
+            continue
+        sections = value if isinstance(value, list) else [value]
+        # one ground motion is one table; controllers and elements are tables of a list even alone
+        is_one = not isinstance(value, list) or (key, len(value)) == ("ground", 1)
+        title = f"[{key}]" if is_one else f"[[{key}]]"
+        if comments:
+            blocks.append([f"# {field.description}"])
+        for section in sections:
+            if section is not None:
+                blocks.append([title, *_body(section, comments), ""])
+        if comments:
+            blocks.append(_absent(title, field, sections))
+    return "\n".join(line for block in blocks for line in block).rstrip("\n") + "\n"
+
+
+def _body(section: Section, comments: bool) -> list[str]:
+    if isinstance(section, ControllerEntry):
+        given = {"name": section.name, "label": section.label} | section.settings
+        return [_line(key, value) for key, value in given.items() if value is not None]
+    return [
+        _line(key, getattr(section, key), field.description, comments)
+        for key, field in _own_first(type(section))
+        if comments or not _is_unset(getattr(section, key))
+    ]
+
+
+def _absent(title: str, field: FieldInfo, present: list) -> list[str]:
+    """Comments on the kinds of a section that are not used."""
+    kinds = list(dict.fromkeys(_section_types(field)))
+    used = {type(section) for section in present if section is not None}
+    if len(kinds) == 1:
+        return [] if used else [f"# {title}", *_template(kinds[0]), ""]
+    lines = [f"# other kinds of {title}, with the keys that each needs or (takes):"]
+    for kind in kinds:
+        if kind not in used:
+            literal = kind.model_fields["kind"].annotation
+            names = " or ".join(f'"{name}"' for name in get_args(literal))
+            keys = [
+                key if field.is_required() else f"({key})"
+                for key, field in _own_first(kind)
+                if key != "kind" and key not in _shared(kinds)
+            ]
+            lines.append(f"#   kind = {names}: {', '.join(keys)}".rstrip(": "))
+    return [*lines, ""]
+
+
+def _template(kind: type[Section]) -> list[str]:
+    return [
+        _line(key, field.get_default(call_default_factory=True), field.description, True, "# ")
+        for key, field in _own_first(kind)
+    ]
+
+
+def _line(
+    key: str,
+    value: Any,
+    description: str | None = None,
+    comments: bool = False,
+    before: str = "",
+) -> str:
+    name = tomlkit.key(key).as_string()
+    text = f"# {name} =" if _is_unset(value) else f"{before}{name} = {_toml(value)}"
+    if comments and description:
+        return f"{text:<{_COMMENT_COLUMN}}  # {description}"
+    return text
+
+
+def _is_unset(value: Any) -> bool:
+    return value is None or value is PydanticUndefined or value in ({}, "")
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        pairs = ", ".join(f"{tomlkit.key(k).as_string()} = {_toml(v)}" for k, v in value.items())
+        return f"{{ {pairs} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    plain = value if isinstance(value, bool | int | float | str) else str(value)
+    return tomlkit.item(plain).as_string()
+
+
+def _own_first(kind: type[Section]) -> Iterator[tuple[str, FieldInfo]]:
+    """Fields of a section: its own before those that it shares with other kinds."""
+    for cls in kind.__mro__:
+        if issubclass(cls, Section) and cls is not Section:
+            inherited = getattr(cls.__mro__[1], "model_fields", {})
+            yield from ((k, f) for k, f in cls.model_fields.items() if k not in inherited)
+
+
+def _shared(kinds: list[type[Section]]) -> set[str]:
+    return set.intersection(*(set(kind.model_fields) for kind in kinds))
+
+
+def _section_types(field: Any) -> Iterator[type[Section]]:
+    annotation = getattr(field, "annotation", field)
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _section_types(inner)

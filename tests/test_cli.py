@@ -1,0 +1,320 @@
+"""The command line, as its user sees it: what it prints where, its exit code, what it leaves."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+import isolation_sim
+from isolation_sim import cli
+
+SHORT = """
+[ground]
+stop_s = 4.0
+
+[[controller]]
+name = "passive_off"
+
+[[controller]]
+name = "passive_on"
+"""
+
+CRITERIA = {
+    f"{kind}_{name}"
+    for kind in ("peak", "rms")
+    for name in (
+        "base_displacement_m",
+        "floor_acceleration_m_s2",
+        "drift_m",
+        "base_shear_N",
+        "structural_shear_N",
+        "isolator_force_N",
+    )
+} | {f"J{k}" for k in range(1, 10)}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """Work in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def call(here, capsys):
+    """Run the command line in this process: exit code, standard output, standard error."""
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            cli.main([str(argument) for argument in arguments])
+        streams = capsys.readouterr()
+        return ended.value.code or 0, streams.out, streams.err
+
+    return run
+
+
+def refused(call, *arguments):
+    """Return the one line with which bad input is refused."""
+    code, out, err = call(*arguments)
+    assert code == 2
+    assert out == ""
+    assert "Traceback" not in err
+    assert err.startswith("isolation-sim: ") and err.endswith("\n") and err.count("\n") == 1
+    return err.removeprefix("isolation-sim: ").rstrip("\n")
+
+
+def test_run_prints_a_table_and_writes_results(here, call):
+    (here / "short.toml").write_text(SHORT)
+    code, out, err = call("run", "short.toml", "--out", "out")
+    assert code == 0
+    assert "base displacement, mm" in out and "closure error" in out
+    assert out.endswith("results: out\n")
+    assert "Traceback" not in err
+    names = {path.name for path in (here / "out").iterdir()}
+    assert names == {
+        "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
+        "scenario.toml", "figures",
+    }  # fmt: skip
+    assert len(list((here / "out" / "figures").iterdir())) == 10
+
+
+def test_results_reproduce_themselves(here, call):
+    (here / "short.toml").write_text(SHORT)
+    call("run", "short.toml", "--out", "first", "--no-figures")
+    call("run", "first/scenario.toml", "--out", "second", "--no-figures")
+    for name in ("criteria.json", "scenario.toml"):
+        assert (here / "first" / name).read_text() == (here / "second" / name).read_text()
+
+
+def test_results_are_never_overwritten(here, call):
+    (here / "short.toml").write_text(SHORT)
+    for expected in ("short", "short-2"):
+        _, out, _ = call("run", "short.toml", "--quiet", "--no-figures")
+        assert out == f"results: results/{expected}\n"
+    assert sorted(p.name for p in (here / "results").iterdir()) == ["short", "short-2"]
+
+
+def test_json_is_the_report_and_nothing_else(here, call):
+    (here / "short.toml").write_text(SHORT)
+    code, out, err = call("run", "short.toml", "--json", "--no-figures")
+    assert code == 0
+    report = json.loads(out)
+    assert set(report) == {"runs"}
+    assert [run["controller"] for run in report["runs"]] == ["passive_off", "passive_on"]
+    for run in report["runs"]:
+        assert set(run) == {"controller", "criteria", "energy"}
+        assert set(run["criteria"]) == CRITERIA
+        assert {"closure_error", "field_work_J"} <= set(run["energy"])
+        assert run["energy"]["closure_error"] < 1e-6
+    assert "results: results/short" in err
+
+
+def test_deformation_beyond_the_tests_is_told(here, call):
+    (here / "strong.toml").write_text(SHORT.replace("stop_s", "scale_factor = 3.0\nstop_s"))
+    _, _, err = call("run", "strong.toml", "--quiet", "--no-figures")
+    assert re.search(r"warning: isolator deforms further .* 80 mm .* passive_off \d+ mm", err)
+
+
+def test_clamped_commands_are_counted(here, call):
+    text = SHORT + '[driver]\nhigh_A = 1.0\n[[controller]]\nname = "constant"\namperes = 2.0\n'
+    text += '[simulation]\ncurrent_outside = "clamp"\n'
+    (here / "job.toml").write_text(text.replace('[[controller]]\nname = "passive_on"\n', ""))
+    _, _, err = call("run", "job.toml", "--quiet", "--no-figures")
+    assert "warning: constant: 1 commands were clamped to the supply's limits" in err
+
+
+def test_divergence_keeps_the_other_results(here, call, monkeypatch):
+    from isolation_sim.errors import Diverged
+    from isolation_sim.scenario import Job
+
+    genuine = Job.run
+
+    def run(job, label):
+        if label == "passive_on":
+            raise Diverged("short.toml: controller 'passive_on': the run diverged at t = 1 s")
+        return genuine(job, label)
+
+    monkeypatch.setattr(Job, "run", run)
+    (here / "short.toml").write_text(SHORT)
+    code, out, err = call("run", "short.toml", "--json", "--no-figures")
+    assert code == 1
+    assert [each["controller"] for each in json.loads(out)["runs"]] == ["passive_off"]
+    assert "isolation-sim: short.toml: controller 'passive_on': the run diverged at t = 1 s" in err
+    assert (here / "results" / "short" / "passive_off.nc").exists()
+
+
+def test_divergence_of_all_is_one_line_and_exit_code_1(here, call):
+    # a kick that no isolator was made for
+    text = SHORT.replace("stop_s", "scale_factor = 1e4\nstop_s")
+    (here / "job.toml").write_text(text)
+    code, out, err = call("run", "job.toml")
+    assert (code, out) == (1, "")
+    assert re.fullmatch(
+        r"isolation-sim: job\.toml: controller 'passive_off': the run diverged at t = .*\n", err
+    )
+    assert [p.name for p in here.iterdir()] == ["job.toml"]
+
+
+def test_new_then_run(here, call):
+    code, out, _ = call("new", "mine.toml")
+    assert (code, out) == (0, "wrote mine.toml; run it with: isolation-sim run mine.toml\n")
+    text = (here / "mine.toml").read_text()
+    (here / "mine.toml").write_text(text.replace("# stop_s =", "stop_s = 4.0"))
+    code, out, _ = call("run", "mine.toml", "--no-figures")
+    assert code == 0
+    assert out.endswith("results: results/mine\n")
+    assert (here / "results" / "mine" / "clipped_lqr.nc").exists()
+
+
+def test_new_does_not_overwrite_unless_told(here, call):
+    (here / "scenario.toml").write_text("mine")
+    line = refused(call, "new")
+    assert line == "scenario.toml: exists; accepted: a new name, or --force to replace it"
+    assert (here / "scenario.toml").read_text() == "mine"
+    assert call("new", "--force")[0] == 0
+    assert "[ground]" in (here / "scenario.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("subject", "shown"),
+    [
+        ("laws", "strain_stiffening"),
+        ("controllers", "clipped_lqr"),
+        ("records", "el_centro_1940_ns"),
+        ("effects", "effect"),
+        ("structures", "reference"),
+    ],
+)
+def test_list(call, subject, shown):
+    code, out, err = call("list", subject)
+    assert (code, err) == (0, "")
+    assert shown in out
+
+
+def test_list_refuses_an_unknown_subject(call):
+    assert "unknown subject 'lawz'; did you mean 'laws'?" in refused(call, "list", "lawz")
+
+
+def test_version(call):
+    assert call("--version") == (0, f"isolation-sim {isolation_sim.__version__}\n", "")
+
+
+def test_options_are_checked(call):
+    code, out, err = call("run", "--jsn")
+    assert (code, out) == (2, "")
+    assert "--jsn" in err and "Traceback" not in err
+
+
+CSV = "time_s,ground_acceleration_m_s2\n0.00,0.1\n0.01,-0.2\n0.02,0.1\n"
+BAD_INPUT = {
+    "missing scenario": (None, {}, "job.toml: no such file; accepted: a scenario"),
+    "not TOML": ("ground = [", {}, "job.toml: not TOML: "),
+    "missing file": (
+        '[ground]\nfile = "motion.csv"',
+        {},
+        "job.toml: ground: {here}/motion.csv: given a file that does not exist; accepted: ",
+    ),
+    "missing time": (
+        '[ground]\nfile = "motion.csv"',
+        {"motion.csv": CSV.replace("time_s", "t")},
+        "job.toml: ground: {here}/motion.csv, line 1: given columns 't, ground_acceleration_m_s2'; "
+        "accepted: a column time_s among them",
+    ),
+    "missing column": (
+        '[ground]\nfile = "motion.csv"\ncolumn = "ground_acceleration_g"',
+        {"motion.csv": CSV},
+        "job.toml: ground: {here}/motion.csv, line 1: given column 'ground_acceleration_g'; "
+        "accepted: ground_acceleration_m_s2 (did you mean it?)",
+    ),
+    "wrong unit in a column": (
+        '[ground]\nfile = "motion.csv"',
+        {"motion.csv": CSV.replace("_m_s2", "_ft_s2")},
+        "job.toml: ground: {here}/motion.csv, line 1: given columns 'time_s, "
+        "ground_acceleration_ft_s2'; accepted: an acceleration column whose name ends in a unit: ",
+    ),
+    "wrong unit": (
+        '[ground]\nfile = "motion.txt"\nunit = "feet"\ndt_s = 0.01',
+        {"motion.txt": "0.1\n0.2\n"},
+        "job.toml: ground: {here}/motion.txt, unit: given unit 'feet'; accepted: ",
+    ),
+    "NaN": (
+        '[ground]\nfile = "motion.csv"',
+        {"motion.csv": CSV.replace("-0.2", "nan")},
+        "job.toml: ground: {here}/motion.csv, line 3, column ground_acceleration_m_s2: given "
+        "'nan'; accepted: a finite number",
+    ),
+    "time that does not increase": (
+        '[ground]\nfile = "motion.csv"',
+        {"motion.csv": CSV.replace("0.02", "0.01")},
+        "job.toml: ground: {here}/motion.csv, column time_s, line 4: given 0.01 after 0.01; "
+        "accepted: times that increase",
+    ),
+    "negative mass": (
+        "[structure]\nfloor_masses_kg = [-1e5]\nstorey_stiffnesses_N_per_m = [1e8]\n"
+        "base_mass_kg = 1e5",
+        {},
+        "job.toml: structure.floor_masses_kg[0] is -100000.0; accepted: a number above 0",
+    ),
+    "unknown key": (
+        "[isolator]\nlenght_scale = 10.0",
+        {},
+        "job.toml: isolator: unknown key 'lenght_scale'; did you mean 'length_scale'? accepted: ",
+    ),
+    "unknown name": (
+        '[isolator]\nlaw = "strain_stifening"',
+        {},
+        "job.toml: isolator: unknown law 'strain_stifening'; did you mean 'strain_stiffening'? "
+        "accepted: ",
+    ),
+    "current out of range": (
+        '[[controller]]\nname = "constant"\namperes = 6.0',
+        {},
+        "job.toml: controller 'constant': current 6 A at t = 0 s is outside 0 to 5.203 A",
+    ),
+    "supply out of range": (
+        "[driver]\nhigh_A = 6.0",
+        {},
+        "job.toml: controller 'passive_off': coil driver: high 6.0 A is outside 0 to 5.203 A",
+    ),
+    "noise of nothing": (
+        '[sensors]\nnoise = { velocity_mm_s = 1.0 }\n[[controller]]\nname = "on_off"',
+        {},
+        "job.toml: controller 'on_off': unknown output or quantity with sensor noise 'velocity_mm",
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "files", "told"), BAD_INPUT.values(), ids=list(BAD_INPUT))
+def test_bad_input_is_one_line(here, call, text, files, told):
+    given = dict(files)
+    if text is not None:
+        given["job.toml"] = text
+    for name, content in given.items():
+        (here / name).write_text(content)
+    assert refused(call, "run", "job.toml").startswith(told.format(here=here))
+    # nothing lost, nothing left behind
+    assert {p.name: p.read_text() for p in here.iterdir()} == given
+
+
+def test_results_that_cannot_be_written_are_refused_before_the_work(here, call):
+    (here / "file").write_text("")
+    line = refused(call, "run", "--out", "file/out")
+    assert line.startswith("file/out: results cannot be written there")
+
+
+def test_the_installed_command(tmp_path):
+    environment = os.environ | {"COLUMNS": "100"}
+    done = subprocess.run(
+        [sys.executable, "-c", "from isolation_sim.cli import main; main()", "run", "none.toml"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
+        stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("isolation-sim: none.toml: no such file")
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,100 @@
+"""The front door: lazy, complete, and with controllers by name."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import Record
+from isolation_sim import InputError
+
+HEAVY = ("numpy", "scipy", "numba", "casadi", "matplotlib", "xarray", "control", "pydantic", "rich")
+
+
+def _modules_after(statement: str) -> set[str]:
+    code = f"{statement}\nimport sys\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_import_loads_nothing_heavy():
+    assert not _modules_after("import isolation_sim") & set(HEAVY)
+
+
+def test_a_law_and_a_building_load_no_compiler_and_no_figures():
+    loaded = _modules_after(
+        "import isolation_sim as iso\niso.reference_building().on(iso.reference_isolators())"
+    )
+    assert not loaded & {"numba", "casadi", "matplotlib", "xarray", "control"}
+
+
+def test_all_names_resolve_and_are_listed():
+    assert sorted(iso.__all__) == sorted(iso._HOMES)
+    for name in iso.__all__:
+        assert getattr(iso, name) is not None
+    assert set(iso.__all__) <= set(dir(iso))
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        iso.simulat  # noqa: B018
+
+
+@pytest.fixture(scope="module")
+def isolated():
+    return iso.reference_building().on(iso.reference_isolators())
+
+
+@pytest.fixture(scope="module")
+def shake():
+    t = np.arange(0, 3, 0.02)
+    return Record(np.sin(2 * np.pi * t), 0.02, name="sine")
+
+
+def test_simulate_takes_a_name_or_a_controller(isolated, shake):
+    by_name = iso.simulate(isolated, shake)
+    given = iso.simulate(isolated, shake, iso.controller("passive_off"))
+    assert by_name.controller == "passive_off"
+    np.testing.assert_array_equal(by_name.values, given.values)
+
+
+def test_simulate_passes_options_on(isolated, shake):
+    with pytest.raises(InputError, match="tolerance is 3"):
+        iso.simulate(isolated, shake, tolerance=3)
+    with pytest.raises(TypeError, match="tolerence"):
+        iso.simulate(isolated, shake, tolerence=1e-6)
+
+
+def test_simulate_refuses_an_unknown_controller(isolated, shake):
+    with pytest.raises(InputError, match="did you mean 'passive_on'"):
+        iso.simulate(isolated, shake, "pasive_on")
+
+
+def test_compare_names_its_runs(isolated, shake):
+    comparison = iso.compare(isolated, shake, ["passive_off", "passive_on"])
+    assert list(comparison.runs) == ["passive_off", "passive_on"]
+    strong = iso.controller("constant", amperes=2.0)
+    labelled = iso.compare(isolated, shake, {"off": "passive_off", "2 A": strong})
+    assert list(labelled.runs) == ["off", "2 A"]
+    assert labelled.runs["2 A"].current.max() == 2.0
+
+
+def test_compare_refuses_shared_names_and_a_bare_name(isolated, shake):
+    with pytest.raises(InputError, match="different names"):
+        iso.compare(isolated, shake, ["passive_on", "passive_on"])
+    with pytest.raises(InputError, match="a list of names"):
+        iso.compare(isolated, shake, "passive_on")
+
+
+def test_run_scenario_takes_an_object_or_a_path(tmp_path, isolated):
+    text = '[ground]\nstop_s = 3.0\n[[controller]]\nname = "passive_off"\n'
+    path = tmp_path / "short.toml"
+    path.write_text(text)
+    by_path = iso.run_scenario(path)
+    by_object = iso.run_scenario(iso.Scenario.from_toml(text))
+    assert by_path.criteria == by_object.criteria
+    assert by_path.runs["passive_off"].time[-1] == pytest.approx(3.0)
