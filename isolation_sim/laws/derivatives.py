@@ -101,7 +101,8 @@ def _energy_gradient(law: Law, dependence: CurrentDependence) -> Any:
     assert law.stored_energy is not None
     x, current, *states = arguments = symbols(["x", "current", *law.state_names])
     energy = law.stored_energy(x, tuple(states), dependence.at(current))
-    return casadi.Function("energy_gradient", arguments, [casadi.gradient(energy, a) for a in arguments])
+    gradients = [casadi.gradient(energy, a) for a in arguments]
+    return casadi.Function("energy_gradient", arguments, gradients)
 
 
 def energy_gradients(
