@@ -190,11 +190,11 @@ class _Collected:
         self.failure: list[str | None] = [None] * n_cases
         self.clamped = np.zeros(n_cases, int)
 
-    def put(self, k: int, criteria: dict[str, float], fate: tuple[str, float] | None) -> None:
+    def put(self, k: int, criteria: dict[str, float], fate: Exception | None) -> None:
         if fate is None:
             self.rows[k] = criteria
         else:
-            self.failure[k] = f"the run diverged at t = {fate[1]:.4g} s: {fate[0]}"
+            self.failure[k] = str(fate)
 
     def criteria(self) -> dict[str, NDArray]:
         names = dict.fromkeys(name for row in self.rows for name in row)

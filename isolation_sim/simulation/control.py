@@ -25,15 +25,15 @@ class CoilDriver:
         Largest rate of the current, A/s.
     low, high : float or None
         Limits of the supply, A; None for the range in which the device's law is meaningful.
-    initial : float
-        Current before the first command, A.
+    initial : float or None
+        Current before the first command, A; None for the nearest to 0 within the limits.
     """
 
     lag: float = 0.0
     slew: float = np.inf
     low: float | None = None
     high: float | None = None
-    initial: float = 0.0
+    initial: float | None = None
 
     def __post_init__(self) -> None:
         for name, value, accepted in (
@@ -43,6 +43,10 @@ class CoilDriver:
             if not value:
                 given = getattr(self, name)
                 raise InputError(f"coil driver: {name} is {given}; accepted: {accepted}")
+        if self.low is not None and self.high is not None and self.low > self.high:
+            raise InputError(
+                f"coil driver: low is {self.low} A, above high, {self.high} A; accepted: low <= high"
+            )
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,14 @@ class Schedule:
 
     time: NDArray
     current: NDArray
+
+    def __post_init__(self) -> None:
+        time = np.asarray(self.time, float)
+        if not (time.ndim == 1 and time.size and time[0] >= 0 and (np.diff(time) > 0).all()):
+            raise InputError(
+                "a schedule's instants must increase from 0 s or later; given "
+                f"{np.array2string(time, threshold=6)}"
+            )
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
 
 COMMON = (
     "dn0 dn1 dn2 vn0 vn1 vn2 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
-    "k_ref c_ref force_scale force_end defect error roughness change f_start f0 f1 f2"
+    "k_ref c_ref force_scale to_structure force_end defect error roughness change f_start f0 f1 f2"
 ).split()
 """Slots that every law has at the same place: deformation and velocity at the nodes and the end,
 their free response, the reference spring and dashpot, the reciprocal scale of the force, and last

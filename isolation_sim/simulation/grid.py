@@ -62,13 +62,12 @@ def make_grid(
     -------
     Grid
     """
-    end = (n_samples - 1) * dt
     kinds = [np.empty(0) if t is None else np.asarray(t, float) for t in (sensed, decided, begun)]
-    kinds = [t[t < end * (1 - 1e-12)] for t in kinds]
     # instants closer than a millionth of a sample are one
     unit = dt * 1e-6
     ticks = np.round(np.arange(n_samples) * dt / unit).astype(np.int64)
     event_ticks = [np.round(t / unit).astype(np.int64) for t in kinds]
+    event_ticks = [t[t < ticks[-1]] for t in event_ticks]
     points = np.unique(np.concatenate([ticks, *event_ticks]))
     stops = np.zeros(len(points), bool)
     stops[0] = stops[-1] = True

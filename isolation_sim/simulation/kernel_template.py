@@ -191,9 +191,9 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
                 # the first sweep r is twice the last step's.
                 if count == 0:
                     ratio = 2.0 * contraction[lane]
-                    done = change * ratio < tolerance * (1.0 - ratio)
+                    done = change * ratio <= tolerance * (1.0 - ratio)
                 else:
-                    done = change * change < tolerance * (before - change)
+                    done = change * change <= tolerance * (before - change)
                 if done:
                     going[lane] = 0
                     if count > 0:
@@ -233,6 +233,20 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
 
 
 @inline
+def share_scale(w):
+    """Measure a small element's force by a twentieth of the largest on the structure."""
+    for lane in range(LANES):
+        least = np.inf
+        for e in range(N_ELEMENTS):
+            at = e * STRIDE * LANES + lane
+            least = min(least, w[at + SLOT_FORCE_SCALE * LANES] / w[at + SLOT_TO_STRUCTURE * LANES])
+        for e in range(N_ELEMENTS):
+            at = e * STRIDE * LANES + lane
+            most = 20.0 * least * w[at + SLOT_TO_STRUCTURE * LANES]
+            w[at + SLOT_FORCE_SCALE * LANES] = min(w[at + SLOT_FORCE_SCALE * LANES], most)
+
+
+@inline
 def coil_current(start, command, lag, slew, t):
     """Coil current a time t after the command was set: rate = clip((command - i)/lag, +-slew)."""
     gap = command - start
@@ -250,7 +264,7 @@ def coil_current(start, command, lag, slew, t):
 def set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_powers, w):
     """Write a device's parameters at a current (A)."""
     piece = 0
-    while piece < n_pieces - 1 and current >= law_breaks[e, piece + 1]:
+    while piece < n_pieces - 1 and current >= law_breaks[e, piece + 1, lane]:
         piece += 1
     n = N_PARAMETERS[KIND[e]]
     for k in range(n):
@@ -346,7 +360,7 @@ def call_controllers(k, function, decided, measured_for, addresses):
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def march(info, settings, windows, spans, offsets, ground, events, modes, table, built, phi,
+def march(info, settings, deformation_limit, windows, spans, offsets, ground, events, modes, table, built, phi,
           integral, measure, noise, measured, chosen, decided, measured_for, addresses, command,
           driver, law_table, law_breaks, law_shape, channel, z, states, levels, w, w_saved, coil,
           applied, level, hold, alive, moving, active, going, todo, last, previous, contraction,
@@ -361,7 +375,7 @@ def march(info, settings, windows, spans, offsets, ground, events, modes, table,
     n_levels, n_measured = info[6], info[7]
     record_steps, clamp = info[8], info[10]
     sweep_tolerance, error_limit = settings[0], settings[1]
-    defect_limit, deformation_limit = settings[2], settings[3]
+    defect_limit = settings[2]
     row = 2 * n_pad
 
     while info[0] < n_windows:
@@ -369,6 +383,10 @@ def march(info, settings, windows, spans, offsets, ground, events, modes, table,
         g = windows[window, 0]
         kind = windows[window, 1]
         n_intervals = windows[window, 2]
+        if window == 0 and info[9] == 0:
+            for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
+                change_current(e, channel[e], command, g, coil, applied, law_table, law_breaks,
+                               law_shape, w, going, previous)
         if info[9] == 0:
             # sensors read before the current changes; then the controller decides
             if events[window, 0] >= 0:
@@ -431,6 +449,8 @@ def march(info, settings, windows, spans, offsets, ground, events, modes, table,
                 worst[lane] = 0.0
                 going[lane] = 1 if active[lane] and last[lane] != h else 0
                 fresh += going[lane]
+                if going[lane]:
+                    contraction[lane] = 1.0
                 if active[lane]:
                     last[lane] = h
                     if depth > 0:
@@ -476,10 +496,18 @@ def march(info, settings, windows, spans, offsets, ground, events, modes, table,
                 for lane in range(LANES):
                     if active[lane] == 0:
                         continue
-                    # samples inside a step are read off the polynomial: its defect is their error
-                    if errors[lane] <= error_limit and (
+                    # a step counts by its share of the sample, with some reserve where steps had to
+                    # be cut; samples inside a step are read off the polynomial, so that its defect
+                    # is their error
+                    if per_interval > 1:
+                        errors[lane] *= 4.0 / per_interval
+                    accepted = errors[lane] <= error_limit and (
                         (n_sub == 1 and defects[lane] < np.inf) or defects[lane] <= defect_limit
-                    ):
+                    )
+                    if not accepted and depth + 1 == n_levels and defects[lane] < np.inf:
+                        counts[4, lane] += 1
+                        accepted = True
+                    if accepted:
                         worst[lane] = max(worst[lane], max(
                             errors[lane] / error_limit,
                             defects[lane] / defect_limit if n_steps <= n_intervals else 0.0))
@@ -529,15 +557,20 @@ def march(info, settings, windows, spans, offsets, ground, events, modes, table,
                 for e in range(N_ELEMENTS):
                     accept(e, w, e * STRIDE * LANES, states,
                            (point * N_ELEMENTS + e) * N_STATES * LANES, active)
+                if N_ELEMENTS > 1:
+                    share_scale(w)
             for lane in range(LANES):
                 if active[lane]:
                     todo[lane] = 0
                     waiting -= 1
                     levels[window, lane] = depth
-                    if hold[lane] > 0:
+                    # after a rejection coarser steps wait, unless the cause is clearly past
+                    if hold[lane] > 0 and worst[lane] > 1e-6:
                         hold[lane] -= 1
-                    elif depth > 0 and worst[lane] < 0.02:
-                        level[lane] = depth - 1
+                    else:
+                        while level[lane] > 0 and worst[lane] < 0.02:
+                            level[lane] -= 1
+                            worst[lane] *= 64.0
 
         dead = 0
         for lane in range(LANES):
@@ -547,7 +580,7 @@ def march(info, settings, windows, spans, offsets, ground, events, modes, table,
                     size += abs(w[(e * STRIDE + SLOT_D_END) * LANES + lane])
                 if not size < np.inf:
                     alive[lane] = NOT_FINITE
-                elif size > deformation_limit:
+                elif size > deformation_limit[lane]:
                     alive[lane] = TOO_LARGE
             if alive[lane] != ALIVE:
                 dead += 1
@@ -594,6 +627,8 @@ def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_direc
         last = n_intervals + 1 if window == n_windows - 1 else n_intervals
         for i in range(last):
             point = first + i
+            if weights[point] == 0.0:
+                continue
             for block in range(n_motion):
                 for k in range(8 * LANES):
                     inputs[block * 8 * LANES + k] = 0.0

@@ -43,9 +43,8 @@ class Modes:
     def packed(self) -> NDArray:
         """All complex numbers in the kernel's order."""
         rows = self.deformation.reshape(-1, self.eigenvalues.size)
-        return np.concatenate(
-            [self.eigenvalues, rows.ravel(), self.ground.ravel(), self.force.ravel()]
-        )
+        numbers = [self.eigenvalues, rows.ravel(), self.ground.ravel(), self.force.ravel()]
+        return np.concatenate(numbers).astype(complex)
 
 
 def modes_of(
@@ -99,7 +98,7 @@ def modes_of(
         # balance displacement and velocity rows before judging the modes' independence
         speed = np.sqrt(np.abs(eigenvalues).max() * np.abs(eigenvalues).mean())
         weights = np.concatenate([np.full(n, speed), np.ones(n)])
-        if np.linalg.cond(weights[:, None] * vectors) < 1e9:
+        if np.linalg.cond(weights[:, None] * vectors) < 1e6:
             break
     else:
         raise InputError(

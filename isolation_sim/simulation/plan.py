@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
-from ..errors import unknown_name
+from ..errors import Diverged, InputError, unknown_name
 from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
@@ -134,7 +134,7 @@ class Lane:
                 (compiled.address, compiled.settings.shape, compiled.memory.shape)
                 if compiled else id(self),
             )
-        return _plant_key(self.isolated), record, control
+        return _plant_key(self.isolated), record, len(self.records), control
 
 
 @lru_cache(maxsize=1024)
@@ -178,7 +178,7 @@ class Plan:
             for k, lane in enumerate(lanes):
                 assert lane.schedule is not None
                 self.chosen[:, k, :width] = lane.schedule.current
-            steady = len(first.schedule.time) == 1
+            steady = len(first.schedule.time) == 1 and first.schedule.time[0] == 0.0
             self.grid = (
                 _uniform_grid(n, dt) if steady else make_grid(n, dt, begun=first.schedule.time)
             )
@@ -258,30 +258,48 @@ class Plan:
             chosen=self.chosen,
             sensing=self.sensing,
             tolerance=tolerance,
-            deformation_limit=max(deformation_limit(lane.isolated) for lane in lanes),
+            deformation_limit=np.array([deformation_limit(lane.isolated) for lane in lanes]),
+            least_force=np.array([1e-6 * 9.81 * lane.isolated.structure.total_mass for lane in lanes]),
             clamp=clamp,
             record_steps=record_steps,
         )
 
-    def fate(self, work: Workspace, lane: int) -> tuple[str, float] | None:
-        """Why a run did not reach its end, and when (s); None if it did."""
-        reason = _FATES[int(work.alive[lane])]
-        if reason is None:
+    def fate(self, work: Workspace, lane: int) -> InputError | Diverged | None:
+        """Why a run did not reach its end, and when; None if it did."""
+        code = int(work.alive[lane])
+        if code == self.module.ALIVE:
             return None
         window = int(work.counts[3, lane]) - 1
-        return reason, float(self.grid.time[self.grid.windows[window, 0]])
+        time = float(self.grid.time[self.grid.windows[window, 0]])
+        if code != self.module.CURRENT_REFUSED:
+            return Diverged(f"the run diverged at t = {time:.4g} s: {_FATES[code]}")
+        situation = self.lanes[lane].situation
+        k = int(self.grid.events[: window + 1, 2].max())
+        commands = work.chosen[k, lane, : len(situation.low)]
+        channel = int(np.argmax(~((commands >= situation.low) & (commands <= situation.high))))
+        return refused(float(commands[channel]), time, situation, channel)
 
 
-REFUSED = "a current was refused"
+def refused(current: float, time: float, situation: Situation, channel: int) -> InputError:
+    """Say which current was refused, when, and what would have been accepted."""
+    low, high = situation.low[channel], situation.high[channel]
+    remedy = (
+        "" if np.isnan(current) else "; current_outside='clamp' clamps and counts such commands"
+    )
+    return InputError(
+        f"current {current:.5g} A at t = {time:.4g} s is outside {low:.4g} to {high:.4g} A, where "
+        f"the device on channel {channel} is meaningful{remedy}"
+    )
+
+
 # in the order of the kernel's codes
 _FATES = (
-    None,
+    "",
     "the device's force changes too fast to follow even in the smallest step; the law has left the "
     "range where it is meaningful",
     "a deformation is not a finite number",
     "a device is deformed a hundred times further than it was tested; the controller or the law "
     "puts energy into the building",
-    REFUSED,
 )
 
 
@@ -297,7 +315,8 @@ def _noise(
     if not sensors.noise:
         return np.zeros((0, 0, lanes))
     size = np.zeros(len(names))
-    for key, value in sensors.noise.items():
+    # an output's own name counts for more than that of its quantity
+    for key, value in sorted(sensors.noise.items(), key=lambda item: item[0] in known):
         if not any(_concerns(key, name) for name in known):
             raise unknown_name("output or quantity with sensor noise", key, known)
         size[[_concerns(key, name) for name in names]] = value

@@ -39,6 +39,8 @@ class Run:
         Commands that were clamped to the driver's limits.
     steps : int
         Integration steps taken, rejected ones included.
+    unresolved : int
+        Steps of the smallest size that still missed the tolerance, as at a hard jump of a force.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class Run:
         self.time: NDArray = records[0].time
         self.clamped = int(work.counts[0].sum())
         self.steps = int(work.counts[1, 0])
+        self.unresolved = int(work.counts[4, 0])
 
     @cached_property
     def modal(self) -> NDArray:

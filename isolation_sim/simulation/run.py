@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
-from ..errors import Diverged, InputError
+from ..errors import InputError
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Schedule, Sensors, Situation
-from .plan import REFUSED, Lane, Plan
+from .plan import Lane, Plan, refused
 from .result import Run
 from .workspace import Workspace
 
@@ -85,7 +85,9 @@ def simulate(
     with kernel.compiling(plan.module):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
         _drive(work, plan, controller)
-    _report(work, plan)
+    fate = plan.fate(work, 0)
+    if fate is not None:
+        raise fate
     return Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
 
 
@@ -157,7 +159,12 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
                 )
         low = low if driver.low is None else driver.low
         high = high if driver.high is None else driver.high
-        rows.append([driver.lag, driver.slew, low, high, driver.initial])
+        initial = min(max(0.0, low), high) if driver.initial is None else driver.initial
+        if not low <= initial <= high:
+            raise InputError(
+                f"coil driver: initial {initial} A is outside its limits, {low:.4g} to {high:.4g} A"
+            )
+        rows.append([driver.lag, driver.slew, low, high, initial])
     coils = np.array(rows).reshape(-1, 5)
     coils.flags.writeable = False
     return coils
@@ -194,7 +201,13 @@ def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
     while True:
         k = events[info[0]]
         measurement = measurement_type._make(work.measured[rows[k], 0, :n_given].tolist())
-        work.chosen[k, 0, :width] = controller.current(times[k], measurement)
+        currents = np.atleast_1d(controller.current(times[k], measurement))
+        if currents.shape not in ((width,), (1,)):
+            raise InputError(
+                f"{controller.name}: current() gave {currents.size} numbers at t = "
+                f"{times[k]:.4g} s; accepted: 1 for all coils, or {width}, one a coil"
+            )
+        work.chosen[k, 0, :width] = currents
         if work.march() != decide:
             return
 
@@ -203,28 +216,4 @@ def _check_schedule(schedule: Schedule, situation: Situation) -> None:
     outside = ~((schedule.current >= situation.low) & (schedule.current <= situation.high))
     if outside.any():
         k, c = np.argwhere(outside)[0]
-        raise _refused(schedule.current[k, c], schedule.time[k], situation, c)
-
-
-def _refused(current: float, time: float, situation: Situation, channel: int) -> InputError:
-    return InputError(
-        f"current {current:.5g} A at t = {time:.4g} s is outside {situation.low[channel]:.4g} to "
-        f"{situation.high[channel]:.4g} A, where the device on channel {channel} is meaningful; "
-        "current_outside='clamp' clamps and counts such commands"
-    )
-
-
-def _report(work: Workspace, plan: Plan) -> None:
-    """Raise what became of a run that did not reach its end."""
-    fate = plan.fate(work, 0)
-    if fate is None:
-        return
-    reason, time = fate
-    if reason == REFUSED:
-        situation = plan.lanes[0].situation
-        k = int(plan.grid.events[: int(work.counts[3, 0]), 2].max())
-        commands = work.chosen[k, 0, : len(plan.lanes[0].coils)]
-        low, high = situation.low, situation.high
-        channel = int(np.argmax(~((commands >= low) & (commands <= high))))
-        raise _refused(float(commands[channel]), time, situation, channel)
-    raise Diverged(f"the run diverged at t = {time:.4g} s: {reason}")
+        raise refused(schedule.current[k, c], schedule.time[k], situation, int(c))

@@ -17,7 +17,7 @@ from .modal import Modes
 N_LEVELS = 15
 """A window of four samples may be cut into as many as 2**14 steps."""
 
-ERROR_FACTOR = 6.0
+ERROR_FACTOR = 8.0
 """Guessed error of a step, in tolerances, that is still accepted; errors of many steps partly
 cancel, and the guess is high for smooth response."""
 
@@ -144,8 +144,10 @@ class Workspace:
         What is measured, when it is decided on, and by what compiled code.
     tolerance : float
         Wanted relative accuracy of the response.
-    deformation_limit : float
+    deformation_limit : (lanes,) array
         Largest device deformation, m, summed over elements, before a run counts as diverged.
+    least_force : (lanes,) array
+        Force on the structure, N, below which nothing needs to be resolved.
     clamp : bool
         Whether a command outside the driver's limits is clamped and counted, or ends the run.
     record_steps : bool
@@ -164,7 +166,8 @@ class Workspace:
     chosen: NDArray
     sensing: Sensing
     tolerance: float
-    deformation_limit: float
+    deformation_limit: NDArray
+    least_force: NDArray
     clamp: bool
     record_steps: bool
     measured: NDArray = field(init=False)
@@ -185,8 +188,7 @@ class Workspace:
              self.record_steps, 0, self.clamp]
         )
         self.settings = np.array(
-            [0.1 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance,
-             self.deformation_limit]
+            [0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance]
         )
         # one row behind the last point is scratch for steps inside a grid interval
         self.z = np.empty((n_points + 2) * 2 * n_pad * lanes)
@@ -201,12 +203,14 @@ class Workspace:
         self._addresses = (
             *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
         )
+        # until the first command the coils keep their initial currents
         self.command = np.zeros((n_points, n_channels, lanes))
+        self.command[0] = self.initial_current
         self.coil_history = np.zeros((n_windows, n_channels, lanes))
         self.coil = np.array(self.initial_current, float)
         self.levels = np.zeros((n_windows, lanes), np.int8)
         self.alive = np.zeros(lanes, np.int64)
-        self.counts = np.zeros((4, lanes), np.int64)
+        self.counts = np.zeros((5, lanes), np.int64)
         per_step = 2 * n_pad + module.N_ELEMENTS * (3 + 4 * module.N_STATES)
         self.steps = np.empty((n_points + 256 if self.record_steps else 0, per_step))
         self.step_count = np.zeros(1, np.int64)
@@ -222,9 +226,11 @@ class Workspace:
                 w[e, module.SLOT_C_REF, lane] = self.modes[lane].damping[e]
                 # scales begin at a ten-thousandth of what the device was tested to
                 small = 1e-4 * device.deformation_scale / device.length
-                w[e, module.SLOT_FORCE_SCALE, lane] = 1.0 / (
-                    small * max(self.modes[lane].stiffness[e], 1e-12)
+                force = small * self.modes[lane].stiffness[e]
+                w[e, module.SLOT_FORCE_SCALE, lane] = 1.0 / max(
+                    force, self.least_force[lane] / device.force_scale
                 )
+                w[e, module.SLOT_TO_STRUCTURE, lane] = device.force_scale
                 scale = module.SLOT_SCALE[module.KIND[e]]
                 w[e, scale : scale + len(device.law.states), lane] = 1.0 / small
         flags = {k: np.zeros(lanes, np.int64) for k in ("hold", "active", "going", "todo")}
@@ -251,12 +257,12 @@ class Workspace:
         shapes = np.array([[t.coefficients.shape for t in row] for row in tables])
         pieces, parameters, n_powers = shapes.max(axis=(0, 1))
         table = np.zeros((self.module.N_ELEMENTS, pieces, parameters, n_powers, lanes))
-        breaks = np.full((self.module.N_ELEMENTS, pieces + 1), np.inf)
+        breaks = np.full((self.module.N_ELEMENTS, pieces + 1, lanes), np.inf)
         for lane, row in enumerate(tables):
             for e, dependence in enumerate(row):
                 a, b, c = dependence.coefficients.shape
                 table[e, :a, :b, :c, lane] = dependence.coefficients
-                breaks[e, : a + 1] = dependence.breaks
+                breaks[e, : a + 1, lane] = dependence.breaks
         return table, breaks, np.ascontiguousarray(shapes[0][:, [0, 2]])
 
     def march(self) -> int:
@@ -265,7 +271,7 @@ class Workspace:
         law_table, law_breaks, law_shape = self._laws
         while True:
             status = module.march(
-                self.info, self.settings, grid.windows, grid.spans, self.tables.offsets,
+                self.info, self.settings, self.deformation_limit, grid.windows, grid.spans, self.tables.offsets,
                 self.ground.ravel(), grid.events, self.tables.modes, self.tables.table,
                 self.tables.built, work["phi"], work["integral"], self.sensing.measure,
                 self.sensing.noise, self.measured, self.chosen, self.sensing.decided,

@@ -54,16 +54,7 @@ def test_current_follows_its_differential_equation(name, stiffening, strong_moti
     np.testing.assert_array_equal(run.command[:, 0], AMPERES[at])
 
 
-BENDS = pytest.mark.xfail(
-    strict=True,
-    raises=AssertionError,
-    reason="where a slew limit ends inside a window, it is cut into 2**14 steps, in vain",
-)
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=BENDS) if n == "slew" else n for n in DRIVERS]
-)
+@pytest.mark.parametrize("name", DRIVERS)
 def test_plant_feels_the_moving_current(
     name, stiffening, strong_motion, scheduled, by_scipy, worst, motion
 ):
@@ -99,9 +90,6 @@ def test_initial_current_holds_until_the_first_command(stiffening, strong_motion
     assert run.current[0, 0] == 2.0  # an ideal coil obeys at once
 
 
-@pytest.mark.xfail(
-    strict=True, reason="before the first command, a command of zero is obeyed, not the initial one"
-)
 @pytest.mark.parametrize("lag", [0.0, 0.05])
 def test_initial_current_holds_until_a_delayed_first_command(lag, stiffening, strong_motion, rule):
     run = simulate(
@@ -154,7 +142,6 @@ def test_a_driver_that_cannot_be_is_refused(given):
         CoilDriver(**given)
 
 
-@pytest.mark.xfail(strict=True, reason="limits are only compared with the device's range")
 @pytest.mark.parametrize("given", [{"low": 2.0, "high": 1.0}, {"low": 0.5, "initial": 0.0}])
 def test_limits_that_contradict_each_other_are_refused(given, stiffening, strong_motion, rule):
     with pytest.raises(InputError, match="coil driver"):

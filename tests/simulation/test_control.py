@@ -94,9 +94,6 @@ def test_measurement_at_the_start_is_of_the_building_at_rest(stiffening, strong_
     assert controller.seen[3].base_displacement_m != 0
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="forces are zero until the first current is set"
-)
 def test_force_at_rest_is_measured_from_the_start(hybrid, strong_motion, rule):
     """A law with an initial force F0, before its first command."""
     element = hybrid.elements[0]
@@ -153,9 +150,6 @@ def test_noise_comes_from_its_seed_and_has_its_standard_deviation(stiffening, st
     np.testing.assert_array_equal(one[:, 2], clean[:, 2])  # the coil knows its current
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the entry that comes last in the mapping wins, not the more specific one"
-)
 def test_noise_of_one_output_goes_before_that_of_its_quantity(stiffening, strong_motion, rule):
     for noise in (
         {"displacement_m": 1e-3, "base_displacement_m": 0.0},
@@ -205,11 +199,6 @@ def test_steps_end_where_the_current_changes(
     assert worst(motion(run), np.concatenate([q, v], axis=1)) < 5e-6
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=IndexError,
-    reason="an instant within half a millionth of a sample before the end begins no window",
-)
 def test_command_just_before_the_end(stiffening, strong_motion, scheduled, held, motion, worst):
     end = strong_motion.duration
     run = simulate(stiffening, strong_motion, scheduled([1.5, 2.0], [0.0, end - 1e-9]))
@@ -217,13 +206,11 @@ def test_command_just_before_the_end(stiffening, strong_motion, scheduled, held,
 
 
 @pytest.mark.parametrize("time", [[0.0, 2.0, 1.0], [-1.0, 1.0, 2.0], [0.0, 1.0, np.nan]])
-@pytest.mark.xfail(strict=True, reason="instants of a schedule are not checked")
 def test_schedule_with_impossible_instants_is_refused(time, stiffening, strong_motion, scheduled):
     with pytest.raises(InputError, match="instant"):
         simulate(stiffening, strong_motion, scheduled([1.0, 2.0, 3.0], time))
 
 
-@pytest.mark.xfail(strict=True, reason="NumPy's own error about broadcasting comes through")
 def test_command_for_another_number_of_coils_is_refused(stiffening, strong_motion, rule):
     with pytest.raises(InputError, match=r"rule.*2 .*1"):
         simulate(stiffening, strong_motion, rule(lambda t, m: [1.0, 2.0], 0.1))

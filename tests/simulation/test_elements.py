@@ -76,21 +76,14 @@ def plant(constant_device):
     return build
 
 
-NO_SCALE = pytest.mark.xfail(
-    strict=True,
-    raises=Diverged,
-    reason="an element without stiffness at rest gets a force scale of 1e-12 N: all is hopeless",
-)
-
-
 @pytest.mark.parametrize(
     "numbers",
     [
         {},
         {"yield_drift": 1.2e-3},
-        pytest.param({"yield_drift": 1.2e-3, "wall": 3e7}, marks=NO_SCALE),
-        pytest.param({"yield_drift": 1.2e-3, "slip": 8e5}, marks=NO_SCALE),
-        pytest.param({"isolator": 0, "slip": 8e5}, marks=NO_SCALE),
+        {"yield_drift": 1.2e-3, "wall": 3e7},
+        {"yield_drift": 1.2e-3, "slip": 8e5},
+        {"isolator": 0, "slip": 8e5},
     ],
     ids=lambda numbers: "-".join(numbers) or "isolator",
 )
@@ -102,13 +95,12 @@ def test_elements_together_follow_scipy(
     q, v, states = by_scipy(isolated, [strong_motion], lambda start, t: (1.5,), rtol=1e-10)
     assert worst(motion(run), np.concatenate([q, v], axis=1)) < 1e-5
     if "yield_drift" in numbers:
-        assert worst(run.states[:, 0, 0], states[:, 0]) < 5e-5  # |v| bends its rate
+        assert worst(run.states[:, 0, 0], states[:, 0]) < 1e-4  # |v| bends its rate
         assert np.abs(states[:, 0]).max() > 0.9 * numbers["yield_drift"]
     if "wall" in numbers:
         assert np.abs(q[:, 0]).max() > 0.06
 
 
-@NO_SCALE
 def test_wall_pushes_only_while_it_is_touched(plant, strong_motion, held):
     run = simulate(plant(wall=3e7), strong_motion, held(0.5))
     force, x = run.output("wall_force_N"), run.output("wall_deformation_m")

@@ -36,14 +36,8 @@ def test_closes_under_a_held_current(plant, request, el_centro, held, no_coil):
     assert energy.device_dissipation_J[-1] > 0.5 * energy.input_J[-1] > 0
 
 
-BENDS = pytest.mark.xfail(
-    strict=True,
-    reason="where a slew limit ends inside a window, it is cut into 2**14 steps, in vain",
-)
-
-
 @pytest.mark.parametrize(
-    "case", [*CASES, pytest.param("slew that ends between samples", marks=BENDS)]
+    "case", [*CASES, "slew that ends between samples"]
 )
 @pytest.mark.parametrize("plant", ["stiffening", "hybrid"])
 def test_closes_while_the_current_changes(plant, case, request, strong_motion, rule):
@@ -61,7 +55,7 @@ def test_balance_is_that_of_the_terms(stiffening, strong_motion, rule):
     kept = e.kinetic_J + e.strain_J + e.device_stored_J
     lost = e.structural_damping_J + e.device_dissipation_J
     mismatch = np.abs(e.input_J + e.field_work_J - kept - lost).max()
-    assert mismatch <= e.closure_error * np.abs(e.input_J).max() * (1 + 1e-9)
+    assert mismatch <= e.closure_error * np.abs(e.input_J).max() * (1 + 1e-6)
 
 
 @pytest.fixture(scope="module")

@@ -66,3 +66,11 @@ def test_a_free_mass_that_no_element_holds_is_refused():
             np.diag([2e5, 1e5]), np.zeros((2, 2)), np.diag([1e6, 0.0]), np.ones((2, 1)),
             np.array([[1.0, 0.0]]), np.ones(1), np.ones(1), np.zeros(1),
         )  # fmt: skip
+
+
+def test_overdamped_modes_are_of_the_type_that_the_kernel_is_compiled_for():
+    modes = modes_of(
+        np.array([[1e5]]), np.array([[1e7]]), np.array([[4e6]]), np.ones((1, 1)),
+        np.ones((1, 1)), np.ones(1), np.ones(1), np.zeros(1),
+    )  # fmt: skip
+    assert modes.packed().dtype == complex
