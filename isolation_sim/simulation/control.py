@@ -45,7 +45,7 @@ class CoilDriver:
                 raise InputError(f"coil driver: {name} is {given}; accepted: {accepted}")
         if self.low is not None and self.high is not None and self.low > self.high:
             raise InputError(
-                f"coil driver: low is {self.low} A, above high, {self.high} A; accepted: low <= high"
+                f"coil driver: low {self.low} A is above high {self.high} A; accepted: low <= high"
             )
 
 

@@ -360,11 +360,12 @@ def call_controllers(k, function, decided, measured_for, addresses):
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def march(info, settings, deformation_limit, windows, spans, offsets, ground, events, modes, table, built, phi,
-          integral, measure, noise, measured, chosen, decided, measured_for, addresses, command,
-          driver, law_table, law_breaks, law_shape, channel, z, states, levels, w, w_saved, coil,
-          applied, level, hold, alive, moving, active, going, todo, last, previous, contraction,
-          defects, errors, worst, steps, step_count, counts, coil_history, u):
+def march(info, settings, deformation_limit, windows, spans, offsets, ground, events, modes, table,
+          built, phi, integral, measure, noise, measured, chosen, decided, measured_for,
+          addresses, command, driver, law_table, law_breaks, law_shape, channel, z,
+          states, levels, w, w_saved, coil, applied, level, hold, alive, moving, active,
+          going, todo, last, previous, contraction, defects, errors, worst, steps,
+          step_count, counts, coil_history, u):
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
     What each array holds is said in ``workspace.py``. Returns FINISHED, DECIDE or BUFFER_FULL;

@@ -259,7 +259,7 @@ class Plan:
             sensing=self.sensing,
             tolerance=tolerance,
             deformation_limit=np.array([deformation_limit(lane.isolated) for lane in lanes]),
-            least_force=np.array([1e-6 * 9.81 * lane.isolated.structure.total_mass for lane in lanes]),
+            least_force=np.array([1e-5 * lane.isolated.structure.total_mass for lane in lanes]),
             clamp=clamp,
             record_steps=record_steps,
         )

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from ground_motions import Record
-from isolation_sim.errors import Diverged
 from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.plan import Plan
 from isolation_sim.simulation.result import Run

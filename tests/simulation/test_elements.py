@@ -7,7 +7,6 @@ element out.
 import numpy as np
 import pytest
 
-from isolation_sim.errors import Diverged
 from isolation_sim.laws import Law, Quantity
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
