@@ -27,6 +27,8 @@ COLLOCATION = (
 """Integrals of the Lagrange polynomials from the step's start to each node."""
 END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
 """State at the end = state at the start + sum of these times (state at node - state at start)."""
+RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
+"""Step times rates at the nodes = these times (states at the nodes - state at the start)."""
 
 COMMON = (
     "dn0 dn1 dn2 vn0 vn1 vn2 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
@@ -80,8 +82,10 @@ class ElementCode:
         self.start = [f"start{i}" for i in range(n)]
         self.end = [f"end{i}" for i in range(n)]
         self.scale = [f"scale{i}" for i in range(n)]
+        self.rate = [f"rate{i}" for i in range(n)]
+        self.end_rate = [f"end_rate{i}" for i in range(n)]
         self.slots = [*COMMON, *(f"{s}_{j}" for s in self.states for j in range(3))]
-        self.slots += self.start + self.end + self.scale
+        self.slots += self.start + self.end + self.scale + self.rate + self.end_rate
         # three nodes and the end of the step: each has its own current while the coil moves
         self.slots += [f"{q}_{j}" for j in range(4) for q in self.parameters]
         self.slots += [f"{q}_{j}" for j in range(4) for q in self.derived]
@@ -173,9 +177,9 @@ class ElementCode:
         return body + self.store("change")
 
     def _finish(self) -> list[str]:
-        """States and force at the end; how far the force polynomial misses both ends.
+        """States and force at the end; how far the polynomials miss both ends.
 
-        The misses' odd part is of third order in the step and orthogonal to what moves the
+        The polynomials are those of the force and of the states' rates. The misses' odd part is of third order in the step and orthogonal to what moves the
         response; the first term that does move it is of sixth order. Its size is guessed from how
         fast the orders fall: roughness, the even part (fourth order) over the odd one.
         """
@@ -187,17 +191,29 @@ class ElementCode:
             body += self.load(*(f"{s}_{j}" for j in range(3)))
             steps = [f"({s}_{j} - start{i})" for j in range(3)]
             body.append(f"end{i} = start{i} + {_sum(END_FROM_NODES, steps)}")
-        body.append(f"force_end = {self.respond('d_end', 'v_end', self.end, 3)}[0]")
-        at_start, at_end = (_sum(lagrange(NODES, t), forces) for t in (0.0, 1.0))
+        body.append(f"r3 = {self.respond('d_end', 'v_end', self.end, 3)}")
+        body.append("force_end = r3[0]")
+        weights = [lagrange(NODES, t) for t in (0.0, 1.0)]
+        at_start, at_end = (_sum(w, forces) for w in weights)
         body.append(f"late = force_end - k_ref * d_end - c_ref * v_end - ({at_end})")
         body.append(f"early = f_start - ({at_start})")
-        body.append("odd, even = abs(late - early), abs(late + early)")
-        body.append("defect = (odd + even) * force_scale")
+        body.append("odd, even = abs(late - early) * force_scale, abs(late + early) * force_scale")
+        body += self.load(*self.scale, *self.rate)
+        for i, s in enumerate(self.states):
+            moved = [f"({s}_{j} - start{i})" for j in range(3)]
+            at_start, at_end = (_sum((w @ RATES_FROM_NODES).tolist(), moved) for w in weights)
+            body.append(f"end_rate{i} = r3[{i + 1}]")
+            body.append(f"late = h * end_rate{i} - ({at_end})")
+            body.append(f"early = h * rate{i} - ({at_start})")
+            body.append(f"odd = odd + abs(late - early) * scale{i}")
+            body.append(f"even = even + abs(late + early) * scale{i}")
+        body.append("defect = odd + even")
         body += self.load("roughness")
         body.append("roughness = min(max(even / (odd + TINY), 0.5 * roughness), 1.0)")
         body.append("error = defect * roughness * roughness")
         return body + self.store(
-            *self.end, "d_end", "v_end", "force_end", "defect", "error", "roughness"
+            *self.end, *self.end_rate, "d_end", "v_end", "force_end", "defect", "error",
+            "roughness",
         )
 
     def _inside(self) -> list[str]:
@@ -233,6 +249,7 @@ class ElementCode:
                 guess = _sum(lagrange([0.0, *NODES], 1.0 + NODES[j]), names)
                 body.append(self.put(f"{s}_{j}", f"{guess}"))
             body.append(self.put(f"start{i}", f"end{i}"))
+            body += [*self.load(f"end_rate{i}"), self.put(f"rate{i}", f"end_rate{i}")]
             place = f"states[at + {i} * LANES]"
             body.append(f"{place} = end{i} if on else {place}")
             body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
@@ -247,7 +264,9 @@ class ElementCode:
         return body
 
     def _probe(self) -> list[str]:
-        """Force at the present state, after the current has changed."""
+        """Force and rates at the present state, after the current has changed."""
         body = self.load("d_end", "v_end", *self.start, *(f"{q}_0" for q in self.kept))
-        body.append(f"force_end = {self.respond('d_end', 'v_end', self.start, 0)}[0]")
+        body.append(f"r0 = {self.respond('d_end', 'v_end', self.start, 0)}")
+        body.append("force_end = r0[0]")
+        body += [self.put(f"rate{i}", f"r0[{i + 1}]") for i in range(len(self.states))]
         return body + self.store("force_end")

@@ -272,7 +272,8 @@ class Workspace:
         while True:
             status = module.march(
                 self.info, self.settings, self.deformation_limit, grid.windows, grid.spans,
-                self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes, self.tables.table,
+                self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes,
+                self.tables.table,
                 self.tables.built, work["phi"], work["integral"], self.sensing.measure,
                 self.sensing.noise, self.measured, self.chosen, self.sensing.decided,
                 self.sensing.measured_for, self._addresses, self.command, self.driver,
