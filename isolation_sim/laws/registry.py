@@ -5,7 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..errors import InputError, unknown_name
-from . import hybrid, kelvin_voigt, linear, strain_stiffening
+from . import (
+    bouc_wen,
+    dahl,
+    field_gap,
+    four_parameter,
+    hybrid,
+    improved_bouc_wen,
+    kelvin_voigt,
+    linear,
+    linearised_bouc_wen,
+    lugre,
+    maxwell,
+    spring_pot,
+    standard_solid,
+    strain_stiffening,
+    strain_stiffening_power,
+)
 from .current_dependence import CurrentDependence
 from .device import Device
 from .law import Law
@@ -16,6 +32,17 @@ _FILES = (
     hybrid,
     linear,
     kelvin_voigt,
+    maxwell,
+    standard_solid,
+    four_parameter,
+    strain_stiffening_power,
+    field_gap,
+    bouc_wen,
+    improved_bouc_wen,
+    linearised_bouc_wen,
+    lugre,
+    dahl,
+    spring_pot,
 )
 
 LAWS: dict[str, Law] = {file.LAW.name: file.LAW for file in _FILES}

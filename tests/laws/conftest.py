@@ -5,11 +5,23 @@ import pytest
 
 from isolation_sim.laws import available_laws, available_sets, law
 from isolation_sim.laws.hybrid import condition
+from isolation_sim.laws.strain_stiffening_power import base_model as power_model
 
 EXPLICIT = {
     "linear": {"k": (2.0e4, 3.0e3)},
     "kelvin_voigt": {"k": (2.0e4, 3.0e3), "c": 800.0},
-}
+    "maxwell": {"k": (2.0e4, 3.0e3), "c": 800.0},
+    "bouc_wen": {
+        "k": (2.0e4, 3.0e3), "c": 300.0, "alpha": (4.0e4, 1.0e4), "A": 1.0, "beta": 5.0e3,
+        "gamma": (3.0e3, -1.0e3), "n": 1.7, "F0": 0.0,
+    },
+    "lugre": {
+        "k0": (2.0e4, 3.0e3), "c0": 300.0, "alpha": 800.0, "beta": (5.0e4, 1.0e4),
+        "epsilon": 40.0, "F0": 0.0,
+    },
+    "dahl": {"k": (2.0e4, 3.0e3), "c": 300.0, "sigma": (4.0e4, 1.0e4), "F_c": 150.0},
+    "spring_pot": {"k": (2.0e4, 3.0e3), "a": (0.1, 0.05)},
+}  # fmt: skip
 
 
 def all_devices():
@@ -22,6 +34,7 @@ def all_devices():
     devices |= {name: law(name, numbers) for name, numbers in EXPLICIT.items()}
     devices["hybrid-condition"] = condition(4, 2, 3)
     devices["hybrid-interpolated"] = condition(8, 1).scaled(length=10, force=300)
+    devices["strain_stiffening_power-even"] = power_model(4, 3)
     return devices
 
 
@@ -37,6 +50,12 @@ def devices():
 @pytest.fixture(params=DEVICES, scope="session")
 def device(request):
     """Every device in turn."""
+    return DEVICES[request.param]
+
+
+@pytest.fixture(params=[n for n, d in DEVICES.items() if d.stores_energy], scope="session")
+def storing_device(request):
+    """Every device with a stored-energy function in turn."""
     return DEVICES[request.param]
 
 

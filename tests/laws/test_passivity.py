@@ -5,7 +5,8 @@ import numpy as np
 from isolation_sim.laws.emit import symbols
 
 
-def test_dissipation_is_never_negative(device, draw):
+def test_dissipation_is_never_negative(storing_device, draw):
+    device = storing_device
     import casadi
 
     names = ["x", "v", *device.law.state_names, "current"]
@@ -24,6 +25,7 @@ def test_dissipation_is_never_negative(device, draw):
     assert np.max(lost) > 0 or device.law.name == "linear"
 
 
-def test_stored_energy_is_never_negative(device, draw):
+def test_stored_energy_is_never_negative(storing_device, draw):
+    device = storing_device
     x, _, states, current = draw(device, 500)
     assert np.min(device.stored_energy(x, states, current)) >= 0

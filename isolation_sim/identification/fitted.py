@@ -1,0 +1,249 @@
+"""The outcome of a fit: a device, its parameters with intervals, errors run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws import Device, to_dict
+from .campaign import Campaign
+from .run_table import TestRun
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One fitted number.
+
+    Attributes
+    ----------
+    name, unit : str
+        Parameter and its SI unit.
+    current : float or None
+        Current at which it holds, A; None for a constant.
+    value, low, high : float
+        Value and its 95 % interval, in ``unit``.
+    determined : bool
+        Whether the data determine it: an interval narrower than twice the value, and no bound hit.
+    """
+
+    name: str
+    unit: str
+    current: float | None
+    value: float
+    low: float
+    high: float
+    determined: bool
+
+    @property
+    def label(self) -> str:
+        """Name, with the current where there are several."""
+        return self.name if self.current is None else f"{self.name} at {self.current:.3g} A"
+
+
+@dataclass(frozen=True, eq=False)
+class RunError:
+    """How well a fitted law reproduces one run.
+
+    Attributes
+    ----------
+    run : TestRun
+        The measurement.
+    force : (n,) array
+        Modelled force, N.
+    """
+
+    run: TestRun
+    force: NDArray
+
+    @property
+    def relative(self) -> float:
+        """RMS of the force residual over the RMS of the measured force."""
+        return pooled([self])
+
+
+def pooled(errors: Iterable[RunError]) -> float:
+    """RMS of the residuals of several runs over the RMS of their measured forces.
+
+    Parameters
+    ----------
+    errors : iterable of RunError
+        The runs.
+
+    Returns
+    -------
+    float
+        Not a number if there is no run.
+    """
+    errors = list(errors)
+    if not errors:
+        return float("nan")
+    residual = sum(float(np.sum((e.force - e.run.force) ** 2)) for e in errors)
+    return float(np.sqrt(residual / sum(float(np.sum(e.run.force**2)) for e in errors)))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted law.
+
+    Attributes
+    ----------
+    device : Device
+        The law with the fitted numbers, in the tested device's own scale.
+    campaign : Campaign
+        What it was fitted to.
+    estimates : tuple of Estimate
+        The fitted numbers: every free parameter at every current that is handled.
+    errors : tuple of RunError
+        Every run of the campaign, held-out ones included.
+    notes : tuple of str
+        What the data do not determine or cannot tell apart.
+    converged : bool
+        Whether the search converged.
+    """
+
+    device: Device
+    campaign: Campaign
+    estimates: tuple[Estimate, ...]
+    errors: tuple[RunError, ...]
+    notes: tuple[str, ...]
+    converged: bool
+
+    @property
+    def error(self) -> float:
+        """Relative RMS error of the fitted runs, pooled."""
+        return pooled(e for e in self.errors if not e.run.hold_out)
+
+    @property
+    def held_out_error(self) -> float:
+        """Relative RMS error of the held-out runs, pooled; not a number if there are none."""
+        return pooled(e for e in self.errors if e.run.hold_out)
+
+    def tables(self) -> tuple[Table, Table]:
+        """Tables of the parameters and of the runs, for a terminal.
+
+        Returns
+        -------
+        tuple of rich.table.Table
+        """
+        from rich.box import SIMPLE_HEAD
+        from rich.table import Table
+
+        title = f"{self.device.law.title}, fitted to {self.campaign.name}"
+        parameters = Table(title=title, box=SIMPLE_HEAD)
+        for heading in ("parameter", "current, A", "value", "95 % interval", "unit", ""):
+            justify: Any = "left" if heading in ("parameter", "unit", "") else "right"
+            parameters.add_column(heading, justify=justify)
+        for e in self.estimates:
+            parameters.add_row(
+                e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
+                f"{e.low:.4g} to {e.high:.4g}", e.unit, "" if e.determined else "not determined",
+            )  # fmt: skip
+        runs = Table(title="Force residual over measured force (RMS)", box=SIMPLE_HEAD)
+        runs.add_column("run")
+        runs.add_column("error, %", justify="right")
+        runs.add_column("")
+        for error in self.errors:
+            mark = "held out" if error.run.hold_out else ""
+            runs.add_row(error.run.name, f"{100 * error.relative:.2f}", mark)
+        runs.add_section()
+        runs.add_row("fitted runs, pooled", f"{100 * self.error:.2f}", "")
+        if any(e.run.hold_out for e in self.errors):
+            runs.add_row("held-out runs, pooled", f"{100 * self.held_out_error:.2f}", "")
+        return parameters, runs
+
+    def report(self) -> dict[str, Any]:
+        """Everything but the histories, as plain numbers and text.
+
+        Returns
+        -------
+        dict
+            ``law``, ``error``, ``held_out_error``, ``runs``, ``parameters``, ``notes``,
+            ``converged``; errors are relative RMS.
+        """
+        held = self.held_out_error
+        return {
+            "law": self.device.law.name,
+            "campaign": self.campaign.name,
+            "converged": self.converged,
+            "error": self.error,
+            "held_out_error": None if np.isnan(held) else held,
+            "runs": [
+                {"name": e.run.name, "error": e.relative, "hold_out": e.run.hold_out}
+                for e in self.errors
+            ],
+            "parameters": [
+                {
+                    "name": e.name, "unit": e.unit, "current_A": e.current, "value": e.value,
+                    "low": e.low, "high": e.high, "determined": e.determined,
+                }
+                for e in self.estimates
+            ],
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+    def scenario_section(self) -> str:
+        """The ``[isolator]`` section of a scenario that stands on the fitted device.
+
+        Returns
+        -------
+        str
+            TOML; the scales say that one device of the tested size carries the building, which is
+            what to change.
+        """
+        import tomlkit
+
+        device = to_dict(self.device)
+        section = tomlkit.table()
+        section.add(tomlkit.comment(f"fitted to {self.campaign.name}"))
+        section["law"] = device["law"]
+        if np.isfinite(device["current_range"]).all():
+            section["current_range_A"] = device["current_range"]
+        section["tested_deformation_m"] = device["tested_deformation"]
+        section["length_scale"] = 1.0
+        section["force_scale"] = 1.0
+        parameters = tomlkit.table()
+        for name, row in device["parameters"].items():
+            parameters[name] = row
+        section["parameters"] = parameters
+        document = tomlkit.document()
+        document["isolator"] = section
+        return tomlkit.dumps(document)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scenario section to a file.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            The file; written under a temporary name, then renamed.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(path.name + ".tmp")
+        temporary.write_text(self.scenario_section(), encoding="utf-8")
+        return temporary.replace(path)
+
+    def plot(self) -> Figure:
+        """Loops measured and modelled, a panel a run.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ..reports.loops_fitted import fitted_loops
+
+        return fitted_loops(self)

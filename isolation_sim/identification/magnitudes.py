@@ -1,0 +1,50 @@
+"""Sizes of parameters from the data, by their units."""
+
+from __future__ import annotations
+
+import re
+
+from ..errors import InputError
+
+_POWERS = {"N": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1)}
+
+
+def magnitude(unit: str, force: float, length: float, time: float) -> float:
+    """Size that a quantity has when force, length and time have given sizes.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit made of N, m and s, such as ``"N s/m"``, ``"N/m^3"``, ``"1/m"`` or ``"-"``.
+    force, length, time : float
+        Sizes, N, m, s.
+
+    Returns
+    -------
+    float
+        In ``unit``.
+
+    Raises
+    ------
+    InputError
+        If the unit has another symbol.
+
+    Examples
+    --------
+    >>> magnitude("N/m", 10.0, 0.002, 0.1)
+    5000.0
+    """
+    above, _, below = unit.partition("/")
+    size = 1.0
+    for part, sign in ((above, 1), (below.strip("()"), -1)):
+        for symbol in part.split():
+            if symbol in ("1", "-", ""):
+                continue
+            found = re.fullmatch(r"([A-Za-z]+)(?:\^(-?[\d.]+|n))?", symbol)
+            if found is None or found[1] not in _POWERS:
+                raise InputError(f"unit {unit!r} is not made of N, m and s")
+            # an exponent that is itself a parameter is mostly near 2
+            power = sign * (2.0 if found[2] == "n" else float(found[2] or 1))
+            for base, exponent in zip((force, length, time), _POWERS[found[1]], strict=True):
+                size *= base ** (power * exponent)
+    return size

@@ -1,0 +1,253 @@
+"""One measured run: arrays in SI, and the CSV file that holds it."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ground_motions import GroundMotionError
+from ground_motions.readers.lines import parse_number, read_lines
+from ground_motions.readers.time_column import uniform_step
+
+from ..errors import InputError
+from .velocity import differentiate
+
+MINIMUM_SAMPLES = 16
+
+# quantity -> how a column's name may end -> what one of that unit is in SI (temperature in deg C)
+_UNITS = {
+    "time": {"s": 1.0},
+    "displacement": {"mm": 1e-3, "m": 1.0},
+    "velocity": {"mm_s": 1e-3, "m_s": 1.0},
+    "acceleration": {"mm_s2": 1e-3, "m_s2": 1.0, "g": 9.80665},
+    "current": {"A": 1.0},
+    "force": {"N": 1.0, "kN": 1e3},
+    "temperature": {"C": 1.0},
+}
+_NEEDED = ("time", "displacement", "current", "force")
+_COLUMNS = {f"{what}_{unit}": what for what, units in _UNITS.items() for unit in units}
+# a velocity given may differ this many times from the displacement's slope: noise does, units more
+_VELOCITY_FACTOR = 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class TestRun:
+    """Samples of one test at a constant step, read-only, in SI.
+
+    Attributes
+    ----------
+    name : str
+        Name to print; the file's, without its ending.
+    time : numpy.ndarray, shape (n,), s
+    displacement : numpy.ndarray, shape (n,), m
+    velocity : numpy.ndarray, shape (n,), m/s
+        As measured, or by `isolation_sim.identification.velocity.differentiate`.
+    force : numpy.ndarray, shape (n,), N
+    current : numpy.ndarray, shape (n,), A
+    hold_out : bool
+        Whether the run is kept from fitting, to judge the fit.
+    acceleration : numpy.ndarray or None, shape (n,), m/s^2
+        None where it was not measured.
+    temperature : numpy.ndarray or None, shape (n,), degree Celsius
+        None where it was not measured.
+    velocity_measured : bool
+        Whether the velocity is data.
+    ignored_columns : tuple of str
+        Columns of the file that are none of the above.
+
+    Raises
+    ------
+    InputError
+        If an array has another length, fewer than 16 samples or a number that is not finite; the
+        time is not uniform; or the displacement or the force never changes.
+    """
+
+    __test__ = False  # not a test class to pytest
+
+    name: str
+    time: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    current: np.ndarray
+    hold_out: bool = False
+    acceleration: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    velocity_measured: bool = False
+    ignored_columns: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        n = np.size(self.time)
+        if n < MINIMUM_SAMPLES:
+            raise InputError(f"{self.name}: {n} samples; accepted: {MINIMUM_SAMPLES} or more")
+        for what in _UNITS:
+            given = getattr(self, what)
+            if given is not None:
+                object.__setattr__(self, what, self._checked(what, given, n))
+        object.__setattr__(self, "ignored_columns", tuple(self.ignored_columns))
+        self.step  # noqa: B018  (refuses times that are not uniform)
+        for what in ("displacement", "force"):
+            if not np.ptp(getattr(self, what)) > 0:
+                raise InputError(
+                    f"{self.name}, {what}: the same number throughout; accepted: a test that moves "
+                    "and is resisted"
+                )
+
+    def _checked(self, what: str, given: Any, n: int) -> np.ndarray:
+        array = np.array(given, dtype=float)
+        if array.shape != (n,):
+            raise InputError(
+                f"{self.name}, {what}: shape {array.shape}; accepted: ({n},), as the time"
+            )
+        if not np.all(np.isfinite(array)):
+            worst = int(np.argmin(np.isfinite(array)))
+            raise InputError(
+                f"{self.name}, {what}: sample {worst} is {array[worst]}; accepted: finite numbers"
+            )
+        array.flags.writeable = False
+        return array
+
+    @property
+    def step(self) -> float:
+        """Time between samples, s."""
+        try:
+            return uniform_step(self.time.tolist(), range(self.time.size), f"{self.name}, time")
+        except GroundMotionError as error:
+            raise InputError(str(error).replace(" line ", " sample ")) from None
+
+
+def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
+    """Read one run from a CSV file whose columns carry their unit in their name.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Comma-separated UTF-8 text: a line of names, then numbers; ``#`` and blank lines are
+        skipped. Needed: ``time_s``, ``displacement_mm`` or ``_m``, ``current_A``, ``force_N`` or
+        ``_kN``. Optional: ``velocity_mm_s`` or ``_m_s``, ``acceleration_m_s2``, ``_mm_s2`` or
+        ``_g``, ``temperature_C``. Other columns are left alone and named in the result.
+    hold_out : bool
+        Whether the run is kept from fitting.
+
+    Returns
+    -------
+    TestRun
+
+    Raises
+    ------
+    InputError
+        If the file or a needed column is missing, a column is misspelt, a quantity is given twice
+        (in one unit or in two), a cell is not a finite number, times do not increase uniformly,
+        there are too few samples, or a velocity is not the displacement's slope.
+    """
+    try:
+        lines = read_lines(path)
+        names, table, line_numbers = _parse(path, lines)
+        columns = _recognised(names, f"{path}, line {line_numbers[0]}")
+        if len(table) < MINIMUM_SAMPLES:
+            raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
+        time_name = names[columns["time"]]
+        uniform_step(
+            table[:, columns["time"]].tolist(), line_numbers[1:], f"{path}, column {time_name}"
+        )
+    except GroundMotionError as error:
+        raise InputError(str(error)) from None
+    data = {}
+    for what, k in columns.items():
+        data[what] = table[:, k] * _UNITS[what][names[k].removeprefix(f"{what}_")]
+    measured = "velocity" in data
+    if measured:
+        _check_velocity(data, f"{path}, column {names[columns['velocity']]}")
+    else:
+        time = data["time"]
+        data["velocity"] = differentiate(
+            data["displacement"], (time[-1] - time[0]) / (time.size - 1)
+        )
+    ignored = tuple(name for k, name in enumerate(names) if k not in columns.values())
+    try:
+        run = TestRun(
+            name=Path(path).stem,
+            **data,
+            hold_out=hold_out,
+            velocity_measured=measured,
+            ignored_columns=ignored,
+        )
+    except InputError as error:
+        raise InputError(str(error).replace(Path(path).stem, str(path), 1)) from None
+    return run
+
+
+def _parse(path: str | Path, lines: list[str]) -> tuple[list[str], np.ndarray, list[int]]:
+    """Names, numbers, and the file's line of the names and of each row."""
+    kept = [
+        (number, line)
+        for number, line in enumerate(lines, start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not kept:
+        raise InputError(f"{path}: comments only; accepted: a line of column names, then numbers")
+    line_numbers = [number for number, _ in kept]
+    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
+    used = [k for k, name in enumerate(names) if name in _COLUMNS]
+    table = np.zeros((len(rows), len(names)))
+    for i, row in enumerate(rows):
+        place = f"{path}, line {line_numbers[i + 1]}"
+        if len(row) != len(names):
+            raise InputError(
+                f"{place}: {len(row)} cells; accepted: {len(names)}, one a column of the header"
+            )
+        for k in used:
+            table[i, k] = parse_number(row[k], f"{place}, column {names[k]}")
+    return names, table, line_numbers
+
+
+def _recognised(names: list[str], place: str) -> dict[str, int]:
+    """Quantity to its column; refuses what is missing, misspelt or given twice."""
+    found: dict[str, int] = {}
+    for k, name in enumerate(names):
+        what = _COLUMNS.get(name)
+        if what is None:
+            _refuse_misspelt(name, names, place)
+        elif what in found:
+            other = names[found[what]]
+            raise InputError(
+                f"{place}: {what} given twice, as {other!r} and {name!r}; accepted: one column, "
+                "in one unit"
+            )
+        else:
+            found[what] = k
+    for what in _NEEDED:
+        if what not in found:
+            accepted = " or ".join(f"{what}_{unit}" for unit in _UNITS[what])
+            raise InputError(
+                f"{place}: no column of {what} among {', '.join(names)}; accepted: {accepted}"
+            )
+    return found
+
+
+def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
+    free = [c for c, what in _COLUMNS.items() if not any(_COLUMNS.get(n) == what for n in names)]
+    what = name.partition("_")[0].lower()
+    if what in _UNITS:
+        accepted = [f"{what}_{unit}" for unit in _UNITS[what]]
+    else:
+        accepted = difflib.get_close_matches(name, free, n=1, cutoff=0.75)
+    if accepted:
+        raise InputError(f"{place}: unknown column {name!r}; accepted: {' or '.join(accepted)}")
+
+
+def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
+    time, given = data["time"], data["velocity"]
+    slope = differentiate(data["displacement"], (time[-1] - time[0]) / (time.size - 1))
+    size, expected = np.std(given), np.std(slope)
+    agrees = np.mean((given - given.mean()) * (slope - slope.mean())) > -0.5 * size * expected
+    if not (expected <= _VELOCITY_FACTOR * size and size <= _VELOCITY_FACTOR * expected and agrees):
+        opposite = "" if agrees else ", of opposite sign"
+        raise InputError(
+            f"{place}: {size:.3g} m/s rms where the displacement changes by {expected:.3g} m/s "
+            f"rms{opposite}; accepted: the displacement's velocity, in the unit that the name says"
+        )

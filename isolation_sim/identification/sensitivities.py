@@ -1,0 +1,233 @@
+"""Forces of a law under measured motion, with exact derivatives by its coefficients."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws.emit import function_text, straight_line, symbols
+from ..laws.fingerprint import fingerprint
+from ..laws.law import Law
+from ..simulation.kernel import cache_folder, import_text
+
+TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Measured motion of several test runs, one after another.
+
+    Attributes
+    ----------
+    starts : (n_runs + 1,) int array
+        First sample of each run, and the end.
+    displacement, velocity, current : (n_samples,) array
+        m, m/s, A.
+    dt : (n_runs,) array
+        Sample interval of each run, s.
+    """
+
+    starts: NDArray
+    displacement: NDArray
+    velocity: NDArray
+    current: NDArray
+    dt: NDArray
+
+
+class Simulator:
+    """A law under measured motion.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    motion : Motion
+        What it is moved by.
+    owner, power : sequence of int, (n_coefficients,)
+        Each coefficient's parameter, by number, and power of the current.
+    n_steps : int
+        Integration steps a sample.
+    """
+
+    def __init__(
+        self,
+        law: Law,
+        motion: Motion,
+        owner: Sequence[int] | NDArray,
+        power: Sequence[int] | NDArray,
+        n_steps: int = 1,
+    ):
+        self.law, self.motion, self.n_steps = law, motion, n_steps
+        self.owner, self.power = np.array(owner, np.int64), np.array(power, np.int64)
+        self.module = compiled(law)
+        n, n_theta = len(law.states), len(self.owner)
+        self._work = (
+            np.zeros(max(n, 1)), np.zeros(len(law.parameters)),
+            np.zeros((max(n, 1), n_theta)), np.zeros((max(n, 1), n_theta)),
+        )
+
+    def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
+        """Simulate all runs.
+
+        Parameters
+        ----------
+        theta : (n_coefficients,) array
+            Coefficients, in the parameters' SI units / A^power.
+        derivatives : bool, default True
+            Whether the derivatives are wanted.
+
+        Returns
+        -------
+        force : (n_samples,) array
+            N.
+        jacobian : (n_samples, n_coefficients) array
+            Derivatives of the force by each coefficient; no rows if they are not wanted.
+        """
+        motion, n_samples = self.motion, len(self.motion.displacement)
+        force = np.empty(n_samples)
+        jacobian = np.empty((n_samples if derivatives else 0, len(self.owner)))
+        self.module.simulate(
+            motion.starts, motion.displacement, motion.velocity, motion.current, motion.dt,
+            self.n_steps, np.ascontiguousarray(theta, float), self.owner, self.power, *self._work,
+            force, jacobian,
+        )
+        return force, jacobian
+
+    def copy(self) -> Simulator:
+        """Return a simulator that another thread may use at the same time."""
+        return Simulator(self.law, self.motion, self.owner, self.power, self.n_steps)
+
+    def resolved(self, theta: NDArray, tolerance: float = 1e-4, most: int = 64) -> Simulator:
+        """Return the simulator with as many steps a sample as its accuracy needs.
+
+        Parameters
+        ----------
+        theta : (n_coefficients,) array
+            Coefficients at which to look.
+        tolerance : float
+            Wanted accuracy of the forces, relative to their RMS.
+        most : int
+            Most steps a sample to try.
+
+        Returns
+        -------
+        Simulator
+        """
+        coarse = self
+        force = coarse.run(theta, derivatives=False)[0]
+        while coarse.n_steps < most and self.law.states:
+            fine = Simulator(self.law, self.motion, self.owner, self.power, 2 * coarse.n_steps)
+            finer = fine.run(theta, derivatives=False)[0]
+            error = np.sqrt(np.mean((finer - force) ** 2) / max(np.mean(finer**2), 1e-300))
+            if error < tolerance:
+                return coarse
+            coarse, force = fine, finer
+        return coarse
+
+
+@lru_cache(maxsize=64)
+def compiled(law: Law) -> ModuleType:
+    """Compiled simulation of a law under measured motion, with its derivatives."""
+    mark = fingerprint(law)
+    text = None
+    if mark is None:
+        text = _text(law)
+        digest = hashlib.sha256(text.encode())
+    else:
+        digest = hashlib.sha256(mark.encode())
+        for source in (TEMPLATE, Path(__file__)):
+            digest.update(source.read_bytes())
+    name = "device_" + digest.hexdigest()[:20]
+    if text is None and not (cache_folder() / f"{name}.py").exists():
+        text = _text(law)
+    return import_text(name, text)
+
+
+def _text(law: Law) -> str:
+    """Source of the module: the law's response and Runge-Kutta step, differentiated by CasADi."""
+    import casadi
+
+    n, n_parameters = len(law.states), len(law.parameters)
+    s_names, p_names = [f"s{i}" for i in range(n)], [f"p{k}" for k in range(n_parameters)]
+    s, p = symbols(s_names), symbols(p_names)
+    x, v = symbols(["x", "v"])
+    force = law.force(x, v, tuple(s), tuple(p))
+    response = [force, *(casadi.gradient(force, symbol) for symbol in (*s, *p))]
+    unpack = [f"{name} = s[{i}]" for i, name in enumerate(s_names)]
+    unpack += [f"{name} = parameters[{k}]" for k, name in enumerate(p_names)]
+    named = dict(zip(["x", "v", *s_names, *p_names], [x, v, *s, *p], strict=True))
+    _, _, statements, results = straight_line(named, response)
+    blocks = [
+        '"""Written by isolation_sim.identification.sensitivities; do not edit."""',
+        "import math\n\nimport numpy as np\nfrom numba import njit",
+        f"N_STATES = {n}\nN_PARAMETERS = {n_parameters}",
+        'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy"}\n'
+        "inline = njit(forceinline=True, **OPTIONS)",
+        function_text(
+            "respond", "x, v, s, parameters",
+            [*unpack, *statements, f"return ({', '.join(results)},)"],
+            doc="Force, and its derivatives by the states and the parameters.",
+        ),
+    ]
+    times = ["xa", "va", "xm", "vm", "xb", "vb", "h"]
+    if n:
+        places = symbols(times)
+        xa, va, xm, vm, xb, vb, h = places
+
+        def rates(x, v, state):
+            return law.rates(x, v, tuple(state), tuple(p))
+
+        k1 = rates(xa, va, s)
+        k2 = rates(xm, vm, [a + h / 2 * b for a, b in zip(s, k1, strict=True)])
+        k3 = rates(xm, vm, [a + h / 2 * b for a, b in zip(s, k2, strict=True)])
+        k4 = rates(xb, vb, [a + h * b for a, b in zip(s, k3, strict=True)])
+        new = [
+            a + h / 6 * (b + 2 * c + 2 * d + e)
+            for a, b, c, d, e in zip(s, k1, k2, k3, k4, strict=True)
+        ]
+        named = dict(zip([*times, *s_names, *p_names], [*places, *s, *p], strict=True))
+        by = casadi.jacobian(casadi.vertcat(*new), casadi.vertcat(*s, *p))
+        entries = [by[i, j] for i in range(n) for j in range(n + n_parameters)]
+        arguments = ", ".join([*times, "s", "parameters"])
+        _, _, statements, results = straight_line(named, new)
+        stored = [f"s[{i}] = {value}" for i, value in enumerate(results)]
+        blocks.append(function_text("step_alone", arguments, [*unpack, *statements, *stored]))
+        _, _, statements, results = straight_line(named, [*new, *entries])
+        body = [*unpack, *statements]
+        body += [f"by_{i}_{j} = {results[n + i * (n + n_parameters) + j]}"
+                 for i in range(n) for j in range(n + n_parameters)]
+        body += ["for k in range(owner.shape[0]):"]
+        for i in range(n):
+            terms = " + ".join(f"by_{i}_{j} * slope[{j}, k]" for j in range(n))
+            body.append(f"    new_slope[{i}, k] = {terms}")
+        body.append("    factor = current ** power[k]")
+        for j in range(n_parameters):
+            body.append(f"    {'if' if j == 0 else 'elif'} owner[k] == {j}:")
+            body += [f"        new_slope[{i}, k] += by_{i}_{n + j} * factor" for i in range(n)]
+        body += [f"    slope[{i}, k] = new_slope[{i}, k]" for i in range(n)]
+        body += [f"s[{i}] = {results[i]}" for i in range(n)]
+        blocks.append(
+            function_text(
+                "step_with_slopes", arguments + ", current, owner, power, slope, new_slope", body
+            )
+        )
+    else:
+        nothing = ["pass"]
+        arguments = ", ".join([*times, "s", "parameters"])
+        blocks.append(function_text("step_alone", arguments, nothing))
+        blocks.append(
+            function_text(
+                "step_with_slopes", arguments + ", current, owner, power, slope, new_slope", nothing
+            )
+        )
+    # functions must stand before the loop that calls them
+    template = TEMPLATE.read_text()
+    loop, helper = template.split("@inline\n", 1)
+    return "\n\n".join([*blocks, "@inline\n" + helper, loop])

@@ -1,0 +1,75 @@
+"""An objective that may be evaluated so often and no more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+
+class BudgetSpent(Exception):
+    """The last evaluation was used; what was found is kept in the budget."""
+
+
+class Budget:
+    """An objective, counted.
+
+    Parameters
+    ----------
+    objective : callable
+        Point, shape (n_parameters,), to a number.
+    allowed : int
+        Evaluations that may be spent.
+
+    Attributes
+    ----------
+    allowed, spent : int
+        Evaluations that may be and have been spent.
+    best : numpy.ndarray or None, shape (n_parameters,)
+        Best point so far; None before a finite value.
+    history : list of float
+        Best value after each evaluation, in the objective's unit.
+    """
+
+    def __init__(self, objective: Callable[[np.ndarray], float], allowed: int):
+        self._objective = objective
+        self.allowed = allowed
+        self.best: np.ndarray | None = None
+        self.history: list[float] = []
+
+    @property
+    def spent(self) -> int:
+        """Evaluations spent."""
+        return len(self.history)
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Evaluate points one by one.
+
+        Parameters
+        ----------
+        points : numpy.ndarray, shape (..., n_parameters)
+
+        Returns
+        -------
+        numpy.ndarray, shape (...)
+            Values in the objective's unit; inf for what is not finite.
+
+        Raises
+        ------
+        BudgetSpent
+            As soon as no evaluation is left for a point.
+        """
+        rows = points.reshape(-1, points.shape[-1])
+        return np.array([self._one(row) for row in rows]).reshape(points.shape[:-1])
+
+    def _one(self, point: np.ndarray) -> float:
+        if self.spent >= self.allowed:
+            raise BudgetSpent
+        value = float(self._objective(point.copy()))
+        if not np.isfinite(value):
+            value = np.inf
+        least = self.history[-1] if self.history else np.inf
+        if value < least:
+            self.best = point.copy()
+        self.history.append(min(value, least))
+        return value

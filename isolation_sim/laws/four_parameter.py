@@ -1,0 +1,70 @@
+"""Standard solid beside a strain-stiffening spring: four parameters.
+
+``F = k1 y + alpha x^3``, ``k1 y = k0 (x - y) + c0 (v - y')``. The stiffening spring has no dashpot
+of its own, so the loop stiffens at a fixed deformation whatever the amplitude.
+"""
+
+from typing import Any
+
+from .current_dependence import CurrentDependence
+from .device import Device
+from .law import Law, Quantity
+from .published import LI_LI, LI_LI_BASE_MODEL, SI_LI_LI
+
+
+def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
+    """Add the standard solid branch and a cubic spring (Eq 8)."""
+    (y,) = states
+    _, _, k1, alpha = parameters
+    return k1 * y + alpha * x**3
+
+
+def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
+    """Rate of the series spring's extension (Eq 10)."""
+    (y,) = states
+    c0, k0, k1, _ = parameters
+    return (v + (k0 * x - (k0 + k1) * y) / c0,)
+
+
+def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the three springs."""
+    (y,) = states
+    _, k0, k1, alpha = parameters
+    return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2 + alpha * x**4 / 4
+
+
+LAW = Law(
+    name="four_parameter",
+    title="Strain stiffening (four parameters)",
+    states=(Quantity("y", "m", "extension of spring k1"),),
+    parameters=(
+        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        Quantity("alpha", "N/m^3", "strain-stiffening spring", lower=0.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="Li & Li, Eqs 8-10",
+)
+
+
+def base_model() -> Device:
+    """Build the base model of the paper's parameter study (Section 4.1) without its dashpot c1.
+
+    Returns
+    -------
+    Device
+        On which the current has no effect.
+    """
+    values = {name: SI_LI_LI[name] * LI_LI_BASE_MODEL[name] for name in LAW.parameter_names}
+    return Device(
+        law=LAW,
+        current=CurrentDependence.constant(values),
+        tested_deformation=8e-3,
+        source=f"{LI_LI}, Section 4.1, without c1",
+    )
+
+
+SETS = {"base_model": base_model}

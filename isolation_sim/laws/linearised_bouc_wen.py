@@ -1,0 +1,260 @@
+"""Linearised Bouc-Wen law of an MR elastomer in shear.
+
+``F = k1 x + C v + k2 z``, ``z' = C_e v - k_e z``, with k_e >= 0. The paper writes ``+ k_e z`` and
+prints positive k_e throughout: its transfer function
+
+    F/x = k1 + k2 i omega C_e / (i omega - k_e) + i omega C
+
+has the storage stiffness ``k1 + k2 C_e omega^2 / (omega^2 + k_e^2)`` and the loss stiffness
+``omega (C - k2 k_e C_e / (omega^2 + k_e^2))`` (Eqs 9-11 print other denominators), but in time z
+would grow without bound. The law takes -k_e, which keeps the storage stiffness and turns the sign
+of the second part of the loss: ``published_stiffness`` is the paper's, ``Device.linearised`` the
+law's. Z is a Maxwell branch of stiffness k2 C_e: k2 and C_e count as their product alone, so hold
+one of them when fitting.
+"""
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .current_dependence import CurrentDependence
+from .device import Device
+from .law import Law, Quantity
+from .published import (
+    LINEARISED,
+    LINEARISED_AMPLITUDES_MM,
+    LINEARISED_FIELDS_T,
+    LINEARISED_FREQUENCIES_HZ,
+    LINEARISED_PARAMETERS,
+)
+
+CORRUPT = (0.2, 0.1, 20.0)
+"""Field (T), amplitude (mm) and frequency (Hz) of the column with K1 = 0.999958 N/mm."""
+
+_SI = {"C": 1e3, "k1": 1e3, "k2": 1.0, "C_e": 1e3, "k_e": 1.0}
+
+
+def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
+    """Spring, dashpot and linearised hysteresis (Eq 4)."""
+    (z,) = states
+    C, k1, k2, _, _ = parameters
+    return k1 * x + C * v + k2 * z
+
+
+def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
+    """Rate of the hysteretic variable (Eq 3 with S_e = 0 and -k_e)."""
+    (z,) = states
+    _, _, _, C_e, k_e = parameters
+    return (C_e * v - k_e * z,)
+
+
+def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the spring and of the branch; the branch loses k2 k_e z^2 / C_e."""
+    (z,) = states
+    _, k1, k2, C_e, _ = parameters
+    return k1 * x**2 / 2 + k2 / C_e * z**2 / 2
+
+
+LAW = Law(
+    name="linearised_bouc_wen",
+    title="Linearised Bouc-Wen",
+    states=(Quantity("z", "1", "hysteretic variable"),),
+    parameters=(
+        Quantity("C", "N s/m", "viscous damping", lower=0.0),
+        Quantity("k1", "N/m", "stiffness", lower=0.0),
+        Quantity("k2", "N", "hysteretic force at z = 1", lower=0.0),
+        Quantity("C_e", "1/m", "slope of z at rest", lower=0.0, divides=True),
+        Quantity("k_e", "1/s", "decay rate of z", lower=0.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
+)
+
+
+def storage_stiffness(k1: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
+    """Part of the force in phase with the deformation, over it (Eq 10 mended).
+
+    Parameters
+    ----------
+    k1, k2, C_e, k_e : float or numpy.ndarray
+        Parameters in any consistent units.
+    omega : float or numpy.ndarray, rad/s
+        Circular frequency.
+
+    Returns
+    -------
+    float or numpy.ndarray
+        The same with k_e or -k_e.
+    """
+    return k1 + k2 * C_e * omega**2 / (omega**2 + k_e**2)
+
+
+def loss_stiffness(C: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
+    """Part of the force a quarter period ahead of the deformation, over it (Eq 11 mended).
+
+    Parameters
+    ----------
+    C, k2, C_e, k_e : float or numpy.ndarray
+        Parameters in any consistent units, k_e with the paper's sign: a positive one lowers the
+        loss. Give -k_e for what the law does in time.
+    omega : float or numpy.ndarray, rad/s
+        Circular frequency.
+
+    Returns
+    -------
+    float or numpy.ndarray
+    """
+    return omega * (C - k2 * k_e * C_e / (omega**2 + k_e**2))
+
+
+def published_stiffness(C: Any, k1: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
+    """Transfer function from deformation to force as the paper has it (Eq 8).
+
+    Parameters
+    ----------
+    C, k1, k2, C_e, k_e : float or numpy.ndarray
+        Parameters in any consistent units, k_e with the paper's sign.
+    omega : float or numpy.ndarray, rad/s
+        Circular frequency.
+
+    Returns
+    -------
+    complex or numpy.ndarray
+        Storage + i loss stiffness.
+    """
+    return k1 + k2 * 1j * omega * C_e / (1j * omega - k_e) + 1j * C * omega
+
+
+def columns() -> dict[str, np.ndarray]:
+    """Table 1 as one row a loading condition.
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (48,)
+        ``field_T``, ``amplitude_mm``, ``frequency_Hz``; ``C``, ``k1``, ``k2``, ``C_e``, ``k_e`` in
+        N, mm, s; ``storage`` and ``loss`` in N/mm, with the paper's sign of k_e.
+    """
+    keys = [(B, A, f) for B in LINEARISED_FIELDS_T for A in LINEARISED_AMPLITUDES_MM
+            for f in LINEARISED_FREQUENCIES_HZ]  # fmt: skip
+    table = dict(zip(("field_T", "amplitude_mm", "frequency_Hz"), np.array(keys).T, strict=True))
+    table |= {name: np.ravel(values) for name, values in LINEARISED_PARAMETERS.items()}
+    C, k1, k2, C_e, k_e = (table[name] for name in LAW.parameter_names)
+    stiffness = published_stiffness(C, k1, k2, C_e, k_e, 2 * np.pi * table["frequency_Hz"])
+    return table | {"storage": stiffness.real, "loss": stiffness.imag}
+
+
+def regression(
+    drop: Collection[tuple[float, float, float]] = (),
+) -> dict[str, tuple[dict[str, float], float]]:
+    """Regress the storage and loss stiffness of Table 1 linearly on the loading condition.
+
+    Parameters
+    ----------
+    drop : collection of tuple of float
+        Conditions to leave out: field (T), amplitude (mm), frequency (Hz), as ``(CORRUPT,)``. All
+        48 are used by default, as the paper must have done.
+
+    Returns
+    -------
+    dict of str to tuple
+        For ``storage`` and ``loss`` (N/mm): slopes ``A`` (1/mm), ``B`` (1/T), ``f`` (1/Hz) and the
+        ``constant``; and R^2.
+
+    Raises
+    ------
+    InputError
+        If a condition to drop is not in the table.
+    """
+    table = columns()
+    keys = list(zip(table["field_T"], table["amplitude_mm"], table["frequency_Hz"], strict=True))
+    dropped = {tuple(given) for given in drop}
+    for given in dropped - set(keys):
+        raise InputError(
+            f"no column {given} in Table 1; accepted: field (T), amplitude (mm), frequency (Hz)"
+        )
+    kept = np.array([key not in dropped for key in keys])
+    inputs = [table[name] for name in ("amplitude_mm", "field_T", "frequency_Hz")]
+    matrix = np.column_stack([*inputs, np.ones(len(kept))])[kept]
+    result = {}
+    for name in ("storage", "loss"):
+        values = table[name][kept]
+        slopes = np.linalg.lstsq(matrix, values, rcond=None)[0]
+        left = np.sum((values - matrix @ slopes) ** 2)
+        share = 1 - left / np.sum((values - values.mean()) ** 2)
+        named = dict(zip(("A", "B", "f", "constant"), slopes.tolist(), strict=True))
+        result[name] = (named, float(share))
+    return result
+
+
+def condition(field_T: float, amplitude_mm: float, frequency_hz: float) -> Device:
+    """Build the model identified for one loading condition (Table 1).
+
+    Parameters
+    ----------
+    field_T : float, T
+        0, 0.2, 0.3 or 0.4.
+    amplitude_mm : float, mm
+        0.1, 0.15 or 0.2.
+    frequency_hz : float, Hz
+        6, 10, 14 or 20.
+
+    Returns
+    -------
+    Device
+        On which the coil current has no effect: the paper gives the field alone.
+
+    Raises
+    ------
+    InputError
+        If the condition was not tested.
+    """
+    try:
+        at = (
+            LINEARISED_FIELDS_T.index(field_T),
+            LINEARISED_AMPLITUDES_MM.index(amplitude_mm),
+            LINEARISED_FREQUENCIES_HZ.index(frequency_hz),
+        )
+    except ValueError:
+        raise InputError(
+            f"no test at {field_T:g} T, {amplitude_mm:g} mm, {frequency_hz:g} Hz; accepted: "
+            "0, 0.2, 0.3 or 0.4 T, 0.1, 0.15 or 0.2 mm, 6, 10, 14 or 20 Hz"
+        ) from None
+    values = {
+        name: _SI[name] * LINEARISED_PARAMETERS[name][at[0]][at[1]][at[2]]
+        for name in LAW.parameter_names
+    }
+    return Device(
+        law=LAW,
+        current=CurrentDependence.constant(values),
+        tested_deformation=1e-3 * amplitude_mm,
+        source=f"{LINEARISED}, Table 1: {field_T:g} T, {amplitude_mm:g} mm, {frequency_hz:g} Hz",
+    )
+
+
+def field_0_tesla() -> Device:
+    """Build the model without field at 0.15 mm and 10 Hz.
+
+    Returns
+    -------
+    Device
+        See ``condition`` for the others.
+    """
+    return condition(0.0, 0.15, 10.0)
+
+
+def field_0p4_tesla() -> Device:
+    """Build the model at the largest field, 0.4 T, at 0.15 mm and 10 Hz.
+
+    Returns
+    -------
+    Device
+        See ``condition`` for the others.
+    """
+    return condition(0.4, 0.15, 10.0)
+
+
+SETS = {"field_0_tesla": field_0_tesla, "field_0p4_tesla": field_0p4_tesla}

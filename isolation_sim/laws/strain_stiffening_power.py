@@ -1,0 +1,151 @@
+"""Modified strain-stiffening law whose stiffening spring has the general odd power of Eq 7.
+
+``F = k1 y + f(z)``, ``k1 y = k0 (x - y) + c0 (v - y')``, ``z' = v - f(z) / c1`` with
+``f(z) = alpha sign(z) |z / 1 mm|^p``. Eq 7's two cases are one: for odd n and m, ``x^(n/m)`` is
+already odd; for even n, ``|x| x^((n - m) / m)`` makes it so; both are ``sign(x) |x|^(n/m)``.
+
+``alpha`` is the spring's force at 1 mm, in N, which is also the paper's number in N/mm^p. Unlike a
+coefficient in N/m^p, its size does not run away when ``p`` is fitted.
+"""
+
+from typing import Any
+
+from ..errors import InputError
+from .current_dependence import CurrentDependence
+from .device import Device
+from .law import Law, Quantity
+from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED, SI_LI_LI
+
+REFERENCE = 1e-3
+"""Extension in m at which ``alpha`` is the force."""
+
+# keeps log(0) and 0^(p - 3) out of derivatives at rest; changes no value above 1e-148
+_TINY = 1e-300
+
+
+def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
+    """Add the standard solid branch and the stiffening branch (Eqs 7 and 11)."""
+    y, z = states
+    _, _, _, k1, alpha, p = parameters
+    return k1 * y + _spring(z, alpha, p)
+
+
+def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
+    """Rates of both branches' spring extensions (Eqs 10 and 14)."""
+    y, z = states
+    c0, k0, c1, k1, alpha, p = parameters
+    return v + (k0 * x - (k0 + k1) * y) / c0, v - _spring(z, alpha, p) / c1
+
+
+def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the three springs."""
+    y, z = states
+    _, k0, _, k1, alpha, p = parameters
+    stiffening = _spring(z, alpha, p) * z / (p + 1)
+    return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2 + stiffening
+
+
+def _spring(z: Any, alpha: Any, p: Any) -> Any:
+    ratio = z / REFERENCE
+    return alpha * ratio * (ratio * ratio + _TINY) ** ((p - 1) / 2)
+
+
+LAW = Law(
+    name="strain_stiffening_power",
+    title="Strain stiffening (modified, any odd power)",
+    states=(
+        Quantity("y", "m", "extension of spring k1"),
+        Quantity("z", "m", "extension of the strain-stiffening spring"),
+    ),
+    parameters=(
+        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity(
+            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
+        ),
+        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        Quantity("alpha", "N", "force of the strain-stiffening spring at 1 mm", lower=0.0),
+        Quantity("p", "1", "power n/m of the strain-stiffening spring", lower=1.0, upper=15.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="Li & Li, Eqs 7 and 10-14",
+)
+
+_SI = {name: SI_LI_LI[name] for name in ("c0", "k0", "c1", "k1")} | {"alpha": 1.0, "p": 1.0}
+
+
+def power(n: int, m: int) -> float:
+    """Exponent of Eq 7, refused where the equation does not define a spring.
+
+    Parameters
+    ----------
+    n, m : int
+        Positive; m odd; n at least m (n = m is a linear spring).
+
+    Returns
+    -------
+    float
+        n / m.
+
+    Raises
+    ------
+    InputError
+        If the two do not meet Eq 7's conditions.
+    """
+    whole = all(isinstance(number, int) for number in (n, m))
+    if not whole or m < 1 or m % 2 == 0 or n < m:
+        raise InputError(f"power {n!r}/{m!r}; accepted: integers n >= m >= 1 with m odd (Eq 7)")
+    return n / m
+
+
+def generalised() -> Device:
+    """Build the published model of the laboratory isolator (Table 2), which has p = 3.
+
+    Returns
+    -------
+    Device
+        The same as ``strain_stiffening``; a start for fitting the power.
+    """
+    alpha, slope = LI_LI_GENERALISED["alpha"]
+    rows = LI_LI_GENERALISED | {"p": (3.0,)}
+    return Device(
+        law=LAW,
+        current=CurrentDependence.polynomial(
+            {name: [_SI[name] * c for c in row] for name, row in rows.items()}
+        ),
+        current_range=(0.0, -alpha / slope),
+        tested_deformation=8e-3,
+        source=f"{LI_LI}, Table 2; tested at 0-3 A, 2-8 mm",
+    )
+
+
+def base_model(n: int = 3, m: int = 1) -> Device:
+    """Build the base model of the paper's parameter study (Section 4.1) with any power.
+
+    Parameters
+    ----------
+    n, m : int
+        Power n/m of Eq 7; the paper uses 3 alone.
+
+    Returns
+    -------
+    Device
+        On which the current has no effect.
+
+    Raises
+    ------
+    InputError
+        If the two do not meet Eq 7's conditions.
+    """
+    values = LI_LI_BASE_MODEL | {"p": power(n, m)}
+    return Device(
+        law=LAW,
+        current=CurrentDependence.constant({name: _SI[name] * v for name, v in values.items()}),
+        tested_deformation=8e-3,
+        source=f"{LI_LI}, Section 4.1, power {n}/{m}",
+    )
+
+
+SETS = {"generalised": generalised, "base_model": base_model}

@@ -1,0 +1,73 @@
+"""003: regression of the linearised Bouc-Wen's stiffness, and what one corrupt column does."""
+
+import numpy as np
+import pytest
+
+from isolation_sim.errors import InputError
+from isolation_sim.laws import linearised_bouc_wen as lbw
+
+
+def test_coefficients_to_a_thousandth():
+    found = lbw.regression()
+    printed = {
+        "storage": ({"A": 1.4147, "B": 3.7001, "f": 0.01421, "constant": 5.3377}, 0.28),
+        "loss": ({"A": -0.8257, "B": 0.64736, "f": 0.001091, "constant": 1.01798}, 0.04),
+    }
+    for name, (slopes, share) in printed.items():
+        for key, value in slopes.items():
+            assert found[name][0][key] == pytest.approx(value, rel=1e-3)
+        assert found[name][1] == pytest.approx(share, abs=5e-3)
+    # and the paper's own digits
+    for key, value in {"A": -0.825, "B": 0.6469, "f": 0.00109, "constant": 1.017441}.items():
+        assert found["loss"][0][key] == pytest.approx(value, rel=1.2e-3)
+
+
+def test_corrupt_column_flips_a_sign():
+    slopes, share = lbw.regression(drop=[lbw.CORRUPT])["storage"]
+    assert slopes["A"] == pytest.approx(-2.39, abs=5e-3)
+    assert share == pytest.approx(0.76, abs=5e-3)
+
+
+def test_known_oddities_of_the_table():
+    table = lbw.columns()
+    key = np.column_stack([table[n] for n in ("field_T", "amplitude_mm", "frequency_Hz")])
+
+    def column(*at):
+        (k,) = np.flatnonzero(np.all(key == at, axis=1))
+        return [table[n][k] for n in ("C", "k1", "k2", "C_e", "k_e")]
+
+    assert len(key) == 48
+    assert column(0.3, 0.1, 14) == column(0.0, 0.1, 14)
+    assert column(*lbw.CORRUPT)[1] == 0.999958
+    assert np.all(table["k_e"] > 0)
+
+
+def test_split_is_the_transfer_function():
+    table = lbw.columns()
+    omega = 2 * np.pi * table["frequency_Hz"]
+    C, k1, k2, C_e, k_e = (table[n] for n in ("C", "k1", "k2", "C_e", "k_e"))
+    storage = lbw.storage_stiffness(k1, k2, C_e, k_e, omega)
+    np.testing.assert_allclose(storage, table["storage"], rtol=1e-12)
+    np.testing.assert_allclose(
+        lbw.loss_stiffness(C, k2, C_e, k_e, omega), table["loss"], rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize(("field", "amplitude", "frequency"), [(0.0, 0.15, 10.0), (0.4, 0.2, 6.0)])
+def test_stable_law_keeps_storage_and_gains_loss(field, amplitude, frequency):
+    device = lbw.condition(field, amplitude, frequency)
+    C, k1, k2, C_e, k_e = device.parameters_at(0.0)
+    omega = 2 * np.pi * frequency
+    stiffness = device.linearised(0.0, frequency)
+    published = lbw.published_stiffness(C, k1, k2, C_e, k_e, omega)
+    assert stiffness == pytest.approx(lbw.published_stiffness(C, k1, k2, C_e, -k_e, omega))
+    assert stiffness.real == pytest.approx(published.real, rel=1e-12)
+    assert stiffness.imag > published.imag
+    assert device.rates(0.0, 0.0, (1.0,), 0.0)[0] < 0
+
+
+def test_refuses_conditions_that_were_not_tested():
+    with pytest.raises(InputError, match="no test at"):
+        lbw.condition(0.1, 0.1, 6.0)
+    with pytest.raises(InputError, match="no column"):
+        lbw.regression(drop=[(0.2, 0.1, 21.0)])
