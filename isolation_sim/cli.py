@@ -1,4 +1,4 @@
-"""The command line: ``isolation-sim run``, ``list`` and ``new``.
+"""The command line: ``isolation-sim run``, ``fit``, ``list`` and ``new``.
 
 Exit codes: 0 all well; 1 a run diverged, with the results of the others written; 2 input that
 cannot be used, told in one line on standard error.
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from . import __version__
+from . import __version__, cli_fit
 from .cli_lists import SUBJECTS
 from .errors import Diverged, InputError, unknown_name
 
@@ -126,6 +126,9 @@ def list_names(
     for entry in entries:
         table.add_row(*entry)
     _page().print(table)
+
+
+app.command("fit")(cli_fit.fit)
 
 
 @app.command()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +41,8 @@ def fit(
     The sum of squared force residuals of all runs that are not held out is minimised by
     Levenberg-Marquardt steps within the law's bounds, from published numbers and from seeded random
     starts whose sizes follow from the data by each parameter's unit; the best few are refined. The
-    polynomials are handled by their values at as many currents as they have coefficients, where
-    the bounds hold.
+    polynomials are handled in Bernstein's form, whose coefficients' bounds hold for the polynomial
+    at every current in the range.
 
     Parameters
     ----------
@@ -79,11 +81,14 @@ def fit(
         if law not in LAWS:
             raise unknown_name("law", law, LAWS)
         law = LAWS[law]
-    problem = _Problem(law, campaign, current_degree, dict(fixed or {}))
-    begin = problem.starts(starts, seed)
+    given = dict(fixed or {})
+    problem = _Problem(law, campaign, campaign.fitted, current_degree, given)
+    # starts are sorted out on thinned data
+    rough = _Problem(law, campaign, [thinned(r) for r in campaign.fitted], current_degree, given)
+    begin = rough.starts(starts, seed)
 
     def search(start: NDArray) -> Optimum:
-        found = problem.minimise(start, most=40, tolerance=1e-5)
+        found = rough.minimise(start, most=30, tolerance=1e-5)
         if progress is not None:
             progress(1)
         return found
@@ -97,27 +102,32 @@ def fit(
     found.sort(key=lambda o: o.cost)
     problem.resolve(found[0].x)
     best = min(
-        (problem.minimise(o.x, most=400, tolerance=1e-12) for o in found[:3]), key=lambda o: o.cost
+        (problem.minimise(o.x, most=300, tolerance=1e-10) for o in found[:3]), key=lambda o: o.cost
     )
     return problem.result(best)
 
 
 class _Problem:
-    """Least squares over the parameters' values at a few currents."""
+    """Least squares over the Bernstein coefficients of the parameters' dependence on the current."""
 
     def __init__(
-        self, law: Law, campaign: Campaign, degree: int | None, fixed: dict[str, float]
+        self,
+        law: Law,
+        campaign: Campaign,
+        runs: Sequence[TestRun],
+        degree: int | None,
+        fixed: dict[str, float],
     ):
         self.law, self.campaign = law, campaign
         for name in fixed:
             if name not in law.parameter_names:
                 raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
         self.fixed = fixed
-        runs = campaign.fitted
         self.currents = _currents(campaign, runs, degree)
         self.free = [q for q in law.parameters if q.name not in fixed]
-        # coefficients of ascending powers from values at the currents
-        self.to_powers = np.linalg.inv(np.vander(self.currents, increasing=True))
+        # Bernstein coefficients to values at the currents, and to ascending powers
+        self.basis = _bernstein(self.currents)
+        self.to_powers = np.linalg.solve(np.vander(self.currents, increasing=True), self.basis)
         self.motion = motion_of(runs)
         self.force = np.concatenate([run.force for run in runs])
         self.scale = self._scales(runs)
@@ -203,7 +213,7 @@ class _Problem:
 
     def resolve(self, unknowns: NDArray) -> None:
         """Take as many integration steps a sample as the law needs at these unknowns."""
-        self.simulator = self.simulator.resolved(self.coefficients(unknowns), 1e-6)
+        self.simulator = self.simulator.resolved(self.coefficients(unknowns), 1e-5, most=16)
 
     def result(self, best: Optimum) -> Fit:
         """Put the outcome together."""
@@ -246,32 +256,34 @@ class _Problem:
         residual = self.residuals(best.x, False)[0]
         size = np.maximum(np.abs(best.x), 1e-12 * self.scale)
         scaled = best.jacobian * size
+        n = len(self.currents)
+        at_currents = np.kron(np.eye(len(self.free)), self.basis)
         n_unknowns = len(best.x)
         variance = float(residual @ residual) / max(len(residual) - n_unknowns, 1)
         variance *= _correlation_length(residual, self.motion.starts)
         u, s, vt = np.linalg.svd(scaled.T @ scaled)
         kept = s > s[0] * 1e-13
         covariance = (vt[kept].T / s[kept]) @ vt[kept] * variance
+        to_values = at_currents * size
+        covariance = to_values @ covariance @ to_values.T
+        values = at_currents @ best.x
         half = 1.96 * np.sqrt(np.diag(covariance))
-        open_ = np.any(np.abs(vt[~kept]) > 0.3, axis=0) if not kept.all() else np.zeros(
-            n_unknowns, bool
-        )
+        undirected = np.abs(vt[~kept]).max(axis=0, initial=0.0) > 0.3
         at_bound = (best.x <= self.lower) | (best.x >= self.upper)
+        loose = (np.abs(at_currents) > 1e-9) @ (undirected | at_bound)
         estimates = []
-        n = len(self.currents)
         for k, quantity in enumerate(self.free):
             for j, current in enumerate(self.currents):
                 i = k * n + j
-                width = half[i] * size[i]
                 estimates.append(
                     Estimate(
                         name=quantity.name,
                         unit=quantity.unit,
                         current=float(current) if n > 1 else None,
-                        value=float(best.x[i]),
-                        low=float(max(best.x[i] - width, self.lower[i])),
-                        high=float(min(best.x[i] + width, self.upper[i])),
-                        determined=bool(half[i] < 1 and not open_[i] and not at_bound[i]),
+                        value=float(values[i]),
+                        low=float(max(values[i] - half[i], quantity.lower)),
+                        high=float(min(values[i] + half[i], quantity.upper)),
+                        determined=bool(half[i] < abs(values[i]) and not loose[i]),
                     )
                 )
         return tuple(estimates), self._notes(estimates, covariance, best)
@@ -296,6 +308,33 @@ class _Problem:
         if not best.converged:
             notes.append("the search ended before it converged")
         return tuple(notes)
+
+
+def thinned(run: TestRun, most: int = 600) -> TestRun:
+    """Leave samples of a run out, evenly, so that no more than about ``most`` remain.
+
+    Parameters
+    ----------
+    run : TestRun
+        A run.
+    most : int
+        Wanted number of samples.
+
+    Returns
+    -------
+    TestRun
+    """
+    every = slice(None, None, max(len(run.time) // most, 1))
+    return replace(
+        run,
+        time=run.time[every],
+        displacement=run.displacement[every],
+        velocity=run.velocity[every],
+        force=run.force[every],
+        current=run.current[every],
+        acceleration=None,
+        temperature=None,
+    )
 
 
 def motion_of(runs: Sequence[TestRun]) -> Motion:
@@ -333,6 +372,16 @@ def _currents(campaign: Campaign, runs: Sequence[TestRun], degree: int | None) -
     if degree + 1 == len(seen):
         return seen
     return np.linspace(seen[0], seen[-1], degree + 1) if degree else np.array([seen.mean()])
+
+
+def _bernstein(currents: NDArray) -> NDArray:
+    """Values of the Bernstein polynomials of the currents' range at the currents."""
+    degree = len(currents) - 1
+    if degree == 0:
+        return np.ones((1, 1))
+    t = (currents - currents[0]) / (currents[-1] - currents[0])
+    columns = [comb(degree, k) * t**k * (1 - t) ** (degree - k) for k in range(degree + 1)]
+    return np.stack(columns, axis=1)
 
 
 def _correlation_length(residual: NDArray, starts: NDArray) -> float:

@@ -83,30 +83,29 @@ def levenberg_marquardt(
     damping, growth = 1e-3, 2.0
     for iteration in range(1, most + 1):
         scaled = jacobian * scale
+        if not (np.isfinite(cost) and np.isfinite(scaled).all()):
+            return Optimum(x, np.inf, jacobian, iteration, False)
         gradient, curvature = scaled.T @ residual, scaled.T @ scaled
         free = ~(((x <= lower) & (gradient > 0)) | ((x >= upper) & (gradient < 0)))
-        if not free.any() or not np.isfinite(cost):
-            return Optimum(x, cost, jacobian, iteration, bool(np.isfinite(cost)))
-        inner = curvature[np.ix_(free, free)]
-        diagonal = np.diag(inner) + 1e-14 * np.trace(inner) + 1e-300
+        if not free.any():
+            return Optimum(x, cost, jacobian, iteration, True)
+        below, above = (lower - x) / scale, (upper - x) / scale
         while True:
-            step = np.zeros_like(x)
-            step[free] = np.linalg.solve(
-                inner + np.diag(damping * diagonal), -gradient[free]
-            )
-            trial = np.clip(x + step * scale, lower, upper)
-            moved = (trial - x) / scale
+            moved, clipped = _step(gradient, curvature, free, damping, below, above)
             predicted = -(gradient @ moved + 0.5 * moved @ curvature @ moved)
-            if predicted <= tolerance * cost:
+            if predicted <= tolerance * cost and not clipped:
                 return Optimum(x, cost, jacobian, iteration, True)
-            new_cost = _cost(problem(trial, False)[0])
-            gain = (cost - new_cost) / predicted
+            gain = -1.0
+            if predicted > 0:
+                trial = np.clip(x + moved * scale, lower, upper)
+                new_cost = _cost(problem(trial, False)[0])
+                gain = (cost - new_cost) / predicted
             if gain > 0:
                 break
             damping, growth = damping * growth, growth * 2
             if damping > 1e12:
                 return Optimum(x, cost, jacobian, iteration, True)
-        small = cost - new_cost <= tolerance * cost
+        small = cost - new_cost <= tolerance * cost and not clipped
         x = trial
         residual, jacobian = problem(x, True)
         cost = _cost(residual)
@@ -116,6 +115,36 @@ def levenberg_marquardt(
     return Optimum(x, cost, jacobian, most, False)
 
 
+def _step(
+    gradient: NDArray,
+    curvature: NDArray,
+    free: NDArray,
+    damping: float,
+    below: NDArray,
+    above: NDArray,
+) -> tuple[NDArray, bool]:
+    """Damped step of the free parameters between bounds, and whether it meets one.
+
+    Parameters that would leave stop at their bound; the others then step anew.
+    """
+    step, free, clipped = np.zeros_like(gradient), free.copy(), False
+    norm = np.sqrt(np.diag(curvature))
+    norm[norm == 0] = 1.0
+    while free.any():
+        inner = curvature[np.ix_(free, free)] / np.outer(norm[free], norm[free])
+        # the floor keeps what the data do not determine solvable
+        inner[np.diag_indices_from(inner)] += damping + 1e-13
+        wanted = -(gradient + curvature @ (step * ~free))[free] / norm[free]
+        step[free] = np.linalg.solve(inner, wanted) / norm[free]
+        outside = free & ((step < below) | (step > above))
+        if not outside.any():
+            break
+        step = np.where(outside, np.clip(step, below, above), step)
+        free, clipped = free & ~outside, True
+    return step, clipped
+
+
 def _cost(residual: NDArray) -> float:
-    cost = 0.5 * float(residual @ residual)
+    with np.errstate(over="ignore", invalid="ignore"):
+        cost = 0.5 * float(residual @ residual)
     return cost if np.isfinite(cost) else np.inf

@@ -179,9 +179,10 @@ class ElementCode:
     def _finish(self) -> list[str]:
         """States and force at the end; how far the polynomials miss both ends.
 
-        The polynomials are those of the force and of the states' rates. The misses' odd part is of third order in the step and orthogonal to what moves the
-        response; the first term that does move it is of sixth order. Its size is guessed from how
-        fast the orders fall: roughness, the even part (fourth order) over the odd one.
+        The polynomials are those of the force and of the states' rates. The misses' odd part is
+        of third order in the step and orthogonal to what moves the response; the first term that
+        does move it is of sixth order. Its size is guessed from how fast the orders fall:
+        roughness, the even part (fourth order) over the odd one.
         """
         forces = ["f0", "f1", "f2"]
         body = self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", *self.start)

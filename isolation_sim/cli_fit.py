@@ -1,0 +1,96 @@
+"""The command ``isolation-sim fit``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from .identification.fitted import Fit
+
+
+def fit(
+    campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
+    law: Annotated[str, typer.Option(help="Law to fit; isolation-sim list laws.")],
+    current_degree: Annotated[
+        int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
+    ] = None,
+    fixed: Annotated[
+        list[str] | None, typer.Option("--fix", help="Parameter to hold, as name=value; repeatable.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File for the fitted law, a scenario's [isolator] section."),
+    ] = None,
+    starts: Annotated[int, typer.Option(help="Number of starts.")] = 32,
+    figure: Annotated[
+        Path | None, typer.Option(help="File stem for a figure of the loops (SVG and PNG).")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the JSON report alone on standard output.")
+    ] = False,
+) -> None:
+    """Fit a law to measured runs."""
+    from .identification.fit import fit as run_fit
+
+    with _progress(starts) as advance:
+        result = run_fit(
+            campaign, law, current_degree=current_degree, fixed=_numbers(fixed or []),
+            starts=starts, progress=advance,
+        )  # fmt: skip
+    if as_json:
+        print(json.dumps(result.report(), indent=2))
+    else:
+        _show(result)
+    where = sys.stderr if as_json else sys.stdout
+    if out is not None:
+        print(f"fitted law: {result.save(out)}", file=where)
+    if figure is not None:
+        from .reports.style import save
+
+        for path in save(result.plot(), figure.parent, figure.name):
+            print(f"figure: {path}", file=where)
+
+
+def _numbers(given: list[str]) -> dict[str, float]:
+    from .errors import InputError
+
+    numbers = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        try:
+            numbers[name.strip()] = float(value)
+        except ValueError:
+            equals = ""
+        if not equals:
+            raise InputError(f"--fix {text}: accepted: a parameter and a number, such as n=2")
+    return numbers
+
+
+def _show(result: Fit) -> None:
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else 100
+    console = Console(width=width, highlight=False, markup=False)
+    for table in result.tables():
+        console.print(table)
+    for note in result.notes:
+        console.print(f"note: {note}")
+
+
+def _progress(starts: int):
+    from rich.console import Console
+    from rich.progress import Progress
+
+    class Shown(Progress):
+        def __enter__(self):
+            super().__enter__()
+            task = self.add_task("searching", total=starts)
+            return lambda done: self.advance(task, done)
+
+    console = Console(stderr=True)
+    return Shown(console=console, transient=True, disable=not console.is_terminal)
