@@ -20,7 +20,8 @@ def fit(
         int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
     ] = None,
     fixed: Annotated[
-        list[str] | None, typer.Option("--fix", help="Parameter to hold, as name=value; repeatable.")
+        list[str] | None,
+        typer.Option("--fix", help="Parameter to hold, as name=value; may be repeated."),
     ] = None,
     out: Annotated[
         Path | None,

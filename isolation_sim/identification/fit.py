@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
 from math import comb
 from pathlib import Path
 
@@ -108,7 +109,7 @@ def fit(
 
 
 class _Problem:
-    """Least squares over the Bernstein coefficients of the parameters' dependence on the current."""
+    """Least squares over the Bernstein coefficients of the parameters, over the current."""
 
     def __init__(
         self,
@@ -261,7 +262,7 @@ class _Problem:
         n_unknowns = len(best.x)
         variance = float(residual @ residual) / max(len(residual) - n_unknowns, 1)
         variance *= _correlation_length(residual, self.motion.starts)
-        u, s, vt = np.linalg.svd(scaled.T @ scaled)
+        _, s, vt = np.linalg.svd(scaled.T @ scaled)
         kept = s > s[0] * 1e-13
         covariance = (vt[kept].T / s[kept]) @ vt[kept] * variance
         to_values = at_currents * size
@@ -388,7 +389,7 @@ def _correlation_length(residual: NDArray, starts: NDArray) -> float:
     """Factor by which correlated residuals carry less information than as many free ones."""
     total, lags = 0.0, 64
     spectrum = np.zeros(lags)
-    for start, stop in zip(starts[:-1], starts[1:], strict=True):
+    for start, stop in pairwise(starts):
         part = residual[start:stop]
         part = part - part.mean()
         for lag in range(min(lags, len(part))):

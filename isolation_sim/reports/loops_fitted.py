@@ -44,7 +44,7 @@ def fitted_loops(fit: Fit) -> Figure:
             panel.set_ylabel(f"Force ({unit})")
         for panel in panels[len(errors) :]:
             panel.remove()
-        label_outer(panels[: len(errors)], across)
+        label_outer(list(panels[: len(errors)]), across)
         legend(figure, panels[0], "outside upper center")
     return figure
 
@@ -55,6 +55,7 @@ def _draw(panel, error: RunError, scale: float) -> None:
     shown = slice(-min(len(run.time), 1500), None)
     x = 1e3 * run.displacement[shown]
     panel.plot(x, scale * run.force[shown], color="0.65", label="measured")
-    panel.plot(x, scale * error.force[shown], color="black", ls=(0, (3, 1)), lw=0.8, label="modelled")
+    modelled = {"color": "black", "ls": (0, (3, 1)), "lw": 0.8, "label": "modelled"}
+    panel.plot(x, scale * error.force[shown], **modelled)
     held = ", held out" if run.hold_out else ""
     panel.set_title(f"{run.name}\n{100 * error.relative:.1f} %{held}", fontsize=6.5)

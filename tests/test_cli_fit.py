@@ -1,0 +1,93 @@
+"""The command ``isolation-sim fit``, as a user calls it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from isolation_sim import Scenario, law
+from isolation_sim.cli import main
+from isolation_sim.identification.campaign import Campaign, write_campaign
+from isolation_sim.identification.run_table import TestRun
+
+STIFFNESS, DAMPING = {0.0: 2e4, 2.0: 5e4}, 300.0
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    """Sinusoidal tests of a spring and dashpot at two currents, one run held out."""
+    random = np.random.default_rng(0)
+    time = np.arange(0, 4, 1 / 128)
+    runs = []
+    for current, stiffness in STIFFNESS.items():
+        for frequency, hold_out in ((1.0, False), (2.0, False), (3.0, True)):
+            w = 2 * np.pi * frequency
+            x, v = 4e-3 * np.sin(w * time), 4e-3 * w * np.cos(w * time)
+            force = stiffness * x + DAMPING * v + random.normal(0, 1.0, time.size)
+            runs.append(
+                TestRun(
+                    f"{frequency:g}Hz_{current:g}A", time, x, v, force,
+                    np.full(time.size, current), hold_out,
+                )
+            )  # fmt: skip
+    return write_campaign(Campaign("spring", "made for a test", tuple(runs)), tmp_path / "tests")
+
+
+def called(capsys, *arguments):
+    """Exit code, standard output and standard error of a call."""
+    code = 0
+    try:
+        main([str(a) for a in arguments])
+    except SystemExit as end:
+        code = end.code or 0
+    told = capsys.readouterr()
+    return code, told.out, told.err
+
+
+def test_fit_gives_the_numbers_back(campaign, capsys):
+    code, out, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--json")
+    report = json.loads(out)
+    assert code == 0
+    found = {(p["name"], p["current_A"]): p for p in report["parameters"]}
+    for current, stiffness in STIFFNESS.items():
+        assert found["k", current]["low"] < stiffness < found["k", current]["high"]
+        assert found["c", current]["low"] < DAMPING < found["c", current]["high"]
+    assert [r["hold_out"] for r in report["runs"]].count(True) == 2
+    assert report["held_out_error"] < 0.03
+
+
+def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
+    out = tmp_path / "fitted.toml"
+    code, told, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out)
+    assert code == 0
+    assert "pooled" in told
+    device = Scenario.read(out).build().isolated.elements[0].device
+    x, v = np.array([0.001, -0.002]), np.array([0.1, 0.05])
+    expected = law("kelvin_voigt", parameters={"k": 5e4, "c": DAMPING}).force(x, v, (), 2.0)
+    np.testing.assert_allclose(device.force(x, v, (), 2.0), expected, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--law", "kelvin_vogt"], "unknown law 'kelvin_vogt'; did you mean 'kelvin_voigt'?"),
+        (["--law", "kelvin_voigt", "--current-degree", "2"], "need 3 currents; the fitted runs"),
+        (["--law", "kelvin_voigt", "--fix", "q=1"], "unknown parameter of kelvin_voigt 'q'"),
+        (["--law", "kelvin_voigt", "--fix", "k"], "--fix k: accepted: a parameter and a number"),
+    ],
+)
+def test_bad_input_is_one_line(campaign, capsys, arguments, told):
+    code, out, err = called(capsys, "fit", campaign, *arguments)
+    assert code == 2
+    assert out == ""
+    assert told in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_missing_column_names_file_and_column(campaign, capsys):
+    path = campaign / "1Hz_0A.csv"
+    path.write_text(path.read_text().replace("force_N", "weight_N", 1))
+    code, _, err = called(capsys, "fit", campaign, "--law", "kelvin_voigt")
+    assert code == 2
+    assert "1Hz_0A.csv" in err
+    assert "force_N" in err
