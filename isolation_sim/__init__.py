@@ -19,9 +19,14 @@ if TYPE_CHECKING:
     from .comparison import Comparison, json_report
     from .errors import Diverged, InputError
     from .front_door import compare, run_scenario, simulate
+    from .identification.campaign import read_campaign
+    from .identification.fit import fit
+    from .identification.fitted import Fit
+    from .identification.loop_measures import loop_measures
     from .laws import Device, available_laws, available_sets, law
     from .results import read_run, write_run
     from .scenario import Scenario
+    from .simulation.batch import Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
     from .structures import (
@@ -39,10 +44,12 @@ __version__ = "0.1.0"
 
 # one line a name: where it lives
 _HOMES = {
+    "Case": ".simulation.batch",
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Device": ".laws",
     "Diverged": ".errors",
+    "Fit": ".identification.fitted",
     "InputError": ".errors",
     "IsolatedStructure": ".structures",
     "Run": ".simulation.result",
@@ -54,10 +61,13 @@ _HOMES = {
     "available_sets": ".laws",
     "compare": ".front_door",
     "controller": "controllers",
+    "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "json_report": ".comparison",
     "law": ".laws",
+    "loop_measures": ".identification.loop_measures",
+    "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
     "read_run": ".results",
     "reference_building": ".structures",
@@ -65,14 +75,17 @@ _HOMES = {
     "run_scenario": ".front_door",
     "shear_building": ".structures",
     "simulate": ".front_door",
+    "simulate_many": ".simulation.batch",
     "write_run": ".results",
 }
 
 __all__ = [
+    "Case",
     "CoilDriver",
     "Comparison",
     "Device",
     "Diverged",
+    "Fit",
     "InputError",
     "IsolatedStructure",
     "Run",
@@ -84,10 +97,13 @@ __all__ = [
     "available_sets",
     "compare",
     "controller",
+    "fit",
     "from_fixed_base",
     "from_matrices",
     "json_report",
     "law",
+    "loop_measures",
+    "read_campaign",
     "read_matrices",
     "read_run",
     "reference_building",
@@ -95,6 +111,7 @@ __all__ = [
     "run_scenario",
     "shear_building",
     "simulate",
+    "simulate_many",
     "write_run",
 ]
 

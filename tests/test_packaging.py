@@ -75,9 +75,18 @@ def test_commands_of_the_readme_exist(command):
 def test_the_scenario_of_the_readme_builds():
     from isolation_sim import Scenario
 
-    (text,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
-    job = Scenario.from_toml(text).build()
+    scenario, _ = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+    job = Scenario.from_toml(scenario).build()
     assert list(job.controllers) == ["passive_off", "on_off"]
+
+
+def test_the_campaign_of_the_readme_has_the_keys_that_are_read():
+    from isolation_sim.identification import campaign
+
+    _, text = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
+    described = tomllib.loads(text)
+    assert set(described) <= set(campaign._KEYS)
+    assert all(set(run) <= set(campaign._RUN_KEYS) for run in described["run"])
 
 
 def test_the_python_of_the_readme_runs(capsys):
