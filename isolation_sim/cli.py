@@ -17,6 +17,7 @@ from rich.console import Console
 
 from . import __version__, cli_fit
 from .cli_lists import SUBJECTS
+from .cli_studies import studies
 from .errors import Diverged, InputError, unknown_name
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+app.add_typer(studies, name="study")
 _messages = Console(stderr=True, soft_wrap=True, highlight=False)
 
 

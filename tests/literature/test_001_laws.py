@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 from isolation_sim.laws import law
 from isolation_sim.laws.published import TAO_COMPLEX_MODULUS
+from studies.papers.paper_001 import departures
 
 
 @pytest.fixture(scope="module")
@@ -74,26 +75,6 @@ def test_law_is_the_printed_one(steady_loop, current):
     f = np.array([step(*pair) for pair in zip(x, v, strict=True)])
     printed = (1 - d * (x >= 0)) * k * x + f * c * v + theta * z
     np.testing.assert_allclose(force, printed, atol=1e-4 * np.max(np.abs(printed)))
-
-
-def phase_deg(scheme, current):
-    _, frequency, _, k0, k2, c0, c2 = TAO_COMPLEX_MODULUS[scheme]
-    stiffness, damping = (k0, c0) if current == 0 else (k2, c2)
-    return np.degrees(np.arctan2(2 * np.pi * frequency * damping, stiffness))
-
-
-def departures(current):
-    """Phase at 0.5 Hz over that between the same series' 0.1 and 1 Hz rows, in degrees."""
-    share = np.log(5) / np.log(10)
-    found = {}
-    for scheme, (amplitude, frequency, position, *_) in TAO_COMPLEX_MODULUS.items():
-        if frequency == 0.5:
-            low, high = scheme - 1, scheme + 1
-            assert TAO_COMPLEX_MODULUS[low][:3] == (amplitude, 0.1, position)
-            assert TAO_COMPLEX_MODULUS[high][:3] == (amplitude, 1.0, position)
-            between = phase_deg(low, current) * (1 - share) + phase_deg(high, current) * share
-            found[scheme] = phase_deg(scheme, current) - between
-    return found
 
 
 def test_phase_detects_the_corrupt_rows():

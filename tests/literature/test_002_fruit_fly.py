@@ -6,28 +6,10 @@ import numpy as np
 import pytest
 
 from isolation_sim.identification.swarm import force_objective, search
-from isolation_sim.identification.swarm.fruit_fly import fly
 from isolation_sim.laws import law
+from studies.papers.search_002 import RUNS, cosine, flights, shown
 
-RUNS, POPULATION, ITERATIONS = 20_000, 10, 50
 GLOBAL, LOCAL = -21.143447, -6.704658
-
-
-def cosine(smell):
-    x = smell[..., 0]
-    return np.cos(20 * np.pi * x) / x
-
-
-def flights(step, adaptive, starts=None):
-    rng = np.random.default_rng(2)
-    if starts is None:
-        starts = rng.uniform(-10, 10, (RUNS, 1, 2))
-    return fly(cosine, starts, step, ITERATIONS, POPULATION, rng, adaptive)
-
-
-def shown(values, number):
-    """Share of runs that print this number to three decimals."""
-    return np.mean(np.round(values, 3) == number)
 
 
 def test_minima_of_the_cosine_function():

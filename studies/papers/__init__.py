@@ -1,0 +1,1 @@
+"""The four papers' numbers recomputed and their figures redrawn: ``python -m studies.papers``."""

@@ -1,0 +1,276 @@
+"""Yu et al.: hybrid model of the MR elastomer isolator and improved fruit fly optimisation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from isolation_sim.laws import Device, hybrid, law
+from isolation_sim.laws.published import (
+    CURRENTS_A,
+    LI_LI_DAMPING_RATIO,
+    LI_LI_STIFFNESS_N_PER_MM,
+    YU,
+    YU_ALPHA_N,
+    YU_BETA_PER_MM,
+    YU_GAMMA_N,
+    YU_SIGMA_SQUARED_MM2,
+)
+
+from . import search_002
+from .search_002 import FAST
+from .table import Check, Verdict, claim, compare, follows, remark
+
+TITLE = f"002 {YU}"
+TABLES = {
+    "alpha": (YU_ALPHA_N, 1, "N"),
+    "beta": (YU_BETA_PER_MM, 1, "1/mm"),
+    "gamma": (YU_GAMMA_N, 2, "N"),
+    "sigma_squared": (YU_SIGMA_SQUARED_MM2, 0, "mm²"),
+}
+"""Tables 1-4: rows, degree of Eqs 26-29 in the current, unit."""
+
+PRINTED = {
+    "alpha": ("35.42", "9.121"),
+    "beta": ("0.4235", "0.0034"),
+    "gamma": ("5.234", "26.72", "-4.892"),
+    "sigma_squared": ("12.8059",),
+}
+"""Eqs 26-29, ascending powers of the current."""
+
+
+def stiffness_and_energy(device: Device, amplitude: float, current: float) -> tuple[float, float]:
+    """Effective stiffness and energy of a loop of the hybrid law as it is printed.
+
+    Parameters
+    ----------
+    device : Device
+        A hybrid model.
+    amplitude : float, m
+    current : float, A
+
+    Returns
+    -------
+    stiffness, energy : float, N/m and J
+        The stiffness between ends of the same velocity; the energy by quadrature of the thickness.
+    """
+    ends = [device.force(x, FAST, (), current) for x in (amplitude, -amplitude)]
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    x = amplitude * nodes
+    thickness = device.force(x, FAST, (), current) - device.force(x, -FAST, (), current)
+    return (ends[0] - ends[1]) / (2 * amplitude), amplitude * float(weights @ thickness)
+
+
+def checks(short: bool = False) -> list[Check]:
+    """Recompute the paper's numbers.
+
+    Parameters
+    ----------
+    short : bool
+        Whether to search by fewer runs.
+
+    Returns
+    -------
+    list of Check
+    """
+    return [
+        *_polynomials(),
+        *_against_000(),
+        *_tables(),
+        *search_002.checks(short),
+        *_text(),
+    ]
+
+
+def means(name: str) -> np.ndarray:
+    """Average a parameter over the nine conditions.
+
+    Parameters
+    ----------
+    name : str
+        Of ``TABLES``.
+
+    Returns
+    -------
+    numpy.ndarray, shape (4,)
+        By current, in the table's unit.
+    """
+    return np.mean(list(TABLES[name][0].values()), axis=0)
+
+
+def refitted(name: str) -> np.ndarray:
+    """Fit a parameter's means by the paper's polynomial.
+
+    Parameters
+    ----------
+    name : str
+        Of ``TABLES``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Ascending powers of the current, in the table's unit.
+    """
+    return np.polyfit(CURRENTS_A, means(name), TABLES[name][1])[::-1]
+
+
+def _polynomials() -> Iterator[Check]:
+    for k, (name, (_, _, unit)) in enumerate(TABLES.items()):
+        for current, value in zip(CURRENTS_A, means(name), strict=True):
+            yield follows(f"mean {name}, {current:g} A", f"Table {k + 1}", value, unit, "Figure 15")
+        for power, (published, value) in enumerate(zip(PRINTED[name], refitted(name), strict=True)):
+            yield compare(
+                f"{name}, power {power} of the current",
+                f"Eq {26 + k}",
+                published,
+                value,
+                f"{unit}/A^{power}" if power else unit,
+                f"mean of Table {k + 1}, least squares",
+                within=5,
+                otherwise=Verdict.MISPRINT,
+            )
+    for what, row in (
+        ("printed", [float(c) for c in PRINTED["gamma"]]),
+        ("refitted", refitted("gamma")),
+    ):
+        yield follows(
+            f"current of the largest gamma, {what}",
+            "Eq 28",
+            -row[1] / (2 * row[2]),
+            "A",
+            "do not extrapolate beyond",
+        )
+
+
+def against_000() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compare Tables 1-4 and Eqs 26-29 at 1 Hz with Li & Li's measured loops.
+
+    Returns
+    -------
+    stiffness, energy, generalised : numpy.ndarray, shape (3, 4)
+        By amplitude and current: stiffness and energy of the tables over the measured ones, and
+        stiffness of the equations over the measured one.
+    """
+    every = law("hybrid", "generalised_printed")
+    ratios = np.empty((3, 3, 4))
+    for i, (amplitude, row) in enumerate(LI_LI_STIFFNESS_N_PER_MM.items()):
+        x = 1e-3 * amplitude
+        for j, current in enumerate(CURRENTS_A):
+            device = hybrid.condition(amplitude, 1.0, current)
+            stiffness, energy = stiffness_and_energy(device, x, current)
+            measured = 1e3 * row[j]
+            lost = 2 * np.pi * LI_LI_DAMPING_RATIO[amplitude][j] * measured * x**2
+            general, _ = stiffness_and_energy(every, x, current)
+            ratios[:, i, j] = stiffness / measured, energy / lost, general / measured
+    return ratios[0], ratios[1], ratios[2]
+
+
+def _against_000() -> Iterator[Check]:
+    stiffness, energy, general = against_000()
+    for i, (amplitude, row) in enumerate(LI_LI_STIFFNESS_N_PER_MM.items()):
+        for j, current in enumerate(CURRENTS_A):
+            reason = (
+                "same device"
+                if current >= 2
+                else "alpha of 1 A"
+                if current
+                else "alpha of 0 A unusable"
+            )
+            yield compare(
+                f"K_eff, {amplitude:g} mm, 1 Hz, {current:g} A",
+                "000 by Tables 1-2",
+                f"{row[j]:.2f}",
+                row[j] * stiffness[i, j],
+                "N/mm",
+                reason,
+                within=11,
+            )
+    for name, ratios in (("least", energy.min()), ("largest", energy.max())):
+        yield follows(
+            f"energy of a loop over 000's, {name} of 12",
+            "Tables 3-4",
+            ratios,
+            "",
+            "as if 000's ζ were a loss factor",
+        )
+    for i, amplitude in ((0, 2), (2, 8)):
+        for name, ratio in (("least", general[i, 1:].min()), ("largest", general[i, 1:].max())):
+            yield follows(
+                f"K_eff of Eq 30 over 000's, {amplitude} mm, {name}",
+                "Eqs 26-30",
+                ratio,
+                "",
+                "1-3 A; a beta blind to amplitude",
+            )
+
+
+def _tables() -> Iterator[Check]:
+    alpha = np.array(list(YU_ALPHA_N.values())).reshape(3, 3, 4)
+    beta = np.array(list(YU_BETA_PER_MM.values())).reshape(3, 3, 4)
+    keys = list(YU_ALPHA_N)
+    X = np.array(list(LI_LI_STIFFNESS_N_PER_MM))[:, None, None]
+    logarithm = np.log(alpha * np.sinh(beta * X) / X)
+    others = (logarithm.sum(axis=1, keepdims=True) - logarithm) / 2
+    ratio = np.exp(logarithm - others).reshape(9, 4)
+    for key, j in (((2, 4), 0), ((4, 2), 1), ((8, 2), 0), ((4, 4), 1)):
+        k = keys.index(key)
+        where = f"{key[0]} mm, {key[1]} Hz, {j} A"
+        out = not 0.5 < ratio[k, j] < 2
+        yield Check(
+            f"K_eff over that at the other frequencies, {where}",
+            "Tables 1-2",
+            "",
+            float(ratio[k, j]),
+            "",
+            Verdict.CORRUPT if out else Verdict.NOT_PRINTED,
+            f"alpha {alpha.reshape(9, 4)[k, j]:g} N; 2-3 A: {ratio[:, 2:].min():.2f} to "
+            f"{ratio[:, 2:].max():.2f}",
+        )
+    correlations, heights = [], []
+    for amplitude, frequency in keys:
+        for current in CURRENTS_A:
+            device = hybrid.condition(amplitude, frequency, current)
+            a, b, _, sigma2, *_ = device.parameters_at(current)
+            largest = 1e-3 * amplitude
+            x = largest * np.sin(np.linspace(0, 2 * np.pi, 400, endpoint=False))
+            slopes = a * np.sinh(b * x), a * b * x * np.cosh(b * x)
+            scale = np.linalg.norm(slopes[0]) * np.linalg.norm(slopes[1])
+            correlations.append(-(slopes[0] @ slopes[1]) / scale)
+            heights.append(np.exp(-(largest**2) / (2 * sigma2)))
+    yield follows(
+        "correlation of estimated ln alpha, ln beta, median",
+        "Eq 2",
+        np.median(correlations),
+        "",
+        "compare K_eff, never alpha or beta alone",
+    )
+    yield follows("half jump at reversal over gamma, least", "Table 4", min(heights))
+    yield follows("half jump at reversal over gamma, largest", "Table 4", max(heights))
+
+
+def _text() -> Iterator[Check]:
+    yield claim(
+        "the best fly has the largest S",
+        "Eq 13",
+        False,
+        None,
+        "",
+        "prints Max; Figures 7-9 minimise",
+    )
+    yield claim(
+        "rand lies between 0 and 1",
+        "Eqs 8-9",
+        False,
+        None,
+        "",
+        "Figure 8 needs [-1, 1]: it searches -15 to 30, -40 to 0",
+    )
+    yield remark("strain stiffening force", "Eq 23", Verdict.MISPRINT, "alpha x³ for alpha z³")
+    yield remark("LuGre", "Eqs 21-22", Verdict.MISPRINT, "lose a dot")
+    for what, where in (
+        ("RMS errors, convergence, times", "Figures 10-14"),
+        ("random excitation", "Figure 16"),
+        ("parameters as identified", "Tables 1-4"),
+    ):
+        yield remark(what, where, Verdict.NOT_CHECKABLE, "needs the measured force")

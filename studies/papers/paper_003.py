@@ -1,0 +1,260 @@
+"""Linearised Bouc-Wen: dynamic stiffness of an MR elastomer against amplitude, field, frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isolation_sim.laws import linearised_bouc_wen as lbw
+from isolation_sim.laws.published import (
+    LINEARISED,
+    LINEARISED_AMPLITUDES_MM,
+    LINEARISED_FIELDS_T,
+    LINEARISED_FREQUENCIES_HZ,
+)
+from isolation_sim.reports.style import line_styles, new_figure, style
+
+from .loops import finish
+from .table import Check, Verdict, claim, compare, follows, remark
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = f"003 {LINEARISED}"
+
+PRINTED = {
+    "storage": {"A": "1.4147", "B": "3.700", "f": "0.01421", "constant": "5.3376"},
+    "loss": {"A": "-0.825", "B": "0.6469", "f": "0.00109", "constant": "1.017441"},
+}
+"""Coefficients of the printed regressions, N/mm over mm, T, Hz."""
+
+_UNITS = {"A": "N/mm²", "B": "N/(mm T)", "f": "N s/mm", "constant": "N/mm"}
+_PARTS = {"storage": "G_real", "loss": "G_img"}
+
+
+def checks(short: bool = False) -> list[Check]:
+    """Recompute the paper's numbers.
+
+    Parameters
+    ----------
+    short : bool
+        Ignored: all of it takes no time.
+
+    Returns
+    -------
+    list of Check
+    """
+    return [*_regression(), *_table_1(), *_equations(), *_uncheckable()]
+
+
+def _regression() -> Iterator[Check]:
+    found, sound = lbw.regression(), lbw.regression(drop=[lbw.CORRUPT])
+    for part, printed in PRINTED.items():
+        slopes, share = found[part]
+        for name, value in printed.items():
+            yield compare(
+                f"{_PARTS[part]}, {name}",
+                "Eqs 10, 11 (second)",
+                value,
+                slopes[name],
+                _UNITS[name],
+                "all 48 columns, ω = 2πf",
+                within=0.2,
+            )
+        yield follows(f"R² of {_PARTS[part]}", "Table 1", share, "", "not told by the paper")
+    slopes, share = sound["storage"]
+    yield follows(
+        "G_real, A, without the corrupt column",
+        "Table 1",
+        slopes["A"],
+        _UNITS["A"],
+        "one column turns the sign",
+    )
+    yield follows("R² of G_real without it", "Table 1", share)
+    yield claim(
+        "storage grows with amplitude",
+        "Discussion",
+        slopes["A"] > 0,
+        slopes["A"],
+        _UNITS["A"],
+        "only with the corrupt column",
+    )
+    yield claim("storage grows with field", "Discussion", slopes["B"] > 0, slopes["B"], _UNITS["B"])
+    storage = found["storage"][0]
+    yield compare(
+        "amplitude's slope over frequency's",
+        "Discussion",
+        "80",
+        storage["A"] / storage["f"],
+        "mm/s",
+        "of different units: no measure of strength",
+    )
+
+
+def _table_1() -> Iterator[Check]:
+    table = lbw.columns()
+    keys = list(zip(table["field_T"], table["amplitude_mm"], table["frequency_Hz"], strict=True))
+    names = ("C", "k1", "k2", "C_e", "k_e")
+    at = keys.index(lbw.CORRUPT)
+    others = [k for k, key in enumerate(keys) if key[0] == lbw.CORRUPT[0] and k != at]
+    yield compare(
+        "K1, 0.2 T, 0.1 mm, 20 Hz",
+        "Table 1",
+        "0.999958",
+        float(np.median(table["k1"][others])),
+        "N/mm",
+        "computed: median of the same field's others",
+        otherwise=Verdict.CORRUPT,
+    )
+    values = np.column_stack([table[name] for name in names])
+    same = [(a, b) for a in range(48) for b in range(a) if np.array_equal(values[a], values[b])]
+    for a, b in same:
+        where = "{:g} T, {:g} mm, {:g} Hz"
+        yield Check(
+            f"column {where.format(*keys[a])}",
+            "Table 1",
+            "",
+            float(len(same)),
+            "",
+            Verdict.CORRUPT,
+            f"a copy of {where.format(*keys[b])}; copies found",
+        )
+    yield remark(
+        "column 0.4 T, 0.2 mm, 20 Hz",
+        "Table 1",
+        Verdict.CORRUPT,
+        "not among the tests that the text lists; Table 3 has no value",
+    )
+    yield claim(
+        "z is stable in time",
+        "Eq 3, Table 1",
+        bool(np.all(table["k_e"] < 0)),
+        float(np.min(table["k_e"])),
+        "1/s",
+        "smallest K_e: z grows; the law takes -K_e",
+    )
+
+
+def _equations() -> Iterator[Check]:
+    """The printed split against the transfer function from which it is said to follow."""
+    table = lbw.columns()
+    C, k2, C_e, k_e = (table[name] for name in ("C", "k2", "C_e", "k_e"))
+    omega = 2 * np.pi * table["frequency_Hz"]
+    storage = table["k1"] + k2 * omega**2 * C_e / (omega**2 + k2)
+    loss = omega * (C - k2 * k_e * omega * C_e / (k_e + omega**2))
+    for part, printed, equation, why in (
+        ("storage", storage, "Eq 10", "prints ω² + k2 for ω² + ke²"),
+        ("loss", loss, "Eq 11", "prints ke + ω² for ω² + ke², and an ω too many"),
+    ):
+        off = 100 * np.max(np.abs(printed / table[part] - 1))
+        yield Check(
+            f"{_PARTS[part]} as printed, largest error of 48",
+            equation,
+            "",
+            float(off),
+            "%",
+            Verdict.MISPRINT,
+            why,
+        )
+    yield remark("G_eq = G_real + G_img", "Eq 12", Verdict.MISPRINT, "lacks i")
+    yield remark(
+        "fitness", "Eq 13", Verdict.MISPRINT, "denominator F_m - F_m is 0; the mean of F_m is meant"
+    )
+
+
+def _uncheckable() -> Iterator[Check]:
+    reason = "needs the measured loops, which are not published"
+    yield remark("fitness values", "Table 3", Verdict.NOT_CHECKABLE, reason)
+    yield remark("parameters as estimated", "Table 1", Verdict.NOT_CHECKABLE, reason)
+
+
+def figures() -> dict[str, Figure]:
+    """Draw the stiffness against frequency, and the regression.
+
+    Returns
+    -------
+    dict of str to matplotlib.figure.Figure
+        By file name.
+    """
+    return {"003_stiffness": _stiffness(), "003_regression": _regressed()}
+
+
+def _stiffness() -> Figure:
+    table, frequencies = lbw.columns(), np.array(LINEARISED_FREQUENCIES_HZ)
+    shape = (len(LINEARISED_FIELDS_T), len(LINEARISED_AMPLITUDES_MM), len(frequencies))
+    found = lbw.regression()
+    with style():
+        figure = new_figure(7.2, 5.2)
+        panels = figure.subplots(2, 3, sharex=True, sharey="row")
+        for row, part in zip(panels, PRINTED, strict=True):
+            slopes, _ = found[part]
+            for j, (panel, amplitude) in enumerate(zip(row, LINEARISED_AMPLITUDES_MM, strict=True)):
+                lines = line_styles(len(LINEARISED_FIELDS_T), markers=True)
+                for i, (field, line) in enumerate(zip(LINEARISED_FIELDS_T, lines, strict=True)):
+                    stiffness = table[part].reshape(shape)[i, j]
+                    panel.plot(frequencies, stiffness, **line, label=f"{field:g} T, Table 1")
+                    fitted = (
+                        slopes["A"] * amplitude
+                        + slopes["B"] * field
+                        + slopes["f"] * frequencies
+                        + slopes["constant"]
+                    )
+                    panel.plot(
+                        frequencies,
+                        fitted,
+                        **line | {"marker": ""},
+                        lw=0.6,
+                        alpha=0.7,
+                        label="regression, same dashes" if i == 0 else None,
+                    )
+                panel.set(
+                    title=f"{amplitude:g} mm",
+                    xlabel="frequency (Hz)",
+                    ylabel=f"{part} stiffness (N/mm)",
+                )
+                panel.label_outer()
+        finish(figure, panels[0, 0], "Storage and loss stiffness of Table 1, correct split")
+    return figure
+
+
+def _regressed() -> Figure:
+    table, found = lbw.columns(), lbw.regression()
+    inputs = {"A": "amplitude_mm", "B": "field_T", "f": "frequency_Hz"}
+    corrupt = np.all(
+        [
+            table[name] == value
+            for name, value in zip(
+                ("field_T", "amplitude_mm", "frequency_Hz"), lbw.CORRUPT, strict=True
+            )
+        ],
+        axis=0,
+    )
+    with style():
+        figure = new_figure(7.2, 3.6)
+        panels = figure.subplots(1, 2)
+        for panel, part in zip(panels, PRINTED, strict=True):
+            slopes, share = found[part]
+            fitted = slopes["constant"] + np.sum(
+                [slopes[k] * table[n] for k, n in inputs.items()], axis=0
+            )
+            fields = line_styles(len(LINEARISED_FIELDS_T), markers=True)
+            for field, line in zip(LINEARISED_FIELDS_T, fields, strict=True):
+                chosen = (table["field_T"] == field) & ~corrupt
+                panel.plot(
+                    table[part][chosen],
+                    fitted[chosen],
+                    label=f"{field:g} T",
+                    **line | {"linestyle": ""},
+                )
+            panel.plot(table[part][corrupt], fitted[corrupt], "kx", ms=7, label="corrupt column")
+            ends = np.array([np.min(fitted), np.max(fitted)])
+            panel.plot(ends, ends, color="0.4", lw=0.8, label="equal")
+            panel.set(
+                xlabel=f"{part} stiffness of Table 1 (N/mm)",
+                ylabel="by the regression (N/mm)",
+                title=f"{part}, R² = {share:.2f}",
+            )
+        finish(figure, panels[0], "Regression on amplitude, field and frequency")
+    return figure

@@ -1,0 +1,60 @@
+"""The whole study: every paper's numbers and figures, written to a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+from isolation_sim.reports.style import save
+from isolation_sim.results import ResultsFolder, write_table
+
+from . import figures_000, figures_001, figures_002, paper_000, paper_001, paper_002, paper_003
+from .table import Check
+
+PAPERS: dict[str, tuple[ModuleType, ModuleType]] = {
+    "paper_000": (paper_000, figures_000),
+    "paper_001": (paper_001, figures_001),
+    "paper_002": (paper_002, figures_002),
+    "paper_003": (paper_003, paper_003),
+}
+"""By paper: the module with ``TITLE`` and ``checks``, and the one with ``figures``."""
+
+
+def reproduce(
+    out: str | Path = "results/papers",
+    figures: bool = True,
+    short: bool = False,
+    show: Callable[[str, list[Check]], None] = lambda title, checks: None,
+) -> Path:
+    """Recompute every checkable number of the papers and draw their figures.
+
+    Parameters
+    ----------
+    out : str or pathlib.Path
+        Folder to make; one that holds something is left alone and a number is put after its name.
+    figures : bool
+        Whether to draw figures, each as SVG and PNG.
+    short : bool
+        Whether to search by fewer runs.
+    show : callable
+        Is given each paper's title and checks as soon as they are there.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder: a CSV a paper, and ``figures/``.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    """
+    with ResultsFolder(out) as folder:
+        for name, (paper, drawings) in PAPERS.items():
+            checks: list[Check] = paper.checks(short)
+            show(paper.TITLE, checks)
+            write_table([check.record() for check in checks], folder.unfinished / f"{name}.csv")
+            for stem, figure in drawings.figures().items() if figures else ():
+                save(figure, folder.unfinished / "figures", stem)
+    return folder.path

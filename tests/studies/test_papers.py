@@ -1,0 +1,231 @@
+"""The papers reproduced: the study runs, judges by declared verdicts and holds ERRATA's gates."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from isolation_sim.cli import app
+from studies.papers.study import PAPERS, reproduce
+from studies.papers.table import Check, Verdict, compare, layout
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory):
+    """Checks by paper, and the folder of a short run without figures."""
+    found: dict[str, list[Check]] = {}
+    folder = tmp_path_factory.mktemp("study") / "papers"
+    path = reproduce(
+        folder, figures=False, short=True, show=lambda title, rows: found.update({title[:3]: rows})
+    )
+    return found, path
+
+
+# paper, what the row begins with, ERRATA's number, relative tolerance, verdict
+K_000 = {2: (30.05, 50.00, 67.74, 87.48), 4: (31.41, 51.16, 68.67, 88.14),
+         8: (32.94, 53.00, 70.68, 90.05)}  # fmt: skip
+ZETA_000 = {2: (0.168, 0.234, 0.188, 0.141), 4: (0.165, 0.231, 0.187, 0.140),
+            8: (0.184, 0.236, 0.189, 0.141)}  # fmt: skip
+BASE = {
+    "five parameters": ((2, 7.314, 0.203), (4, 13.09, 0.132), (8, 27.97, 0.165)),
+    "four parameters": ((2, 7.318, 0.201), (4, 13.32, 0.110), (8, 37.32, 0.039)),
+}
+GATES = [
+    *[("000", f"K_eff, {a} mm, {i} A", k, 5e-3) for a, row in K_000.items()
+      for i, k in enumerate(row)],
+    *[("000", f"damping ratio, {a} mm, {i} A", k, 5e-3) for a, row in ZETA_000.items()
+      for i, k in enumerate(row)],
+    *[("000", f"K_eff, {name}, {a} mm", k, 1e-3) for name, rows in BASE.items()
+      for a, k, _ in rows],
+    *[("000", f"damping ratio, {name}, {a} mm", z, 1e-2) for name, rows in BASE.items()
+      for a, _, z in rows],
+    ("000", "K_eff, standard solid", 5.318, 1e-3),
+    ("000", "damping ratio, standard solid", 0.276, 5e-3),
+    ("000", "K_eff, Kelvin-Voigt", 0.2, 5e-3),
+    ("000", "damping ratio, Kelvin-Voigt", 31.4, 5e-3),
+    ("000", "integrated over closed", 1.0, 1e-6),
+    ("000", "K_eff missed by", 299, 5e-3),
+    ("000", "static stiffness, 0 A", 13.7, 5e-3),
+    ("000", "K_eff at 4 Hz over 1 Hz", 1.52, 5e-3),
+    ("000", "largest K of the lower branch", 0.367, 3e-3),
+    ("000", "current at which alpha", 5.20, 1e-3),
+    ("000", "current at which c0", 14.99, 1e-3),
+    ("000", "decay rate of z, 8 mm", 17.76, 1e-2),
+    ("000", "decay rate of z, alpha 3", 319, 5e-3),
+    ("000", "more k0 raises", 0.095, 1e-2),
+    ("000", "largest gain of stiffness", 13.3, 5e-3),
+    ("001", "tension, 1 mm, 0.5 Hz, 0 A", 3.037, 1e-3),
+    ("001", "tension, 1 mm, 0.5 Hz, 2 A", 5.535, 1e-3),
+    ("001", "its gain", 82.3, 2e-3),
+    ("001", "compression, 1 mm, 0.1 Hz, 0 A", 3.336, 1e-3),
+    ("001", "compression, 1 mm, 0.1 Hz, 2 A", 5.865, 1e-3),
+    ("001", "stiffness, scheme 2, 0 A", 3.165e6, 1e-3),
+    ("001", "damping, scheme 2, 0 A", 1.346e5, 1e-3),
+    ("001", "stiffness, scheme 2, 2 A", 5.31e6, 2e-3),
+    ("001", "stiffness meant, scheme 2", 5.397e6, 1e-3),
+    ("001", "damping meant, scheme 10", 2.98e5, 1e-3),
+    ("001", "largest gain of damping", 676, 2e-3),
+    ("001", "R1", 32.84, 1e-3),
+    ("002", "alpha, power 1", 8.883, 1e-4),
+    ("002", "alpha, power 0", 35.78, 1e-4),
+    ("002", "beta, power 1", 0.03156, 2e-4),
+    ("002", "beta, power 0", 0.4299, 1e-4),
+    ("002", "gamma, power 2", -4.803, 1e-4),
+    ("002", "gamma, power 1", 26.557, 1e-4),
+    ("002", "gamma, power 0", 5.248, 1e-4),
+    ("002", "sigma_squared, power 0", 12.8058, 1e-5),
+    ("002", "current of the largest gamma, printed", 2.73, 2e-3),
+    ("002", "energy of a loop over 000's, least", 0.34, 2e-2),
+    ("002", "energy of a loop over 000's, largest", 0.55, 1e-2),
+    ("002", "K_eff of Eq 30 over 000's, 2 mm, largest", 0.79, 1e-2),
+    ("002", "K_eff of Eq 30 over 000's, 8 mm, least", 3.2, 1e-2),
+    ("002", "K_eff of Eq 30 over 000's, 8 mm, largest", 4.8, 1e-2),
+    ("002", "least value of the test", -21.143447, 1e-7),
+    ("002", "next minimum", -6.704658, 1e-7),
+    ("002", "adaptive step, runs", 100, 1e-2),
+    ("002", "fixed step 20, runs", 90, 5e-2),
+    ("002", "fixed step 2, runs at -6.705, starts within", 83, 6e-2),
+    ("002", "correlation of estimated", -0.99, 1e-2),
+    ("002", "half jump at reversal over gamma, least", 0.25, 2e-2),
+    ("002", "half jump at reversal over gamma, largest", 0.62, 1e-2),
+    ("003", "G_real, A", 1.4147, 1e-3),
+    ("003", "G_real, B", 3.7001, 1e-3),
+    ("003", "G_real, f", 0.01421, 1e-3),
+    ("003", "G_real, constant", 5.3377, 1e-3),
+    ("003", "G_img, A", -0.8257, 1e-3),
+    ("003", "G_img, B", 0.64736, 1e-3),
+    ("003", "G_img, f", 0.001091, 1e-3),
+    ("003", "G_img, constant", 1.01798, 1e-3),
+    ("003", "R² of G_real", 0.28, 2e-2),
+    ("003", "R² of G_img", 0.04, 5e-2),
+    ("003", "G_real, A, without", -2.39, 2e-3),
+    ("003", "R² of G_real without", 0.76, 1e-2),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("paper", "what", "value", "tolerance"), GATES)
+def test_gates_of_errata(outcome, paper, what, value, tolerance):
+    row = next(check for check in outcome[0][paper] if check.what.startswith(what))
+    assert row.computed == pytest.approx(value, rel=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("paper", "what", "verdict"),
+    [
+        ("000", "K_eff, 2 mm, 0 A", Verdict.NOT_REPRODUCED),
+        ("000", "more k0 raises", Verdict.WRONG),
+        ("000", "loops meet at largest velocity, 8 mm", Verdict.WRONG),
+        ("000", "CC, El Centro", Verdict.NOT_CHECKABLE),
+        ("001", "tension, 1 mm, 0.5 Hz, 2 A", Verdict.WITHIN),
+        ("001", "stiffness, scheme 2, 0 A", Verdict.WITHIN),
+        ("001", "stiffness, scheme 2, 2 A", Verdict.CORRUPT),
+        ("001", "gain of damping, scheme 10", Verdict.CORRUPT),
+        ("001", "largest gain of stiffness", Verdict.WITHIN),
+        ("002", "beta, power 1", Verdict.MISPRINT),
+        ("002", "least value of the test", Verdict.REPRODUCED),
+        ("003", "G_real, A", Verdict.REPRODUCED),
+        ("003", "storage grows with amplitude", Verdict.WRONG),
+        ("003", "K1, 0.2 T", Verdict.CORRUPT),
+    ],
+)
+def test_verdicts_of_errata(outcome, paper, what, verdict):
+    row = next(check for check in outcome[0][paper] if check.what.startswith(what))
+    assert row.verdict is verdict
+
+
+def test_corrupt_rows_of_table_3_are_found(outcome):
+    found = {
+        check.what for check in outcome[0]["001"]
+        if check.what.startswith("departure") and check.verdict is Verdict.CORRUPT
+    }  # fmt: skip
+    assert found == {f"departure of phase, scheme {k}, 2 A" for k in (2, 7, 10, 13, 18)}
+
+
+def test_stiffness_at_2_and_3_A_is_that_of_000(outcome):
+    rows = [
+        check for check in outcome[0]["002"]
+        if check.where == "000 by Tables 1-2" and check.what.endswith(("2 A", "3 A"))
+    ]  # fmt: skip
+    assert len(rows) == 6
+    assert all(check.verdict is Verdict.WITHIN and abs(check.difference) < 11 for check in rows)
+
+
+def test_a_scale_for_each_parameter_identifies_and_the_reciprocal_alone_does_not(outcome):
+    left = {c.what: c.computed for c in outcome[0]["002"] if c.what.startswith("RMS left")}
+    assert left["RMS left by p = 1/D"] > 10
+    assert left["RMS left by p = scale/D"] < 0.01
+
+
+def test_every_verdict_is_declared_and_every_row_is_complete(outcome):
+    found, folder = outcome
+    declared = tuple(verdict.value for verdict in Verdict)
+    assert set(found) == {"000", "001", "002", "003"}
+    for name, checks in found.items():
+        with (folder / f"paper_{name}.csv").open(newline="", encoding="utf-8") as file:
+            written = list(csv.DictReader(file))
+        assert len(written) == len(checks)
+        for row, check in zip(written, checks, strict=True):
+            assert row["verdict"].startswith(declared) and row["what"] and row["where"]
+            assert check.computed is None or math.isfinite(check.computed)
+            assert check.computed is not None or check.reason
+            judged = check.verdict in (Verdict.REPRODUCED, Verdict.NOT_PRINTED, Verdict.WITHIN)
+            assert not judged or check.computed is not None
+
+
+def test_no_two_rows_are_the_same(outcome):
+    for checks in outcome[0].values():
+        rows = [(check.what, check.where, check.computed) for check in checks]
+        assert len(set(rows)) == len(rows)
+
+
+@pytest.mark.parametrize(
+    ("published", "computed", "within", "judgement"),
+    [
+        ("3.14", 3.1449, 0.1, "reproduced"),
+        ("3.14", 3.1451, 0.1, "not reproduced"),
+        ("3.14", 3.1451, 1, "reproduced within 0.2 %"),
+        ("3.115e+06", 3.1154e6, 0.001, "reproduced"),
+        ("-0.825", -0.8257, 0.2, "reproduced within 0.1 %"),
+        ("16", 13.3, 5, "not reproduced"),
+        ("16", 15.6, 0.1, "reproduced"),
+    ],
+)
+def test_judgement_by_the_printed_digits(published, computed, within, judgement):
+    assert compare("", "", published, computed, within=within).judgement == judgement
+
+
+def test_the_table_prints():
+    page = Console(width=170, file=io.StringIO(), record=True)
+    page.print(layout("a paper", [compare("K", "Table 1", "2.0", 2.01, "N/mm", "why")]))
+    text = page.export_text()
+    assert all(word in text for word in ("K", "Table 1", "2.0", "2.01", "+0.50", "reproduced 1"))
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_figures(tmp_path, name):
+    from isolation_sim.reports.style import save
+
+    figures = PAPERS[name][1].figures()
+    assert figures
+    for stem, figure in figures.items():
+        assert stem.startswith(name.removeprefix("paper_"))
+        assert all(path.stat().st_size > 10_000 for path in save(figure, tmp_path, stem))
+        for panel in figure.axes:
+            for axis, side in ((panel.xaxis, "labelbottom"), (panel.yaxis, "labelleft")):
+                assert axis.get_label_text() or not axis.get_tick_params()[side]
+            assert len(panel.lines) > 0
+
+
+def test_command(tmp_path, monkeypatch):
+    monkeypatch.setattr("studies.papers.study.PAPERS", {"paper_003": PAPERS["paper_003"]})
+    out = tmp_path / "papers"
+    for expected in (out, tmp_path / "papers-2"):  # never overwritten
+        result = CliRunner().invoke(app, ["study", "papers", "--out", str(out), "--no-figures"])
+        assert result.exit_code == 0
+        assert "reproduced" in result.stdout and str(expected) in result.stdout.splitlines()[-1]
+        assert [path.name for path in expected.iterdir()] == ["paper_003.csv"]
