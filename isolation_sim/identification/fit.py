@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import replace
 from itertools import pairwise
 from math import comb
@@ -89,7 +90,11 @@ def fit(
     begin = rough.starts(starts, seed)
 
     def search(start: NDArray) -> Optimum:
-        found = rough.minimise(start, most=30, tolerance=1e-5)
+        # a fast state may need more steps a sample to stay finite
+        for n_steps in (2, 8, 32):
+            found = rough.stepped(n_steps).minimise(start, most=30, tolerance=1e-5)
+            if np.isfinite(found.cost) or not law.states:
+                break
         if progress is not None:
             progress(1)
         return found
@@ -207,10 +212,13 @@ class _Problem:
 
     def minimise(self, start: NDArray, most: int, tolerance: float) -> Optimum:
         """Search from one start."""
-        sizes = np.maximum(np.abs(start), 0.1 * self.scale)
-        return levenberg_marquardt(
-            self.residuals, start, self.lower, self.upper, sizes, most, tolerance
-        )
+        return levenberg_marquardt(self.residuals, start, self.lower, self.upper, most, tolerance)
+
+    def stepped(self, n_steps: int) -> _Problem:
+        """Return the same problem with a number of integration steps a sample."""
+        other, s = copy(self), self.simulator
+        other.simulator = Simulator(s.law, s.motion, s.owner, s.power, n_steps)
+        return other
 
     def resolve(self, unknowns: NDArray) -> None:
         """Take as many integration steps a sample as the law needs at these unknowns."""
@@ -220,7 +228,7 @@ class _Problem:
         """Put the outcome together."""
         n, names = len(self.currents), self.law.parameter_names
         rows = self.coefficients(best.x).reshape(len(names), n)
-        runs = self.campaign.runs
+        runs = self.campaign.fitted
         low = min(float(run.current.min()) for run in runs)
         high = max(float(run.current.max()) for run in runs)
         device = Device(
@@ -236,7 +244,7 @@ class _Problem:
             device=device,
             campaign=self.campaign,
             estimates=estimates,
-            errors=self._errors(runs, self.coefficients(best.x)),
+            errors=self._errors(self.campaign.runs, self.coefficients(best.x)),
             notes=notes,
             converged=best.converged,
         )
@@ -247,10 +255,8 @@ class _Problem:
             self.law, motion, self.simulator.owner, self.simulator.power, self.simulator.n_steps
         )
         force = simulator.run(theta, derivatives=False)[0]
-        errors = []
-        for run, start, stop in zip(runs, motion.starts[:-1], motion.starts[1:], strict=True):
-            errors.append(RunError(run, force[start:stop]))
-        return tuple(errors)
+        parts = np.split(force, motion.starts[1:-1])
+        return tuple(RunError(run, part) for run, part in zip(runs, parts, strict=True))
 
     def _estimates(self, best: Optimum) -> tuple[tuple[Estimate, ...], tuple[str, ...]]:
         """Values with 95 % intervals from the curvature; what the data leave open."""
@@ -269,7 +275,8 @@ class _Problem:
         covariance = to_values @ covariance @ to_values.T
         values = at_currents @ best.x
         half = 1.96 * np.sqrt(np.diag(covariance))
-        undirected = np.abs(vt[~kept]).max(axis=0, initial=0.0) > 0.3
+        # whatever basis of the open directions the decomposition has chosen
+        undirected = np.linalg.norm(vt[~kept], axis=0) > 0.3
         at_bound = (best.x <= self.lower) | (best.x >= self.upper)
         loose = (np.abs(at_currents) > 1e-9) @ (undirected | at_bound)
         estimates = []
@@ -296,7 +303,7 @@ class _Problem:
         left = [e.label for e in estimates if not e.determined]
         if left:
             notes.append("the data do not determine " + ", ".join(left))
-        spread = np.sqrt(np.diag(covariance)) + 1e-300
+        spread = np.sqrt(np.diag(covariance)) + 1e-150
         correlation = covariance / np.outer(spread, spread)
         for i in range(len(estimates)):
             for j in range(i):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,6 @@ def levenberg_marquardt(
     start: NDArray,
     lower: NDArray,
     upper: NDArray,
-    scale: NDArray,
     most: int = 100,
     tolerance: float = 1e-10,
 ) -> Optimum:
@@ -61,8 +61,6 @@ def levenberg_marquardt(
         Parameters to start from; moved into the bounds.
     lower, upper : (n,) array
         Bounds.
-    scale : (n,) array
-        Size of a noticeable change of each parameter.
     most : int
         Most steps to try.
     tolerance : float
@@ -75,29 +73,35 @@ def levenberg_marquardt(
     Notes
     -----
     Levenberg's damping in variables scaled by the columns' norms (Marquardt), Nielsen's update of
-    the damping; a parameter on a bound takes part only if the descent leads inwards.
+    the damping; a parameter on a bound takes part only if the descent leads inwards, and one whose
+    step would cross a bound stops there while the others step anew.
     """
     x = np.clip(start, lower, upper)
     residual, jacobian = problem(x, True)
     cost = _cost(residual)
     damping, growth = 1e-3, 2.0
     for iteration in range(1, most + 1):
-        scaled = jacobian * scale
-        if not (np.isfinite(cost) and np.isfinite(scaled).all()):
+        # everything below is in variables that the derivatives' columns make of one size
+        with np.errstate(over="ignore", invalid="ignore"):
+            curvature = jacobian.T @ jacobian
+        if not (isfinite(cost) and np.isfinite(curvature).all()):
             return Optimum(x, np.inf, jacobian, iteration, False)
-        gradient, curvature = scaled.T @ residual, scaled.T @ scaled
-        free = ~(((x <= lower) & (gradient > 0)) | ((x >= upper) & (gradient < 0)))
+        norm = np.sqrt(curvature.diagonal())
+        norm[norm == 0] = 1.0
+        curvature = curvature / norm / norm[:, np.newaxis]
+        gradient = (residual @ jacobian) / norm
+        below, above = (lower - x) * norm, (upper - x) * norm
+        free = ((below < 0) | (gradient <= 0)) & ((above > 0) | (gradient >= 0))
         if not free.any():
             return Optimum(x, cost, jacobian, iteration, True)
-        below, above = (lower - x) / scale, (upper - x) / scale
         while True:
-            moved, clipped = _step(gradient, curvature, free, damping, below, above)
-            predicted = -(gradient @ moved + 0.5 * moved @ curvature @ moved)
+            step, clipped = _step(gradient, curvature, free, damping, below, above)
+            predicted = -float((gradient + 0.5 * (curvature @ step)) @ step)
             if predicted <= tolerance * cost and not clipped:
                 return Optimum(x, cost, jacobian, iteration, True)
             gain = -1.0
             if predicted > 0:
-                trial = np.clip(x + moved * scale, lower, upper)
+                trial = np.minimum(np.maximum(x + step / norm, lower), upper)
                 new_cost = _cost(problem(trial, False)[0])
                 gain = (cost - new_cost) / predicted
             if gain > 0:
@@ -127,15 +131,16 @@ def _step(
 
     Parameters that would leave stop at their bound; the others then step anew.
     """
+    # the floor keeps what the data do not determine solvable
+    damped = curvature + (damping + 1e-13) * np.eye(len(gradient))
+    if free.all():
+        step = np.linalg.solve(damped, -gradient)
+        if ((step >= below) & (step <= above)).all():
+            return step, False
     step, free, clipped = np.zeros_like(gradient), free.copy(), False
-    norm = np.sqrt(np.diag(curvature))
-    norm[norm == 0] = 1.0
     while free.any():
-        inner = curvature[np.ix_(free, free)] / np.outer(norm[free], norm[free])
-        # the floor keeps what the data do not determine solvable
-        inner[np.diag_indices_from(inner)] += damping + 1e-13
-        wanted = -(gradient + curvature @ (step * ~free))[free] / norm[free]
-        step[free] = np.linalg.solve(inner, wanted) / norm[free]
+        wanted = -(gradient + curvature @ (step * ~free))[free]
+        step[free] = np.linalg.solve(damped[np.ix_(free, free)], wanted)
         outside = free & ((step < below) | (step > above))
         if not outside.any():
             break
@@ -145,6 +150,6 @@ def _step(
 
 
 def _cost(residual: NDArray) -> float:
-    with np.errstate(over="ignore", invalid="ignore"):
-        cost = 0.5 * float(residual @ residual)
-    return cost if np.isfinite(cost) else np.inf
+    # unlike @, vdot does not warn of what is not finite
+    cost = 0.5 * float(np.vdot(residual, residual))
+    return cost if isfinite(cost) else np.inf

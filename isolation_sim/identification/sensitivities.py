@@ -71,6 +71,7 @@ class Simulator:
         self._work = (
             np.zeros(max(n, 1)), np.zeros(len(law.parameters)),
             np.zeros((max(n, 1), n_theta)), np.zeros((max(n, 1), n_theta)),
+            np.zeros((max(n, 1), n + len(law.parameters))), np.zeros(n_theta),
         )
 
     def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
@@ -125,7 +126,8 @@ class Simulator:
         while coarse.n_steps < most and self.law.states:
             fine = Simulator(self.law, self.motion, self.owner, self.power, 2 * coarse.n_steps)
             finer = fine.run(theta, derivatives=False)[0]
-            error = np.sqrt(np.mean((finer - force) ** 2) / max(np.mean(finer**2), 1e-300))
+            with np.errstate(all="ignore"):
+                error = np.sqrt(np.mean((finer - force) ** 2) / max(np.mean(finer**2), 1e-300))
             if error < tolerance:
                 return coarse
             coarse, force = fine, finer
@@ -171,9 +173,11 @@ def _text(law: Law) -> str:
         'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy"}\n'
         "inline = njit(forceinline=True, **OPTIONS)",
         function_text(
-            "respond", "x, v, s, parameters",
-            [*unpack, *statements, f"return ({', '.join(results)},)"],
-            doc="Force, and its derivatives by the states and the parameters.",
+            "respond", "x, v, s, parameters, by",
+            [*unpack, *statements,
+             *(f"by[0, {i}] = {value}" for i, value in enumerate(results[1:])),
+             f"return {results[0]}"],
+            doc="Force; by gets its derivatives by the states and the parameters.",
         ),
     ]
     times = ["xa", "va", "xm", "vm", "xb", "vb", "h"]
@@ -196,26 +200,25 @@ def _text(law: Law) -> str:
         by = casadi.jacobian(casadi.vertcat(*new), casadi.vertcat(*s, *p))
         entries = [by[i, j] for i in range(n) for j in range(n + n_parameters)]
         arguments = ", ".join([*times, "s", "parameters"])
-        _, _, statements, results = straight_line(named, new)
+        # parameters are hoisted for their reciprocals: a division costs several products
+        hoisted, _, statements, results = straight_line(named, new, p_names)
         stored = [f"s[{i}] = {value}" for i, value in enumerate(results)]
-        blocks.append(function_text("step_alone", arguments, [*unpack, *statements, *stored]))
-        _, _, statements, results = straight_line(named, [*new, *entries])
-        body = [*unpack, *statements]
-        body += [f"by_{i}_{j} = {results[n + i * (n + n_parameters) + j]}"
-                 for i in range(n) for j in range(n + n_parameters)]
+        body = [*unpack, *hoisted, *statements, *stored]
+        blocks.append(function_text("step_alone", arguments, body))
+        hoisted, _, statements, results = straight_line(named, [*new, *entries], p_names)
+        body = [*unpack, *hoisted, *statements]
+        width = n + n_parameters
+        body += [f"by[{i}, {j}] = {results[n + i * width + j]}"
+                 for i in range(n) for j in range(width)]
         body += ["for k in range(owner.shape[0]):"]
         for i in range(n):
-            terms = " + ".join(f"by_{i}_{j} * slope[{j}, k]" for j in range(n))
-            body.append(f"    new_slope[{i}, k] = {terms}")
-        body.append("    factor = current ** power[k]")
-        for j in range(n_parameters):
-            body.append(f"    {'if' if j == 0 else 'elif'} owner[k] == {j}:")
-            body += [f"        new_slope[{i}, k] += by_{i}_{n + j} * factor" for i in range(n)]
+            terms = " + ".join(f"by[{i}, {j}] * slope[{j}, k]" for j in range(n))
+            body.append(f"    new_slope[{i}, k] = {terms} + by[{i}, {n} + owner[k]] * factor[k]")
         body += [f"    slope[{i}, k] = new_slope[{i}, k]" for i in range(n)]
         body += [f"s[{i}] = {results[i]}" for i in range(n)]
         blocks.append(
             function_text(
-                "step_with_slopes", arguments + ", current, owner, power, slope, new_slope", body
+                "step_with_slopes", arguments + ", owner, factor, slope, new_slope, by", body
             )
         )
     else:
@@ -224,7 +227,7 @@ def _text(law: Law) -> str:
         blocks.append(function_text("step_alone", arguments, nothing))
         blocks.append(
             function_text(
-                "step_with_slopes", arguments + ", current, owner, power, slope, new_slope", nothing
+                "step_with_slopes", arguments + ", owner, factor, slope, new_slope, by", nothing
             )
         )
     # functions must stand before the loop that calls them

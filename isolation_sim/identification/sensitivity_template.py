@@ -8,18 +8,19 @@ step_alone, step_with_slopes, respond) come from the law.
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, moved, slope, new_slope,
-             force, jacobian):
+def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, parameters, slope,
+             new_slope, by, factor, force, jacobian):
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s.
     theta: coefficients, of parameter owner[k] by the power[k]-th power of the current.
-    jacobian may have no rows: then it is left out.
+    jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
     n_theta = theta.shape[0]
     wanted = jacobian.shape[0] > 0
-    parameters = moved[0:N_PARAMETERS]
+    part = 1.0 / n_steps
     for run in range(starts.shape[0] - 1):
+        h, rate = dt[run] * part, 1.0 / dt[run]
         for i in range(N_STATES):
             s[i] = 0.0
             for k in range(n_theta):
@@ -31,35 +32,39 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, moved, 
                 for j in range(N_PARAMETERS):
                     parameters[j] = 0.0
                 for k in range(n_theta):
-                    parameters[owner[k]] += theta[k] * last ** power[k]
-            result = respond(x[sample], v[sample], s, parameters)
-            force[sample] = result[0]
+                    factor[k] = last ** power[k]
+                    parameters[owner[k]] += theta[k] * factor[k]
+            force[sample] = respond(x[sample], v[sample], s, parameters, by)
             if wanted:
                 for k in range(n_theta):
-                    total = result[1 + N_STATES + owner[k]] * last ** power[k]
+                    total = by[0, N_STATES + owner[k]] * factor[k]
                     for i in range(N_STATES):
-                        total += result[1 + i] * slope[i, k]
+                        total += by[0, i] * slope[i, k]
                     jacobian[sample, k] = total
             if N_STATES == 0 or sample + 1 == starts[run + 1]:
                 continue
-            h = dt[run] / n_steps
+            # per interval, so that the cubic needs no division
+            x0, v0 = x[sample], v[sample] * dt[run]
+            x1, v1 = x[sample + 1], v[sample + 1] * dt[run]
             for step in range(n_steps):
-                a, b = step / n_steps, (step + 1) / n_steps
-                m = 0.5 * (a + b)
-                xa, va = cubic(x[sample], v[sample], x[sample + 1], v[sample + 1], dt[run], a)
-                xm, vm = cubic(x[sample], v[sample], x[sample + 1], v[sample + 1], dt[run], m)
-                xb, vb = cubic(x[sample], v[sample], x[sample + 1], v[sample + 1], dt[run], b)
+                a, m, b = step * part, (step + 0.5) * part, (step + 1) * part
+                xa, va = cubic(x0, v0, x1, v1, rate, a)
+                xm, vm = cubic(x0, v0, x1, v1, rate, m)
+                xb, vb = cubic(x0, v0, x1, v1, rate, b)
                 if wanted:
-                    step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, last, owner, power,
-                                     slope, new_slope)
+                    step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor,
+                                     slope, new_slope, by)
                 else:
                     step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
 
 
 @inline
-def cubic(x0, v0, x1, v1, dt, t):
-    """Displacement and velocity on the cubic through both ends, a fraction t between them."""
+def cubic(x0, v0, x1, v1, rate, t):
+    """Displacement and velocity on the cubic through both ends, a fraction t between them.
+
+    v0, v1: velocity times the interval's length; rate: 1 over that length.
+    """
     rise = x1 - x0
-    c2 = 3.0 * rise - dt * (2.0 * v0 + v1)
-    c3 = dt * (v0 + v1) - 2.0 * rise
-    return x0 + t * (dt * v0 + t * (c2 + t * c3)), v0 + t * (2.0 * c2 + t * 3.0 * c3) / dt
+    c2 = 3.0 * rise - (2.0 * v0 + v1)
+    c3 = (v0 + v1) - 2.0 * rise
+    return x0 + t * (v0 + t * (c2 + t * c3)), (v0 + t * (2.0 * c2 + t * 3.0 * c3)) * rate

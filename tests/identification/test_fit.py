@@ -1,0 +1,156 @@
+"""Fits: known parameters come back within their intervals, or the fit says what is left open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from isolation_sim.errors import InputError
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.fit import fit
+from isolation_sim.laws import LAWS
+
+STARTS = 12
+# laws whose coverage is counted over many noises; the others see a few
+MANY, FEW = 24, 3
+COUNTED = ("kelvin_voigt", "maxwell", "strain_stiffening", "dahl")
+
+
+def fitted(name, campaign, held, **options):
+    options = {"current_degree": 1, "fixed": held.get(name), "starts": STARTS, "threads": 1} | (
+        options
+    )
+    return fit(campaign, name, **options)
+
+
+def fewest(n, share=0.95, risk=1e-4):
+    """As few successes as chance may leave of n tries."""
+    return int(binom.ppf(risk, n, share))
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_known_parameters_come_back_within_their_intervals(name, campaign_of, held, true_value):
+    covered = {}
+    for seed in range(MANY if name in COUNTED else FEW):
+        result = fitted(name, campaign_of(name, seed), held)
+        assert result.converged
+        assert result.error == pytest.approx(0.01, rel=0.1)
+        for e in result.estimates:
+            truth = true_value(name, e.name, e.current)
+            # ten half-widths off is no accident
+            assert abs(e.value - truth) < 5 * (e.high - e.low) + 1e-3 * abs(truth), e.label
+            covered.setdefault(e.label, []).append(e.low <= truth <= e.high)
+    rates = [hit for hits in covered.values() for hit in hits]
+    # the parameters of one noise are not independent: their number counts as its square root
+    independent = len(next(iter(covered.values()))) * int(np.sqrt(len(covered)))
+    assert np.mean(rates) * independent >= fewest(independent)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_data_determine_the_numbers(name, campaign_of, held):
+    result = fitted(name, campaign_of(name, 0), held)
+    assert [e.label for e in result.estimates if not e.determined] == []
+
+
+@pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen", "linearised_bouc_wen"])
+def test_redundant_parameters_are_named_unless_one_is_held(name, campaign_of, held):
+    fixed = {k: v for k, v in held.get(name, {}).items() if k == "n"}
+    result = fitted(name, campaign_of(name, 0), {}, fixed=fixed)
+    assert result.error == pytest.approx(0.01, rel=0.1)
+    redundant = {
+        "bouc_wen": {"alpha", "A", "beta", "gamma"},
+        "improved_bouc_wen": {"alpha", "theta", "beta", "gamma"},
+        "linearised_bouc_wen": {"k2", "C_e"},
+    }[name]
+    assert {e.name for e in result.estimates if not e.determined} == redundant
+    assert any(note.startswith("the data do not determine") for note in result.notes)
+
+
+def test_what_the_motion_does_not_excite_is_named(campaign_of, held):
+    runs = []
+    for run in campaign_of("standard_solid", 0).runs:
+        # a linear device in a motion too small for a cubic spring to be felt
+        small = {"displacement": 0.01 * run.displacement, "velocity": 0.01 * run.velocity}
+        runs.append(replace(run, force=0.01 * run.force, **small))
+    result = fitted("four_parameter", Campaign("small", "made", runs), held)
+    assert {e.name for e in result.estimates if not e.determined} == {"alpha"}
+
+
+def test_held_out_runs_never_influence_the_fit(campaign_of, held):
+    kept, other = campaign_of("kelvin_voigt", 0), campaign_of("kelvin_voigt", 1)
+    spoilt = replace(other.runs[0], name="spoilt", force=-50 * other.runs[0].force, hold_out=True)
+    with_it = Campaign("same", "made", (*kept.runs, spoilt))
+    alone = fitted("kelvin_voigt", Campaign("same", "made", kept.runs), held)
+    together = fitted("kelvin_voigt", with_it, held)
+    assert together.estimates == alone.estimates
+    assert together.error == alone.error
+    assert together.held_out_error > 0.9 and np.isnan(alone.held_out_error)
+    assert [e.run.name for e in together.errors] == ["run0", "run1", "spoilt"]
+
+
+def test_the_same_seed_gives_the_same_fit(campaign_of, held):
+    campaign = campaign_of("dahl", 0)
+    one, two = (fitted("dahl", campaign, held, threads=n) for n in (1, 2))
+    assert one.estimates == two.estimates
+
+
+def test_fixed_parameters_stay_and_constants_need_no_current(campaign_of, held):
+    campaign = campaign_of("kelvin_voigt", 0)
+    result = fitted("kelvin_voigt", campaign, held, fixed={"c": 900.0}, current_degree=0)
+    assert result.device.parameters_at(1.0)[1] == pytest.approx(900.0)
+    assert [e.label for e in result.estimates] == ["k"]
+    assert not result.device.depends_on_current
+
+
+def test_the_fitted_device_reproduces_the_runs(campaign_of, held, reference_force):
+    result = fitted("maxwell", campaign_of("maxwell", 0), held)
+    from scipy.interpolate import CubicHermiteSpline
+
+    for error in result.errors:
+        run = error.run
+        cubic = CubicHermiteSpline(run.time, run.displacement, run.velocity)
+        parameters = result.device.parameters_at(run.current[0])
+        force = reference_force(LAWS["maxwell"], parameters, cubic, cubic.derivative(), run.time)
+        np.testing.assert_allclose(error.force, force, atol=1e-5 * np.abs(force).max())
+
+
+def test_progress_counts_the_starts(campaign_of, held):
+    seen = []
+    fitted("linear", campaign_of("linear", 0), held, starts=5, progress=seen.append)
+    assert sum(seen) == 5
+
+
+@pytest.mark.parametrize(
+    ("law", "options", "message"),
+    [
+        ("kelvin_voigt", {"current_degree": 2}, "degree 2 in the current need 3 currents"),
+        ("kelvin_voigt", {"current_degree": -1}, "degree -1"),
+        ("kelvin_voight", {}, "kelvin_voigt"),
+        ("kelvin_voigt", {"fixed": {"kk": 1.0}}, "parameter of kelvin_voigt"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(law, options, message, campaign_of, held):
+    campaign = campaign_of("kelvin_voigt", 0)
+    with pytest.raises(InputError, match=message) as caught:
+        fitted(law, campaign, held, **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_motionless_data_are_refused(campaign_of):
+    campaign = campaign_of("kelvin_voigt", 0)
+    still = np.zeros_like(campaign.runs[0].displacement)
+    with pytest.raises(InputError, match="displacement: the same number throughout"):
+        replace(campaign.runs[0], displacement=still)
+    runs = [replace(run, velocity=still) for run in campaign.runs]
+    with pytest.raises(InputError, match="velocity or force is zero throughout") as caught:
+        fit(Campaign("still", "made", runs), "kelvin_voigt", threads=1)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_campaign_all_held_out_is_refused(campaign_of):
+    runs = [replace(run, hold_out=True) for run in campaign_of("linear", 0).runs]
+    with pytest.raises(InputError, match="all with hold_out"):
+        fit(Campaign("held", "made", runs), "linear")

@@ -1,0 +1,105 @@
+"""The compiled simulation under measured motion, and its derivatives, law by law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+from isolation_sim.identification.sensitivities import Motion, Simulator
+from isolation_sim.laws import LAWS
+
+N = 161
+
+
+def motion_along(wave, currents=(0.5, 2.0)):
+    """One run a current, at 5 ms."""
+    time = 0.005 * np.arange(N)
+    k = len(currents)
+    return Motion(
+        starts=N * np.arange(k + 1),
+        displacement=np.tile(wave.displacement(time), k),
+        velocity=np.tile(wave.velocity(time), k),
+        current=np.repeat(currents, N),
+        dt=np.full(k, 0.005),
+    )
+
+
+def simulator_of(name, numbers, motion, n_steps):
+    """Simulator with two powers of the current a parameter, and its coefficients."""
+    law = LAWS[name]
+    owner = np.repeat(np.arange(len(law.parameters)), 2)
+    power = np.tile([0, 1], len(law.parameters))
+    theta = np.concatenate([numbers[name][q.name] for q in law.parameters])
+    return Simulator(law, motion, owner, power, n_steps), theta
+
+
+def relative(difference, reference):
+    return np.sqrt(np.mean(difference**2) / np.mean(reference**2))
+
+
+def test_numbers_for_every_registered_law(numbers):
+    assert set(numbers) == set(LAWS)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_force_is_that_of_an_independent_integration(name, numbers, wave, reference_force):
+    motion = motion_along(wave)
+    simulator, theta = simulator_of(name, numbers, motion, n_steps=16)
+    force, none = simulator.run(theta, derivatives=False)
+    assert none.shape == (0, len(theta))
+    time = 0.005 * np.arange(N)
+    cubic = CubicHermiteSpline(time, motion.displacement[:N], motion.velocity[:N])
+    for k, current in enumerate((0.5, 2.0)):
+        parameters = theta.reshape(-1, 2) @ [1.0, current]
+        exact = reference_force(LAWS[name], parameters, cubic, cubic.derivative(), time, 1e-10)
+        assert relative(force[k * N : (k + 1) * N] - exact, exact) < 1e-6
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_derivatives_are_those_of_the_simulated_force(name, numbers, wave):
+    simulator, theta = simulator_of(name, numbers, motion_along(wave), n_steps=2)
+    force, jacobian = simulator.run(theta)
+    np.testing.assert_allclose(force, simulator.run(theta, derivatives=False)[0], rtol=1e-12)
+    for k in range(len(theta)):
+        # a power's size is its parameter's, where the coefficient itself is zero
+        step = np.zeros_like(theta)
+        step[k] = 1e-4 * np.max(np.abs(theta[k - k % 2 : k - k % 2 + 2]))
+
+        def shifted(times, step=step):
+            return simulator.run(theta + times * step, derivatives=False)[0]
+
+        slope = (8 * (shifted(1) - shifted(-1)) - (shifted(2) - shifted(-2))) / (12 * step[k])
+        off = np.abs(slope - jacobian[:, k]) / np.sqrt(np.mean(jacobian[:, k] ** 2))
+        # where a difference straddles a corner of the law it is none of the derivative
+        assert np.quantile(off, 0.98) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["strain_stiffening", "bouc_wen", "linear"])
+def test_runs_do_not_influence_each_other(name, numbers, wave):
+    both, theta = simulator_of(name, numbers, motion_along(wave), n_steps=2)
+    alone, _ = simulator_of(name, numbers, motion_along(wave, currents=(2.0,)), n_steps=2)
+    for whole, part in zip(both.run(theta), alone.run(theta), strict=True):
+        np.testing.assert_array_equal(whole[N:], part)
+
+
+def test_steps_are_taken_as_the_law_needs_them(numbers, wave):
+    motion = motion_along(wave)
+    coarse, theta = simulator_of("bouc_wen", numbers, motion, n_steps=1)
+    reference = simulator_of("bouc_wen", numbers, motion, n_steps=64)[0].run(theta)[0]
+    for tolerance in (1e-3, 1e-5):
+        resolved = coarse.resolved(theta, tolerance)
+        assert relative(resolved.run(theta)[0] - reference, reference) < tolerance
+    assert coarse.resolved(theta, 1e-6).n_steps > coarse.n_steps
+    linear, theta = simulator_of("linear", numbers, motion, n_steps=1)
+    assert linear.resolved(theta).n_steps == 1
+
+
+def test_a_copy_gives_the_same_and_shares_no_workspace(numbers, wave):
+    simulator, theta = simulator_of("maxwell", numbers, motion_along(wave), n_steps=2)
+    force, jacobian = simulator.run(theta)
+    copy = simulator.copy()
+    copy.run(2 * theta)
+    again = simulator.run(theta)
+    np.testing.assert_array_equal(force, again[0])
+    np.testing.assert_array_equal(jacobian, again[1])
