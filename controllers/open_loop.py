@@ -70,8 +70,8 @@ class OpenLoop(Controller):
         self._time, self._current = self.commands(situation)
 
     def schedule(self, situation: Situation) -> Schedule:
-        """All commands."""
-        return Schedule(*self.commands(situation))
+        """All commands, as worked out in ``reset``."""
+        return Schedule(self._time, self._current)
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Look the command up that holds at this instant."""
@@ -89,5 +89,6 @@ class Held(OpenLoop):
 
     def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
         """One command, from the start."""
-        current = np.broadcast_to(np.asarray(self.held(situation), float), situation.low.shape)
-        return np.zeros(1), np.array(current[None])
+        current = np.empty((1, len(situation.low)))
+        current[0] = self.held(situation)
+        return np.zeros(1), current

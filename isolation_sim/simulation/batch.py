@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -24,6 +25,9 @@ from .run import check_options, prepared, simulate
 
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
+
+_memory = threading.local()
+"""A thread's large arrays, used for one block after another."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,7 @@ def simulate_many(
     def run_block(block: list[int]) -> None:
         filled = block + [block[-1]] * (LANES - len(block))
         plan = Plan([lanes[k] for k in filled], sensors, computation_delay)
-        work = plan.workspace(tolerance, clamp, record_steps=False)
+        work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
         work.march()
         criteria = summary(plan, work)
         for lane, k in enumerate(block):

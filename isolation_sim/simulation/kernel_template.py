@@ -616,7 +616,7 @@ def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_direc
     """
     n_modes, n_pad, n_windows = info[1], info[2], info[4]
     n_motion, per_block = -(-2 * N_ELEMENTS // 8), 8 // n_directions
-    n_wanted = peak.shape[0]
+    n_wanted = peak.shape[0] // LANES
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
     row = 2 * n_pad
     for e in range(N_ELEMENTS):
@@ -638,15 +638,9 @@ def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_direc
                 add_rows(inputs, 8 * block, motion_rows, at + 8 * n_modes, z, point * row + n_pad,
                          1, n_modes)
             for e in range(N_ELEMENTS):
-                c = channel[e]
+                c, base = channel[e], e * STRIDE
+                changed = 0
                 for lane in range(LANES):
-                    w[(e * STRIDE + SLOT_D_END) * LANES + lane] = inputs[2 * e * LANES + lane]
-                    w[(e * STRIDE + SLOT_V_END) * LANES + lane] = inputs[(2 * e + 1) * LANES + lane]
-                    for k in range(N_STATES):
-                        at = (point * N_ELEMENTS + e) * N_STATES + k
-                        w[(e * STRIDE + SLOT_START[KIND[e]] + k) * LANES + lane] = (
-                            states[at * LANES + lane]
-                        )
                     current = coil_history[window, c, lane]
                     if current != command[first, c, lane]:
                         current = coil_current(current, command[first, c, lane], driver[c, 0, lane],
@@ -655,9 +649,18 @@ def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_direc
                     if current != applied[e, lane]:
                         applied[e, lane] = current
                         going[lane] = 1
+                        changed = 1
                         set_parameters(e, lane, 0, current, law_table, law_breaks,
                                        law_shape[e, 0], law_shape[e, 1], w)
-                prepare_held(e, w, e * STRIDE * LANES, going)
+                if changed:
+                    prepare_held(e, w, base * LANES, going)
+                for k in range(LANES):
+                    w[(base + SLOT_D_END) * LANES + k] = inputs[2 * e * LANES + k]
+                    w[(base + SLOT_V_END) * LANES + k] = inputs[(2 * e + 1) * LANES + k]
+                at = (point * N_ELEMENTS + e) * N_STATES * LANES
+                start = (base + SLOT_START[KIND[e]]) * LANES
+                for k in range(N_STATES * LANES):
+                    w[start + k] = states[at + k]
                 for lane in range(LANES):
                     going[lane] = 1
                 probe(e, w, e * STRIDE * LANES, going)
@@ -674,12 +677,20 @@ def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_direc
                 add_rows(inputs, 0, quantity_rows, at, forces, 0, 1, N_ELEMENTS)
                 at += 8 * N_ELEMENTS
                 add_rows(inputs, 0, quantity_rows, at, ground, point * N_GROUND, 1, N_GROUND)
-                for r in range(min(per_block, n_wanted - block * per_block)):
-                    number = block * per_block + r
-                    for lane in range(LANES):
-                        square = 0.0
-                        for direction in range(n_directions):
-                            value = inputs[(r * n_directions + direction) * LANES + lane]
-                            square += value * value
-                        peak[number, lane] = max(peak[number, lane], square)
-                        total[number, lane] += weights[point] * square
+                number = block * per_block
+                n_here = min(per_block, n_wanted - number)
+                for direction in range(1, n_directions):
+                    for r in range(n_here):
+                        for lane in range(LANES):
+                            a = inputs[r * n_directions * LANES + lane]
+                            b = inputs[(r * n_directions + direction) * LANES + lane]
+                            inputs[r * n_directions * LANES + lane] = np.sqrt(a * a + b * b)
+                if n_directions > 1:
+                    for r in range(n_here):
+                        for lane in range(LANES):
+                            inputs[r * LANES + lane] = inputs[r * n_directions * LANES + lane]
+                weight = weights[point]
+                for k in range(n_here * LANES):
+                    square = inputs[k] * inputs[k]
+                    peak[number * LANES + k] = max(peak[number * LANES + k], square)
+                    total[number * LANES + k] += weight * square

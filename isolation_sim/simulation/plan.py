@@ -189,7 +189,10 @@ class Plan:
             )
         else:
             self.tables = Tables.empty(self.module, self.modes, self.grid)
-        self.ground = np.stack([self._ground(lane) for lane in lanes], axis=2)
+        if all(lane.records is first.records or lane.records == first.records for lane in lanes):
+            self.ground = np.repeat(self._ground(first)[..., None], len(lanes), axis=2)
+        else:
+            self.ground = np.stack([self._ground(lane) for lane in lanes], axis=2)
 
     def _ground(self, lane: Lane) -> NDArray:
         time, records = self.grid.time, lane.records
@@ -221,7 +224,13 @@ class Plan:
             memory=np.array([c.memory if c else [] for c in compiled], float),
         )
 
-    def workspace(self, tolerance: float, clamp: bool, record_steps: bool) -> Workspace:
+    def workspace(
+        self,
+        tolerance: float,
+        clamp: bool,
+        record_steps: bool,
+        buffers: dict[str, NDArray] | None = None,
+    ) -> Workspace:
         """Arrays for the kernel.
 
         Parameters
@@ -232,6 +241,8 @@ class Plan:
             Whether a command outside the driver's limits is clamped and counted, or ends the run.
         record_steps : bool
             Whether every step is kept for the energy ledger (one lane only).
+        buffers : dict of str to array, optional
+            Memory to use again.
 
         Returns
         -------
@@ -262,6 +273,7 @@ class Plan:
             least_force=np.array([1e-5 * lane.isolated.structure.total_mass for lane in lanes]),
             clamp=clamp,
             record_steps=record_steps,
+            buffers=buffers,
         )
 
     def fate(self, work: Workspace, lane: int) -> InputError | Diverged | None:

@@ -152,6 +152,8 @@ class Workspace:
         Whether a command outside the driver's limits is clamped and counted, or ends the run.
     record_steps : bool
         Whether every step's forces and states at the nodes are kept (one lane only).
+    buffers : dict of str to array, optional
+        Memory to use again; what an earlier workspace left in it is overwritten.
     """
 
     module: ModuleType
@@ -170,6 +172,7 @@ class Workspace:
     least_force: NDArray
     clamp: bool
     record_steps: bool
+    buffers: dict[str, NDArray] | None = None
     measured: NDArray = field(init=False)
     z: NDArray = field(init=False)
     states: NDArray = field(init=False)
@@ -191,10 +194,11 @@ class Workspace:
             [0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance]
         )
         # one row behind the last point is scratch for steps inside a grid interval
-        self.z = np.empty((n_points + 2) * 2 * n_pad * lanes)
+        self.z = self._big("z", ((n_points + 2) * 2 * n_pad * lanes,))
         self.z[: 2 * n_pad * lanes] = 0.0
         self.z[n_points * 2 * n_pad * lanes :] = 0.0
-        self.states = np.zeros((n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
+        self.states = self._big("states", (n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
+        self.states[0] = 0.0
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
         rows = (self.measured, sensing.settings, sensing.memory, self.chosen)
         # the last channel, of elements that no coil drives, is none of a controller's business
@@ -216,6 +220,14 @@ class Workspace:
         self.step_count = np.zeros(1, np.int64)
         self._work = self._scratch(n_modes)
         self._laws = self._law_tables()
+
+    def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
+        """Array that is written before it is read; an earlier run's where that may be used again."""
+        if self.buffers is None:
+            return np.empty(shape)
+        if name not in self.buffers or self.buffers[name].shape != shape:
+            self.buffers[name] = np.empty(shape)
+        return self.buffers[name]
 
     def _scratch(self, n_modes: int) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES
@@ -301,5 +313,5 @@ class Workspace:
             n_directions, self.ground.ravel(), self.z, self.states.ravel(), self.command,
             self.coil_history, self.driver, *self._laws, self.channel, inputs,
             np.zeros(module.N_ELEMENTS * module.LANES), work["w"], work["applied"], work["going"],
-            peak, total,
+            peak.ravel(), total.ravel(),
         )

@@ -51,7 +51,7 @@ def test_stays_within_the_limits(isolated, record):
 def test_refusals(isolated):
     best = controller("best_constant")
     with pytest.raises(InputError, match="has not searched yet"):
-        best.schedule(situation_of(best, isolated))
+        best.reset(situation_of(best, isolated))
     with pytest.raises(InputError, match="criterion is 'peak'; accepted: 'weighted_peak' or"):
         controller("best_constant", criterion="peak")
     narrow = controller("best_constant", lowest=2, highest=1)
