@@ -222,29 +222,39 @@ class Workspace:
         self._laws = self._law_tables()
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
-        """Array that is written before it is read; an earlier run's where that may be used again."""
+        """Array that is written before it is read; an earlier run's where that may be reused."""
         if self.buffers is None:
             return np.empty(shape)
         if name not in self.buffers or self.buffers[name].shape != shape:
             self.buffers[name] = np.empty(shape)
         return self.buffers[name]
 
+    def _lanes(self) -> list[tuple[int, slice]]:
+        """Lanes with one plant, as its first lane and all of them: all, or each by itself."""
+        first = self.devices[0]
+        alike = all(m is self.modes[0] for m in self.modes) and all(
+            a is b for devices in self.devices for a, b in zip(devices, first, strict=True)
+        )
+        if alike:
+            return [(0, slice(None))]
+        return [(k, slice(k, k + 1)) for k in range(self.module.LANES)]
+
     def _scratch(self, n_modes: int) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES
         w = np.zeros((module.N_ELEMENTS, module.STRIDE, lanes))
-        for lane in range(lanes):
+        for lane, alike in self._lanes():
             for e, device in enumerate(self.devices[lane]):
-                w[e, module.SLOT_K_REF, lane] = self.modes[lane].stiffness[e]
-                w[e, module.SLOT_C_REF, lane] = self.modes[lane].damping[e]
+                w[e, module.SLOT_K_REF, alike] = self.modes[lane].stiffness[e]
+                w[e, module.SLOT_C_REF, alike] = self.modes[lane].damping[e]
                 # scales begin at a ten-thousandth of what the device was tested to
                 small = 1e-4 * device.deformation_scale / device.length
                 force = small * self.modes[lane].stiffness[e]
-                w[e, module.SLOT_FORCE_SCALE, lane] = 1.0 / max(
+                w[e, module.SLOT_FORCE_SCALE, alike] = 1.0 / max(
                     force, self.least_force[lane] / device.force_scale
                 )
-                w[e, module.SLOT_TO_STRUCTURE, lane] = device.force_scale
+                w[e, module.SLOT_TO_STRUCTURE, alike] = device.force_scale
                 scale = module.SLOT_SCALE[module.KIND[e]]
-                w[e, scale : scale + len(device.law.states), lane] = 1.0 / small
+                w[e, scale : scale + len(device.law.states), alike] = 1.0 / small
         flags = {k: np.zeros(lanes, np.int64) for k in ("hold", "active", "going", "todo")}
         names = ("last", "previous", "contraction", "defects", "errors", "worst")
         floats = {k: np.zeros(lanes) for k in names}
@@ -265,17 +275,17 @@ class Workspace:
     def _law_tables(self) -> tuple[NDArray, NDArray, NDArray]:
         """Current dependence of every element and lane, padded to one shape."""
         lanes = self.module.LANES
-        tables = [[d.current for d in devices] for devices in self.devices]
-        shapes = np.array([[t.coefficients.shape for t in row] for row in tables])
-        pieces, parameters, n_powers = shapes.max(axis=(0, 1))
+        # lanes go side by side only if their dependences have the same shapes
+        shapes = np.array([d.current.coefficients.shape for d in self.devices[0]])
+        pieces, parameters, n_powers = shapes.max(axis=0)
         table = np.zeros((self.module.N_ELEMENTS, pieces, parameters, n_powers, lanes))
         breaks = np.full((self.module.N_ELEMENTS, pieces + 1, lanes), np.inf)
-        for lane, row in enumerate(tables):
-            for e, dependence in enumerate(row):
-                a, b, c = dependence.coefficients.shape
-                table[e, :a, :b, :c, lane] = dependence.coefficients
-                breaks[e, : a + 1, lane] = dependence.breaks
-        return table, breaks, np.ascontiguousarray(shapes[0][:, [0, 2]])
+        for lane, alike in self._lanes():
+            for e, device in enumerate(self.devices[lane]):
+                a, b, c = shapes[e]
+                table[e, :a, :b, :c, alike] = device.current.coefficients[..., None]
+                breaks[e, : a + 1, alike] = device.current.breaks[:, None]
+        return table, breaks, np.ascontiguousarray(shapes[:, [0, 2]])
 
     def march(self) -> int:
         """Integrate on, until the kernel stops; returns its status."""
@@ -285,9 +295,8 @@ class Workspace:
             status = module.march(
                 self.info, self.settings, self.deformation_limit, grid.windows, grid.spans,
                 self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes,
-                self.tables.table,
-                self.tables.built, work["phi"], work["integral"], self.sensing.measure,
-                self.sensing.noise, self.measured, self.chosen, self.sensing.decided,
+                self.tables.table, self.tables.built, work["phi"], work["integral"],
+                self.sensing.measure, self.sensing.noise, self.measured, self.chosen, self.sensing.decided,
                 self.sensing.measured_for, self._addresses, self.command, self.driver,
                 law_table, law_breaks, law_shape, self.channel, self.z, self.states.ravel(),
                 self.levels, work["w"], work["w_saved"], self.coil,
