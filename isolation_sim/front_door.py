@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import controllers as registry
 from ground_motions import Record
 
-from .comparison import Comparison
 from .errors import InputError
-from .scenario import Scenario
 from .simulation.control import Control
 from .simulation.result import Run
 from .structures import IsolatedStructure
+
+if TYPE_CHECKING:
+    from .comparison import Comparison
+    from .scenario import Scenario
 
 
 def simulate(
@@ -86,6 +88,8 @@ def compare(
     Diverged
         If a response leaves the range of numbers or of the law; with the time and the cause.
     """
+    from .comparison import Comparison
+
     if isinstance(controllers, Mapping):
         named = {name: _controller(each) for name, each in controllers.items()}
     else:
@@ -126,6 +130,9 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
         If a response leaves the range of numbers or of the law; with the controller, the time and
         the cause.
     """
+    from .comparison import Comparison
+    from .scenario import Scenario
+
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)
     job = scenario.build()

@@ -37,6 +37,7 @@ _SOURCES = (
     TEMPLATE, Path(__file__), Path(element_code.__file__), Path(emit.__file__),
     Path(__file__).with_name("vector.py"), Path(__file__).with_name("foreign_call.py"),
 )
+_used: set[str] = set()
 _loaded: dict[tuple, ModuleType] = {}
 
 
@@ -183,8 +184,9 @@ def import_text(name: str, text: str | None) -> ModuleType:
 @contextmanager
 def compiling(module: ModuleType) -> Iterator[None]:
     """Say that the first run compiles, if the kernel is neither loaded nor in the cache."""
-    if not module.march.signatures and not _is_cached(module):
+    if module.__name__ not in _used and not _is_cached(module):
         print("compiling the simulation kernel for this law (once; about 8 s) ...", file=sys.stderr)
+    _used.add(module.__name__)
     yield
 
 
