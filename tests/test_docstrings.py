@@ -24,7 +24,13 @@ OFFERING = (
     "controllers",
     "ground_motions",
 )
-GENERATED = ("isolation_sim.simulation.kernel_template", "isolation_sim.simulation.element_code")
+# text that the kernel's generator completes, and the generator of an element's text
+GENERATED = (
+    *(f"isolation_sim.simulation.kernel_{part}_template"
+      for part in ("tables", "step", "control", "march", "summary")),
+    "isolation_sim.identification.sensitivity_template",
+    "isolation_sim.simulation.element_code",
+)
 
 PHYSICAL = re.compile(
     r"(^|_)(mass|stiffness|damping|dt|period|duration|time|delay|lag|slew|current|force|velocity|"

@@ -8,7 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
 from itertools import pairwise
-from math import comb
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ from ..laws import law as published
 from ..laws.law import Law, Quantity
 from ..laws.registry import LAWS
 from .campaign import Campaign, read_campaign
+from .current_basis import bernstein, currents_of
 from .fitted import Estimate, Fit, RunError
 from .least_squares import Optimum, levenberg_marquardt
 from .magnitudes import magnitude
@@ -129,10 +129,10 @@ class _Problem:
             if name not in law.parameter_names:
                 raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
         self.fixed = fixed
-        self.currents = _currents(campaign, runs, degree)
+        self.currents = currents_of(campaign, runs, degree)
         self.free = [q for q in law.parameters if q.name not in fixed]
         # Bernstein coefficients to values at the currents, and to ascending powers
-        self.basis = _bernstein(self.currents)
+        self.basis = bernstein(self.currents)
         self.to_powers = np.linalg.solve(np.vander(self.currents, increasing=True), self.basis)
         self.motion = motion_of(runs)
         self.force = np.concatenate([run.force for run in runs])
@@ -367,29 +367,6 @@ def motion_of(runs: Sequence[TestRun]) -> Motion:
     )
 
 
-def _currents(campaign: Campaign, runs: Sequence[TestRun], degree: int | None) -> NDArray:
-    """Currents at which the polynomials are handled, one a coefficient."""
-    seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
-    if degree is None:
-        degree = min(len(seen) - 1, 2)
-    if not 0 <= degree < len(seen):
-        raise InputError(
-            f"{campaign.name}: polynomials of degree {degree} in the current need {degree + 1} "
-            f"currents; the fitted runs have {len(seen)} ({seen.min():g} to {seen.max():g} A)"
-        )
-    if degree + 1 == len(seen):
-        return seen
-    return np.linspace(seen[0], seen[-1], degree + 1) if degree else np.array([seen.mean()])
-
-
-def _bernstein(currents: NDArray) -> NDArray:
-    """Values of the Bernstein polynomials of the currents' range at the currents."""
-    degree = len(currents) - 1
-    if degree == 0:
-        return np.ones((1, 1))
-    t = (currents - currents[0]) / (currents[-1] - currents[0])
-    columns = [comb(degree, k) * t**k * (1 - t) ** (degree - k) for k in range(degree + 1)]
-    return np.stack(columns, axis=1)
 
 
 def _correlation_length(residual: NDArray, starts: NDArray) -> float:

@@ -20,7 +20,10 @@ from ..laws.law import Law
 from . import element_code
 from .element_code import COMMON, NODES, ElementCode
 
-TEMPLATE = Path(__file__).with_name("kernel_template.py")
+TEMPLATES = tuple(
+    Path(__file__).with_name(f"kernel_{part}_template.py")
+    for part in ("tables", "step", "control", "march", "summary")
+)
 # element functions: name, arguments between base and mask, the argument that points into lanes
 DISPATCHED = (
     ("prepare_held", "", ""),
@@ -34,7 +37,7 @@ DISPATCHED = (
 )
 # whatever decides on the text besides the laws
 _SOURCES = (
-    TEMPLATE, Path(__file__), Path(element_code.__file__), Path(emit.__file__),
+    *TEMPLATES, Path(__file__), Path(element_code.__file__), Path(emit.__file__),
     Path(__file__).with_name("vector.py"), Path(__file__).with_name("foreign_call.py"),
 )
 _used: set[str] = set()
@@ -109,7 +112,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         "free_rows = vector.make_free_rows(LANES, N_GROUND)\n"
         "move_modes = vector.make_move_modes(LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(name, extra, at, len(codes), lanes) for name, extra, at in DISPATCHED),
-        TEMPLATE.read_text(),
+        *(template.read_text() for template in TEMPLATES),
     ]
     tree = _UnsignedIndices().visit(ast.parse("\n\n".join(blocks)))
     return ast.unparse(ast.fix_missing_locations(tree)) + "\n"

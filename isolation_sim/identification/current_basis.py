@@ -1,0 +1,69 @@
+"""Polynomials of the current in Bernstein's form, over the currents of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .campaign import Campaign
+from .run_table import TestRun
+
+
+def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None) -> NDArray:
+    """Choose the currents at which polynomials are reported, one a coefficient.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        For its name in messages.
+    runs : sequence of TestRun
+        Runs to fit.
+    degree : int or None
+        Degree of the polynomials; None for the highest that the runs determine, 2 at most.
+
+    Returns
+    -------
+    (degree + 1,) array
+        A; the runs' own currents where there are just as many.
+
+    Raises
+    ------
+    InputError
+        If the runs have too few currents for the degree.
+    """
+    seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
+    if degree is None:
+        degree = min(len(seen) - 1, 2)
+    if not 0 <= degree < len(seen):
+        raise InputError(
+            f"{campaign.name}: polynomials of degree {degree} in the current need {degree + 1} "
+            f"currents; the fitted runs have {len(seen)} ({seen.min():g} to {seen.max():g} A)"
+        )
+    if degree + 1 == len(seen):
+        return seen
+    return np.linspace(seen[0], seen[-1], degree + 1) if degree else np.array([seen.mean()])
+
+
+def bernstein(currents: NDArray) -> NDArray:
+    """Evaluate the Bernstein polynomials of the currents' range at the currents.
+
+    Parameters
+    ----------
+    currents : (n,) array
+        Increasing, A.
+
+    Returns
+    -------
+    (n, n) array
+        A row a current, a column a polynomial of degree n - 1; dimensionless.
+    """
+    degree = len(currents) - 1
+    if degree == 0:
+        return np.ones((1, 1))
+    t = (currents - currents[0]) / (currents[-1] - currents[0])
+    columns = [comb(degree, k) * t**k * (1 - t) ** (degree - k) for k in range(degree + 1)]
+    return np.stack(columns, axis=1)

@@ -1,0 +1,266 @@
+"""The compiled time integration; ``kernel.py`` puts the elements' code in front of this text.
+
+Exponential collocation. The linear structure is kept in complex modes and propagated exactly; each
+element's force, less that of its reference spring and dashpot (which are part of the linear
+structure), is a quadratic through the three Gauss points of a step; device states are collocated
+on the same points; both are iterated to a fixed point from the extrapolated last step.
+
+The grid holds the record's samples and the controller's instants. A window is a number of equal
+grid intervals during which no command changes; it takes 2**level equal steps, so a step spans
+several samples where the response is smooth and a fraction of one where it is not. How far the
+force polynomial misses the force at the step's ends decides on the level.
+
+Arrays are flat or end in the lane: LANES runs go through side by side and the compiler turns the
+innermost loops into vector instructions. A lane's result does not depend on its neighbours. Names
+that are not defined here (LANES, N_ELEMENTS, KIND, STRIDE, SLOT_..., sweep, ...) come from
+``kernel.py``.
+"""
+
+FINISHED, DECIDE, BUFFER_FULL = range(3)
+ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
+MAX_SWEEPS = 40
+HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
+
+
+@njit(cache=True, nogil=True, **OPTIONS)
+def march(info, settings, deformation_limit, windows, spans, offsets, ground, events, modes, table,
+          built, phi, integral, measure, noise, measured, chosen, decided, measured_for,
+          addresses, command, driver, law_table, law_breaks, law_shape, channel, z,
+          states, levels, w, w_saved, coil, applied, level, hold, alive, moving, active,
+          going, todo, last, previous, contraction, defects, errors, worst, steps,
+          step_count, counts, coil_history, u):
+    """Integrate until a controller must decide, the step record is full, or the grid ends.
+
+    What each array holds is said in ``workspace.py``. Returns FINISHED, DECIDE or BUFFER_FULL;
+    what became of each lane is in ``alive``.
+    """
+    n_modes, n_pad = info[1], info[2]
+    n_channels, n_windows = info[3], info[4]
+    n_levels, n_measured = info[6], info[7]
+    record_steps, clamp = info[8], info[10]
+    sweep_tolerance, error_limit = settings[0], settings[1]
+    defect_limit = settings[2]
+    row = 2 * n_pad
+
+    while info[0] < n_windows:
+        window = info[0]
+        g = windows[window, 0]
+        kind = windows[window, 1]
+        n_intervals = windows[window, 2]
+        if window == 0 and info[9] == 0:
+            for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
+                change_current(e, channel[e], command, g, coil, applied, law_table, law_breaks,
+                               law_shape, w, going, previous)
+        if info[9] == 0:
+            # sensors read before the current changes; then the controller decides
+            if events[window, 0] >= 0:
+                read_sensors(events[window, 0], g, n_measured, n_channels, n_modes, n_pad,
+                             measure, noise, ground, z, g * row, coil, w, measured)
+            if events[window, 1] >= 0:
+                info[9] = 1
+                if info[5] == 0:
+                    return DECIDE
+                call_controllers(events[window, 1], info[5], decided, measured_for, addresses)
+        if info[9] != 2:
+            if events[window, 2] >= 0:
+                set_commands(g, chosen, events[window, 2], n_channels, clamp, driver, command,
+                             coil, alive, counts)
+            for e in range(N_ELEMENTS):
+                c = channel[e]
+                changed = 0
+                for lane in range(LANES):
+                    moving[e, lane] = 0
+                    if coil[c, lane] != command[g, c, lane]:
+                        moving[e, lane] = 1
+                    elif coil[c, lane] != applied[e, lane]:
+                        changed = 1
+                if changed:
+                    change_current(e, c, command, g, coil, applied, law_table, law_breaks,
+                                   law_shape, w, going, previous)
+        info[9] = 0
+        for c in range(n_channels):
+            for lane in range(LANES):
+                coil_history[window, c, lane] = coil[c, lane]
+        span = spans[kind]
+        waiting = 0
+        for lane in range(LANES):
+            todo[lane] = 1 if alive[lane] == ALIVE else 0
+            waiting += todo[lane]
+        while waiting > 0:
+            depth = n_levels
+            for lane in range(LANES):
+                if todo[lane]:
+                    depth = min(depth, level[lane])
+            n_steps = 1 << depth
+            if record_steps and step_count[0] + n_steps > steps.shape[0]:
+                info[9] = 2  # this window's events are done; the caller makes room
+                return BUFFER_FULL
+            n_sub = max(n_intervals >> depth, 1)
+            per_interval = max(n_steps // n_intervals, 1)
+            h = span / n_steps
+            offset = offsets[kind, depth]
+            _, _, decay, ground_columns, force_columns = layout(n_modes, n_pad, n_sub)
+            if built[kind, depth] == 0:
+                for lane in range(LANES):
+                    build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi,
+                                integral)
+                built[kind, depth] = 1
+            running = 0
+            fresh = 0
+            for lane in range(LANES):
+                active[lane] = 1 if todo[lane] and level[lane] == depth else 0
+                running += active[lane]
+                worst[lane] = 0.0
+                going[lane] = 1 if active[lane] and last[lane] != h else 0
+                fresh += going[lane]
+                if going[lane]:
+                    contraction[lane] = 1.0
+                if active[lane]:
+                    last[lane] = h
+                    if depth > 0:
+                        for r in range(N_ELEMENTS * STRIDE):
+                            w_saved[r * LANES + lane] = w[r * LANES + lane]
+            if fresh:
+                for e in range(N_ELEMENTS):
+                    restart(e, w, e * STRIDE * LANES, going)
+            mark = step_count[0]
+            for step in range(n_steps):
+                first = step * n_sub if per_interval == 1 else step // per_interval
+                point = g + first
+                if per_interval == 1:
+                    for k in range((n_sub + 1) * N_GROUND * LANES):
+                        u[k] = ground[point * N_GROUND * LANES + k]
+                else:
+                    a = (step - first * per_interval) / per_interval
+                    for k in range(N_GROUND * LANES):
+                        low = ground[point * N_GROUND * LANES + k]
+                        high = ground[(point + 1) * N_GROUND * LANES + k]
+                        u[k] = low + (high - low) * a
+                        u[N_GROUND * LANES + k] = low + (high - low) * (a + 1.0 / per_interval)
+                for e in range(N_ELEMENTS):
+                    c = channel[e]
+                    changed = 0
+                    for lane in range(LANES):
+                        going[lane] = 0
+                        if moving[e, lane] and active[lane]:
+                            set_moving_parameters(
+                                e, lane, step * h, h, coil[c, lane], command[g, c, lane],
+                                driver[c, 0, lane], driver[c, 1, lane], law_table, law_breaks,
+                                law_shape[e, 0], law_shape[e, 1], w)
+                            going[lane] = 1
+                            changed = 1
+                    if changed:
+                        prepare_moving(e, w, e * STRIDE * LANES, going)
+                # within a grid interval the modes go through a scratch row behind the last point
+                spare = (windows[n_windows, 0] + 1) * row
+                z_at = point * row if per_interval == 1 or step % per_interval == 0 else spare
+                solve_step(h, n_sub, sweep_tolerance, n_modes, n_pad, table, offset, z, z_at, u, w,
+                           active, going, previous, contraction, defects, errors)
+                counts[1, 0] += 1
+                for lane in range(LANES):
+                    if active[lane] == 0:
+                        continue
+                    # a step counts by its share of the sample, with some reserve where steps had to
+                    # be cut; samples inside a step are read off the polynomial, so that its defect
+                    # is their error
+                    if per_interval > 1:
+                        errors[lane] *= 4.0 / per_interval
+                    accepted = errors[lane] <= error_limit and (
+                        (n_sub == 1 and defects[lane] < np.inf) or defects[lane] <= defect_limit
+                    )
+                    if not accepted and depth + 1 == n_levels and defects[lane] < np.inf:
+                        counts[4, lane] += 1
+                        accepted = True
+                    if accepted:
+                        worst[lane] = max(worst[lane], max(
+                            errors[lane] / error_limit,
+                            defects[lane] / defect_limit if n_steps <= n_intervals else 0.0))
+                        continue
+                    active[lane] = 0
+                    running -= 1
+                    counts[2, lane] += 1
+                    last[lane] = 0.0
+                    hold[lane] = HOLD
+                    if depth + 1 < n_levels:
+                        level[lane] = depth + 1
+                    else:
+                        alive[lane] = NO_CONVERGENCE
+                        todo[lane] = 0
+                        waiting -= 1
+                    if step > 0:
+                        for r in range(N_ELEMENTS * STRIDE):
+                            w[r * LANES + lane] = w_saved[r * LANES + lane]
+                if running == 0:
+                    step_count[0] = mark
+                    break
+                if record_steps:
+                    at = step_count[0]
+                    for r in range(row):
+                        steps[at, r] = z[z_at + r]
+                    for e in range(N_ELEMENTS):
+                        for k in range(3 + 4 * N_STATES):
+                            steps[at, row + e * (3 + 4 * N_STATES) + k] = (
+                                w[e * STRIDE + SLOT_F0 + k]
+                            )
+                    step_count[0] = at + 1
+                for i in range(n_sub):
+                    start = z_at if i == 0 else (point + i) * row
+                    to = (point + i + 1) * row
+                    if per_interval > 1 and (step + 1) % per_interval != 0:
+                        to = spare
+                    move_modes(n_pad, table, offset + decay, offset + ground_columns,
+                               offset + force_columns + i * N_ELEMENTS * 6 * n_pad, z, start, to,
+                               u, i * N_GROUND, w, active)
+                    if i + 1 < n_sub:
+                        for e in range(N_ELEMENTS):
+                            inside(e, w, e * STRIDE * LANES, (i + 1.0) / n_sub, states,
+                                   ((point + i + 1) * N_ELEMENTS + e) * N_STATES * LANES, active)
+                point = g + (step + 1) * n_intervals // n_steps
+                if (step + 1) % per_interval != 0:
+                    point = windows[n_windows, 0] + 1
+                for e in range(N_ELEMENTS):
+                    accept(e, w, e * STRIDE * LANES, states,
+                           (point * N_ELEMENTS + e) * N_STATES * LANES, active)
+                if N_ELEMENTS > 1:
+                    share_scale(w)
+            for lane in range(LANES):
+                if active[lane]:
+                    todo[lane] = 0
+                    waiting -= 1
+                    levels[window, lane] = depth
+                    # after a rejection coarser steps wait, unless the cause is clearly past
+                    if hold[lane] > 0 and worst[lane] > 1e-6:
+                        hold[lane] -= 1
+                    else:
+                        while level[lane] > 0 and worst[lane] < 0.02:
+                            level[lane] -= 1
+                            worst[lane] *= 64.0
+
+        dead = 0
+        for lane in range(LANES):
+            if alive[lane] == ALIVE:
+                size = 0.0
+                for e in range(N_ELEMENTS):
+                    size += abs(w[(e * STRIDE + SLOT_D_END) * LANES + lane])
+                if not size < np.inf:
+                    alive[lane] = NOT_FINITE
+                elif size > deformation_limit[lane]:
+                    alive[lane] = TOO_LARGE
+            if alive[lane] != ALIVE:
+                dead += 1
+                if counts[3, lane] == 0:
+                    counts[3, lane] = window + 1
+        stop = g + n_intervals
+        for c in range(n_channels):
+            for lane in range(LANES):
+                if coil[c, lane] != command[g, c, lane]:
+                    coil[c, lane] = coil_current(coil[c, lane], command[g, c, lane],
+                                                 driver[c, 0, lane], driver[c, 1, lane], span)
+                    for e in range(N_ELEMENTS):
+                        if channel[e] == c:
+                            applied[e, lane] = np.nan
+                command[stop, c, lane] = command[g, c, lane]
+        info[0] = window + 1
+        if dead == LANES:
+            break
+    return FINISHED

@@ -1,0 +1,106 @@
+"""One step: forces and states at its nodes and its end, iterated to a fixed point.
+
+Part of the compiled kernel; see ``kernel_march_template.py``.
+"""
+
+
+@inline
+def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w, active, going,
+               previous, contraction, defects, errors):
+    """Forces and states at the nodes and the end of one step; z and u are only read.
+
+    z, from z_at, holds the modes at the start (real parts, then imaginary); u the ground at the
+    grid points. defects: how far a lane's force polynomial misses the force at the step's ends,
+    relative to the peak force; infinite where the iteration did not contract. errors: the guess of
+    what that does to the response.
+    """
+    ground_rows, force_rows, _, _, _ = layout(n_modes, n_pad, n_sub)
+    for e in range(N_ELEMENTS):
+        free_rows(w, e * STRIDE + SLOT_FREE0, table, offset + e * 16 * n_modes,
+                  offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8, z, z_at, n_modes, n_pad,
+                  u, n_sub + 1)
+    for lane in range(LANES):
+        going[lane] = active[lane]
+        previous[lane] = 0.0
+        defects[lane] = 0.0
+        errors[lane] = 0.0
+    waiting = 1
+    for count in range(MAX_SWEEPS):
+        for e in range(N_ELEMENTS):
+            base = e * STRIDE
+            for lane in range(LANES):
+                w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
+            if N_ELEMENTS > 1:
+                for k in range(8 * LANES):
+                    w[(base + SLOT_DN0) * LANES + k] = w[(base + SLOT_FREE0) * LANES + k]
+                for other in range(N_ELEMENTS):
+                    if other != e:
+                        at = offset + force_rows + (e * N_ELEMENTS + other) * 24
+                        add_rows(w, base + SLOT_DN0, table, at, w, other * STRIDE + SLOT_F0, 1, 3)
+            at = offset + force_rows + (e * N_ELEMENTS + e) * 24
+            sweep(e, w, base * LANES, h, table, at * LANES, going)
+        waiting = 0
+        for lane in range(LANES):
+            if going[lane]:
+                change = 0.0
+                for e in range(N_ELEMENTS):
+                    change += w[(e * STRIDE + SLOT_CHANGE) * LANES + lane]
+                before = previous[lane]
+                previous[lane] = change
+                # What a linear convergence leaves: change r / (1 - r) with r = change / before; at
+                # the first sweep r is twice the last step's.
+                if count == 0:
+                    ratio = 2.0 * contraction[lane]
+                    done = change * ratio <= tolerance * (1.0 - ratio)
+                else:
+                    done = change * change <= tolerance * (before - change)
+                if done:
+                    going[lane] = 0
+                    if count > 0:
+                        contraction[lane] = change / (before + TINY)
+                elif not change < HOPELESS:
+                    going[lane] = 0
+                    defects[lane] = np.inf
+                else:
+                    waiting += 1
+        if waiting == 0:
+            break
+    if waiting > 0:
+        for lane in range(LANES):
+            if going[lane]:
+                defects[lane] = np.inf
+    for e in range(N_ELEMENTS):
+        base = e * STRIDE
+        if N_ELEMENTS > 1:
+            for k in range(2 * LANES):
+                w[(base + SLOT_D_END) * LANES + k] = w[(base + SLOT_FREE6) * LANES + k]
+            for other in range(N_ELEMENTS):
+                if other == e:
+                    continue
+                at = offset + force_rows + (e * N_ELEMENTS + other) * 24 + 6
+                for k in range(3):
+                    for lane in range(LANES):
+                        force = w[(other * STRIDE + SLOT_F0 + k) * LANES + lane]
+                        for r in range(2):
+                            w[(base + SLOT_D_END + r) * LANES + lane] += (
+                                table[(at + 8 * k + r) * LANES + lane] * force
+                            )
+        at = offset + force_rows + (e * N_ELEMENTS + e) * 24
+        finish(e, w, base * LANES, h, table, at * LANES, active)
+        for lane in range(LANES):
+            defects[lane] += w[(base + SLOT_DEFECT) * LANES + lane]
+            errors[lane] += w[(base + SLOT_ERROR) * LANES + lane]
+
+
+@inline
+def share_scale(w):
+    """Measure a small element's force by a twentieth of the largest on the structure."""
+    for lane in range(LANES):
+        least = np.inf
+        for e in range(N_ELEMENTS):
+            at = e * STRIDE * LANES + lane
+            least = min(least, w[at + SLOT_FORCE_SCALE * LANES] / w[at + SLOT_TO_STRUCTURE * LANES])
+        for e in range(N_ELEMENTS):
+            at = e * STRIDE * LANES + lane
+            most = 20.0 * least * w[at + SLOT_TO_STRUCTURE * LANES]
+            w[at + SLOT_FORCE_SCALE * LANES] = min(w[at + SLOT_FORCE_SCALE * LANES], most)
