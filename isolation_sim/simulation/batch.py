@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,8 @@ from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
 from .outputs import Outputs
-from .plan import Lane, Plan, modes_for
+from .plan import Lane, Plan, kernel_for, modes_for
+from .result import Run
 from .run import check_options, prepared, simulate
 
 LANES = 16
@@ -119,16 +120,17 @@ def simulate_many(
     driver, sensors = driver or CoilDriver(), sensors or Sensors()
     check_options(tolerance, current_outside, computation_delay)
     clamp = current_outside == "clamp"
+
+    def alone_with(case: Case, controller: Control) -> Run:
+        return simulate(
+            case.isolated, case.ground, controller, belief=case.belief, driver=driver,
+            sensors=sensors, computation_delay=computation_delay, tolerance=tolerance,
+            current_outside=current_outside,
+        )
+
     lanes = []
     for case in cases:
-
-        def trial(other: Control, case: Case = case):
-            return simulate(
-                case.isolated, case.ground, other, belief=case.belief, driver=driver,
-                sensors=sensors, computation_delay=computation_delay, tolerance=tolerance,
-                current_outside=current_outside,
-            )
-
+        trial = partial(alone_with, case)
         lanes.append(
             prepared(case.isolated, case.ground, case.controller, case.belief, driver, trial)
         )
@@ -148,17 +150,13 @@ def simulate_many(
             progress(len(block))
 
     if blocks:
-        with kernel.compiling(Plan([lanes[blocks[0][0]]] * LANES, sensors, 0.0).module):
+        with kernel.compiling(kernel_for(lanes[blocks[0][0]].isolated, LANES)):
             run_block(blocks[0])
         with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
             list(pool.map(run_block, blocks[1:]))
     for k in alone:
         try:
-            run = simulate(
-                cases[k].isolated, cases[k].ground, cases[k].controller, belief=cases[k].belief,
-                driver=driver, sensors=sensors, computation_delay=computation_delay,
-                tolerance=tolerance, current_outside=current_outside,
-            )
+            run = alone_with(cases[k], cases[k].controller)
         except (Diverged, InputError) as error:
             result.failure[k] = str(error)
         else:

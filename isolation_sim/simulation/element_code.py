@@ -31,11 +31,12 @@ RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
 """Step times rates at the nodes = these times (states at the nodes - state at the start)."""
 
 COMMON = (
-    "dn0 dn1 dn2 vn0 vn1 vn2 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
+    "dn0 dn1 dn2 vn0 vn1 vn2 dn3 vn3 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
     "k_ref c_ref force_scale to_structure force_end defect error roughness change f_start f0 f1 f2"
 ).split()
-"""Slots that every law has at the same place: deformation and velocity at the nodes and the end,
-their free response, the reference spring and dashpot, the reciprocal scale of the force, and last
+"""Slots that every law has at the same place: deformation and velocity at the nodes and the step's
+end (number 3) but for what the element's own force does, both at the last accepted end, their free
+response, the reference spring and dashpot, the reciprocal scale of the force, and last
 the residual forces at the nodes, which the law's states at the nodes follow."""
 
 

@@ -30,13 +30,7 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
             base = e * STRIDE
             for lane in range(LANES):
                 w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
-            if N_ELEMENTS > 1:
-                for k in range(8 * LANES):
-                    w[(base + SLOT_DN0) * LANES + k] = w[(base + SLOT_FREE0) * LANES + k]
-                for other in range(N_ELEMENTS):
-                    if other != e:
-                        at = offset + force_rows + (e * N_ELEMENTS + other) * 24
-                        add_rows(w, base + SLOT_DN0, table, at, w, other * STRIDE + SLOT_F0, 1, 3)
+            respond_to_others(e, w, table, offset + force_rows)
             at = offset + force_rows + (e * N_ELEMENTS + e) * 24
             sweep(e, w, base * LANES, h, table, at * LANES, going)
         waiting = 0
@@ -71,25 +65,26 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
                 defects[lane] = np.inf
     for e in range(N_ELEMENTS):
         base = e * STRIDE
-        if N_ELEMENTS > 1:
-            for k in range(2 * LANES):
-                w[(base + SLOT_D_END) * LANES + k] = w[(base + SLOT_FREE6) * LANES + k]
-            for other in range(N_ELEMENTS):
-                if other == e:
-                    continue
-                at = offset + force_rows + (e * N_ELEMENTS + other) * 24 + 6
-                for k in range(3):
-                    for lane in range(LANES):
-                        force = w[(other * STRIDE + SLOT_F0 + k) * LANES + lane]
-                        for r in range(2):
-                            w[(base + SLOT_D_END + r) * LANES + lane] += (
-                                table[(at + 8 * k + r) * LANES + lane] * force
-                            )
+        respond_to_others(e, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
         finish(e, w, base * LANES, h, table, at * LANES, active)
         for lane in range(LANES):
             defects[lane] += w[(base + SLOT_DEFECT) * LANES + lane]
             errors[lane] += w[(base + SLOT_ERROR) * LANES + lane]
+
+
+@inline
+def respond_to_others(e, w, table, force_rows):
+    """An element's response but for its own force: free, and to the other elements' forces."""
+    if N_ELEMENTS == 1:
+        return  # the free response is all there is, and is read where it stands
+    rows = e * STRIDE + SLOT_DN0
+    for k in range(8 * LANES):
+        w[rows * LANES + k] = w[(e * STRIDE + SLOT_FREE0) * LANES + k]
+    for other in range(N_ELEMENTS):
+        if other != e:
+            at = force_rows + (e * N_ELEMENTS + other) * 24
+            add_rows(w, rows, table, at, w, other * STRIDE + SLOT_F0, 1, 3)
 
 
 @inline

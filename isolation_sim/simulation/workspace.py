@@ -71,10 +71,6 @@ def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
     return rows + columns * (1 + 2 * g + 3 * e * n_sub)
 
 
-def _in_lanes(values: Any, lanes: int) -> NDArray:
-    return np.repeat(np.asarray(values, float)[..., None], lanes, axis=-1)
-
-
 @dataclass
 class Sensing:
     """What a controller is given, and when.
@@ -218,7 +214,7 @@ class Workspace:
         per_step = 2 * n_pad + module.N_ELEMENTS * (3 + 4 * module.N_STATES)
         self.steps = np.empty((n_points + 256 if self.record_steps else 0, per_step))
         self.step_count = np.zeros(1, np.int64)
-        self._work = self._scratch(n_modes)
+        self._work = self._scratch()
         self._laws = self._law_tables()
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
@@ -239,7 +235,7 @@ class Workspace:
             return [(0, slice(None))]
         return [(k, slice(k, k + 1)) for k in range(self.module.LANES)]
 
-    def _scratch(self, n_modes: int) -> dict[str, NDArray]:
+    def _scratch(self) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES
         w = np.zeros((module.N_ELEMENTS, module.STRIDE, lanes))
         for lane, alike in self._lanes():

@@ -8,7 +8,7 @@ import pytest
 from numba import types
 
 from isolation_sim.errors import InputError
-from isolation_sim.laws import CurrentDependence
+from isolation_sim.laws import CurrentDependence, law
 from isolation_sim.simulation.batch import LANES, Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver, CompiledDecision, Sensors
 from isolation_sim.simulation.run import simulate
@@ -247,3 +247,20 @@ def test_progress_counts_every_run(cases):
 def test_options_that_cannot_be_are_refused(cases):
     with pytest.raises(InputError, match="tolerance"):
         simulate_many(cases[:2], tolerance=1.0)
+
+
+def test_several_elements_cut_into_different_steps(hybrid, strong_motion, scheduled):
+    """A lane that needs no finer steps keeps its state while its neighbours are cut."""
+    plant = hybrid.with_element(law("kelvin_voigt", parameters={"k": 4e7, "c": 4e5}), "storey1")
+    times = [0.0, 0.4, 0.9, 1.3, 2.1, 2.6]
+    cases = [
+        Case(plant, strong_motion.scaled(factor), scheduled(currents, times))
+        for factor in (1e-3, 0.05, 0.4, 1.0)
+        for currents in ([0.0, 3.0, 0.5, 2.0, 0.0, 1.0], [2.0, 0.0, 1.5, 0.0, 3.0, 0.2])
+    ]
+    batch = simulate_many(cases, threads=1)
+    assert batch.failure == [None] * len(cases)
+    for k, case in enumerate(cases):
+        single = simulate(case.isolated, case.ground, case.controller)
+        for name, value in single.criteria.items():
+            assert batch.criteria[name][k] == pytest.approx(value, rel=1e-12), (k, name)
