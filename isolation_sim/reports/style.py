@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SINGLE_COLUMN = 3.5
-"""Width of a figure in one column of a journal, in."""
 DOUBLE_COLUMN = 7.2
 """Width of a figure across both columns, in."""
 
