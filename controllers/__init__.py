@@ -10,15 +10,23 @@ from typing import Any
 from isolation_sim.errors import unknown_name
 
 from .best_constant import BestConstant
+from .clairvoyant import Clairvoyant
+from .clipped_lqg import ClippedLQG
 from .clipped_lqr import ClippedLQR
 from .constant import Constant
 from .controller import Controller
 from .current_map import CurrentMap
+from .frequency_tracking import FrequencyTracking
+from .fuzzy import Fuzzy
+from .h2 import H2
+from .lyapunov import Lyapunov
+from .mpc import MPC
 from .on_off import OnOff
 from .passive_off import PassiveOff
 from .passive_on import PassiveOn
 from .prescribed import Prescribed
 from .settings import setting
+from .sliding_mode import SlidingMode
 
 _CLASSES: tuple[type[Controller], ...] = (
     PassiveOff,
@@ -28,6 +36,14 @@ _CLASSES: tuple[type[Controller], ...] = (
     BestConstant,
     OnOff,
     ClippedLQR,
+    ClippedLQG,
+    H2,
+    Lyapunov,
+    SlidingMode,
+    FrequencyTracking,
+    Fuzzy,
+    MPC,
+    Clairvoyant,
 )
 
 CONTROLLERS: dict[str, type[Controller]] = {c.name: c for c in _CLASSES}

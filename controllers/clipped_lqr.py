@@ -7,21 +7,22 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
 
 from .compiled import CompiledController, Decision
-from .current_map import nearest_current
-from .device_model import DeviceModel
-from .device_states import SCRATCH, follow_states
-from .open_loop import highest_tested, lowest
+from .force_tracking import (
+    MOTION,
+    driven_elements,
+    follow_device,
+    force_tracking,
+    nearest_currents,
+)
 from .settings import Number, Optional, setting
 
-# settings begin with these; then the gains, the elements' directions, coils and devices' numbers,
-# and each coil's range and whether its devices' forces are affine in its current
-N_DOFS, N_ELEMENTS, N_STATES_EACH, N_NUMBERS, HEAD = range(5)
+# settings: these, the gains, the elements' directions, then those of the force tracking
+N_DOFS, N_ELEMENTS, HEAD = range(3)
 STANDARD_GRAVITY = 9.80665
 """m/s^2."""
 
@@ -46,31 +47,16 @@ def decide(
     settings : numpy.ndarray
         As ``ClippedLQR.decision`` lays them out.
     memory : numpy.ndarray
-        Last instant (s); each element's last deformation, velocity, wanted force and two weights;
-        the device states; scratch.
+        That of the force tracking.
     command : numpy.ndarray, shape (n_channels,), A
         The result.
     combined_force, state_rates : callable
         As of ``DeviceModel``.
     """
     n, m = int(settings[N_DOFS]), int(settings[N_ELEMENTS])
-    n_states, width = int(settings[N_STATES_EACH]), int(settings[N_NUMBERS])
-    n_coils = len(command)
-    at = HEAD
-    gains = settings[at : at + 2 * n * m]
-    at += 2 * n * m
-    directions = settings[at : at + n * m]
-    at += n * m
-    coils = settings[at : at + m]
-    at += m
-    numbers = settings[at : at + m * width]
-    limits = settings[at + m * width :]
-    x, v = memory[1 : 1 + m], memory[1 + m : 1 + 2 * m]
-    wanted, weights = memory[1 + 2 * m : 1 + 3 * m], memory[1 + 3 * m : 1 + 4 * m]
-    alone = memory[1 + 4 * m : 1 + 5 * m]
-    at = 1 + 5 * m
-    states, work = memory[at : at + m * n_states], memory[at + m * n_states :]
-
+    gains = settings[HEAD : HEAD + 2 * n * m]
+    directions = settings[HEAD + 2 * n * m : HEAD + 3 * n * m]
+    tracking = settings[HEAD + 3 * n * m :]
     h = t - memory[0]
     memory[0] = t
     for e in range(m):
@@ -81,33 +67,9 @@ def decide(
         for i in range(2 * n):
             force += gains[e * 2 * n + i] * measured[i]
         # the coil current has been the measured one since the last decision
-        present = measured[2 * n + int(coils[e])]
-        follow_states(
-            e, (x[e], v[e]), (new_x, new_v), h, states[e * n_states : (e + 1) * n_states], present,
-            numbers[e * width : (e + 1) * width], work, state_rates,
-        )  # fmt: skip
-        x[e], v[e], wanted[e] = new_x, new_v, force
-
-    for c in range(n_coils):
-        low, high, is_affine = limits[3 * c], limits[3 * c + 1], limits[3 * c + 2] == 1.0
-        # forces of one coil's elements move along a line as its current changes, exactly if they
-        # are affine in it: what is wanted is projected onto that line
-        length = 0.0
-        for e in range(m):
-            weights[e] = 0.0
-            if coils[e] == c:
-                alone[e] = 1.0
-                arguments = (alone, x, v, states, numbers)
-                weights[e] = combined_force(high, arguments) - combined_force(low, arguments)
-                alone[e] = 0.0
-            length += weights[e] * weights[e]
-        projected = 0.0
-        for e in range(m):
-            weights[e] = weights[e] / length**0.5 if length > 0.0 else 0.0
-            projected += weights[e] * wanted[e]
-        command[c] = nearest_current(
-            combined_force, projected, low, high, is_affine, (weights, x, v, states, numbers)
-        )[0]
+        follow_device(e, new_x, new_v, h, tracking, memory, measured[2 * n :], state_rates)
+        memory[MOTION + 2 * m + e] = force
+    nearest_currents(tracking, memory, command, combined_force)
 
 
 class ClippedLQR(CompiledController):
@@ -161,31 +123,13 @@ class ClippedLQR(CompiledController):
     def decision(self, situation: Situation) -> Decision:
         """Gains, laws and limits in one array."""
         belief = situation.belief
-        driven = [element for element in belief.elements if element.channel is not None]
-        if not driven:
-            raise InputError("clipped_lqr: no element of the belief is driven by a coil")
-        low, high = lowest(situation), highest_tested(situation)
-        reference = (
-            (low + high) / 2 if self.reference is None else np.full(len(high), self.reference)
-        )
-        model = DeviceModel([element.device for element in driven])
-        affine = [
-            all(e.device.is_affine_in_current for e in driven if e.channel == c)
-            for c in range(len(high))
-        ]
-        n, m = belief.structure.n_dofs, len(driven)
-        head = [n, m, model.n_states, model.n_numbers]
-        parts = [
-            head,
-            self.force_gains(belief, reference),
-            [element.direction for element in driven],
-            [element.channel for element in driven],
-            model.numbers,
-            np.stack([low, high, affine], axis=1),
-        ]
+        tracking = force_tracking(driven_elements(belief, self.name), situation)
+        gains = self.force_gains(belief, tracking.reference(self.reference))
+        directions = [element.direction for element in tracking.elements]
+        head = [belief.structure.n_dofs, len(tracking.elements)]
+        parts = [head, gains, directions, tracking.settings]
         settings = np.concatenate([np.ravel(np.asarray(part, float)) for part in parts])
-        memory = np.zeros(1 + 5 * m + (m + SCRATCH) * model.n_states)
-        return Decision(decide, settings, memory, model)
+        return Decision(decide, settings, tracking.memory, tracking.model)
 
     def force_gains(self, belief: IsolatedStructure, reference: NDArray) -> NDArray:
         """Wanted force of each driven element per unit of each displacement and velocity.
@@ -260,6 +204,6 @@ def linear_model(belief: IsolatedStructure, currents: NDArray) -> tuple[float, S
     frequency = 1.0
     # the isolators' stiffness changes slowly with the frequency: a few rounds agree to 1e-6
     for _ in range(8):
-        linear = belief.linearised(currents.tolist(), frequency)
+        linear = belief.linearised(currents.tolist() or 0.0, frequency)
         frequency = float(undamped_modes(linear.mass, linear.stiffness)[0][0] / (2 * np.pi))
     return frequency, linear

@@ -27,7 +27,7 @@ from isolation_sim.laws.law import Law
 from isolation_sim.simulation.control import CompiledDecision, Situation
 
 from .controller import Controller
-from .device_model import DeviceModel, first_coefficient, model_text, polynomial
+from .device_model import DeviceModel, first_coefficient, polynomial
 
 _HEADER = '''"""Written by controllers.compiled; do not edit."""
 
@@ -69,9 +69,9 @@ class Decision:
     function : callable
         ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
         writes ``command`` (A, one a coil) and what it must remember into ``memory``. Where there
-        are ``devices``, their functions ``combined_force`` and ``state_rates`` follow; see
-        ``DeviceModel``. It and the functions and numbers of its module that it uses must be what
-        Numba compiles, in a file; of modules, they may use ``math`` and ``np``.
+        are ``devices``, their ``functions`` follow; see ``DeviceModel``. It and the functions and
+        numbers of its module that it uses must be what Numba compiles, in a file; of modules, they
+        may use ``math`` and ``np``.
     settings : numpy.ndarray, shape (n_settings,)
         Constants of the controller.
     memory : numpy.ndarray, shape (n_memory,)
@@ -118,7 +118,7 @@ class CompiledController(Controller):
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, by the same function in plain Python."""
         decision, devices = self._decision, self._decision.devices
-        functions = (devices.combined_force, devices.state_rates) if devices else ()
+        functions = [getattr(devices, name) for name in devices.functions] if devices else []
         measured = np.array(measurement, dtype=float)
         decision.function(t, measured, decision.settings, self._memory, self._command, *functions)
         return self._command.copy()
@@ -143,23 +143,26 @@ def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
     InputError
         If the function's source text cannot be found, or it uses what has no compiled form.
     """
-    laws = decision.devices.laws if decision.devices else None
-    module = _module(decision.function, laws, n_channels)
+    devices = decision.devices
+    model: Any = type(devices) if devices else None
+    module = _module(decision.function, model, devices.laws if devices else (), n_channels)
     return CompiledDecision(module.entry.address, decision.settings, decision.memory, module)
 
 
 @lru_cache(maxsize=64)
-def _module(function: Callable, laws: tuple[Law, ...] | None, n_channels: int) -> ModuleType:
+def _module(
+    function: Callable, model: type[DeviceModel] | None, laws: tuple[Law, ...], n_channels: int
+) -> ModuleType:
     from isolation_sim.simulation.kernel import cache_folder, import_text
 
     parts: dict[str, str] = {}
     collect(function, parts)
     devices = ""
-    if laws is not None:
+    if model is not None:
         collect(first_coefficient, parts)
         collect(polynomial, parts)
-        parts["devices"] = model_text(laws)
-        devices = ", combined_force, state_rates"
+        parts["devices"] = model.text(laws)
+        devices = ", " + ", ".join(model.functions)
     entry = _ENTRY.format(function=function.__name__, n_channels=n_channels, devices=devices)
     text = "\n\n\n".join([_HEADER, *parts.values(), entry]) + "\n"
     digest = hashlib.sha256(text.encode()).hexdigest()[:20]

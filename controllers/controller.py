@@ -53,6 +53,8 @@ class Controller:
         What may be set, with meaning, unit and default; each is an attribute of the same name.
     period : float or None, s
         Interval between decisions; None for the ground motion's sampling interval.
+    foresight : float, s
+        How far ahead of its arrival it is told the ground motion; 0 for not at all.
 
     Parameters
     ----------
@@ -77,13 +79,16 @@ class Controller:
         )
     }
     period: float | None = None
+    foresight: float = 0.0
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         own = vars(cls)
         if "name" not in own:
             cls.name = cls.__name__
-        settings = dict(cls.settings)
+        settings: dict[str, Setting] = {}
+        for base in reversed(cls.__mro__[1:]):
+            settings |= vars(base).get("settings", {})
         for name, value in own.items():
             if isinstance(value, Setting):
                 settings[name] = value

@@ -7,6 +7,7 @@ velocities and internal states. The text depends on the laws alone, not on their
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +87,11 @@ class DeviceModel:
         Places for numbers that each device has.
     numbers : numpy.ndarray, shape (n_devices * n_numbers,)
         Their numbers.
+    functions : tuple of str
+        Methods that a decision is given after its arrays, in order.
     """
+
+    functions: ClassVar[tuple[str, ...]] = ("combined_force", "state_rates")
 
     def __init__(self, devices: Sequence[Device]):
         self.devices = tuple(devices)
@@ -104,6 +109,21 @@ class DeviceModel:
             *dependence.coefficients.shape, len(device.law.states),
             *dependence.breaks[1:-1], *dependence.coefficients.ravel(),
         ]  # fmt: skip
+
+    @staticmethod
+    def text(laws: Sequence[Law]) -> str:
+        """Source of the functions; see ``model_text``.
+
+        Parameters
+        ----------
+        laws : sequence of Law
+            Each law once.
+
+        Returns
+        -------
+        str
+        """
+        return model_text(laws)
 
     def combined_force(self, current: float, arguments: tuple) -> float:
         """Weighted sum of the devices' forces at one current.
@@ -181,20 +201,11 @@ def model_text(laws: Sequence[Law]) -> str:
 
     parts = []
     for tag, law in enumerate(laws):
-        start = [
-            f"at, powers = first_coefficient(row, current), int(row[{N_POWERS}])",
-            *(
-                f"p{k} = polynomial(row, at + {k} * powers, powers, current)"
-                for k in range(len(law.parameters))
-            ),
-            *(f"s{k} = states[{k}]" for k in range(len(law.states))),
-            f"x = x / row[{LENGTH}]",
-            f"v = v / row[{LENGTH}]",
-        ]
-        statements, (force,) = _written_out(law, lambda *a, law=law: (law.force(*a),))
+        start = loaded(law)
+        statements, (force,) = traced(law, lambda *a, law=law: (law.force(*a),))
         body = [*start, *statements, f"return row[{FORCE_SCALE}] * {force}"]
         parts.append(function_text(f"force_{tag}", "x, v, states, current, row", body, "@plain"))
-        statements, rates = _written_out(law, law.rates)
+        statements, rates = traced(law, law.rates)
         body = [*start, *statements, *(f"out[{k}] = {rate}" for k, rate in enumerate(rates))]
         parts.append(
             function_text(f"rates_{tag}", "x, v, states, current, row, out", body, "@plain")
@@ -207,17 +218,42 @@ def model_text(laws: Sequence[Law]) -> str:
         "    if weights[e] != 0.0:",
         "        row, value = numbers[e * n_numbers : (e + 1) * n_numbers], 0.0",
         "        own = states[e * n_states : (e + 1) * n_states]",
-        *_by_law(laws, " " * 8, "value = force_{}(x[e], v[e], own, current, row)"),
+        *by_law(laws, " " * 8, "value = force_{}(x[e], v[e], own, current, row)"),
         "        total += weights[e] * value",
         "return total",
     ]
     parts.append(function_text("combined_force", "current, arguments", body, "@plain"))
-    body = _by_law(laws, "", "rates_{}(x, v, states, current, row, out)")
+    body = by_law(laws, "", "rates_{}(x, v, states, current, row, out)")
     parts.append(function_text("state_rates", "e, x, v, states, current, row, out", body, "@plain"))
     return "\n\n".join(parts)
 
 
-def _by_law(laws: Sequence[Law], indent: str, call: str) -> list[str]:
+def loaded(law: Law) -> list[str]:
+    """Statements that bring a law's inputs into its own scale and under the names of ``traced``.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+
+    Returns
+    -------
+    list of str
+        They use x, v, states, current and row.
+    """
+    return [
+        f"at, powers = first_coefficient(row, current), int(row[{N_POWERS}])",
+        *(
+            f"p{k} = polynomial(row, at + {k} * powers, powers, current)"
+            for k in range(len(law.parameters))
+        ),
+        *(f"s{k} = states[{k}]" for k in range(len(law.states))),
+        f"x = x / row[{LENGTH}]",
+        f"v = v / row[{LENGTH}]",
+    ]
+
+
+def by_law(laws: Sequence[Law], indent: str, call: str) -> list[str]:
     """Statements that call the function of a device's law."""
     return [
         line
@@ -226,7 +262,7 @@ def _by_law(laws: Sequence[Law], indent: str, call: str) -> list[str]:
     ]
 
 
-def _written_out(law: Law, function: Callable[..., tuple]) -> tuple[list[str], list[str]]:
+def traced(law: Law, function: Callable[..., tuple]) -> tuple[list[str], list[str]]:
     """Statements and results of a law's function in x, v, s0, s1, ..., p0, p1, ...."""
     from isolation_sim.laws.emit import straight_line, symbols
 

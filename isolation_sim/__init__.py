@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from .comparison import Comparison, json_report
     from .errors import Diverged, InputError
-    from .front_door import compare, run_scenario, simulate
+    from .front_door import compare, diagnose, run_scenario, simulate
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         reference_isolators,
         shear_building,
     )
+    from .sweeps.run import sweep
 
 __version__ = "0.1.0"
 
@@ -61,11 +62,13 @@ _HOMES = {
     "available_sets": ".laws",
     "compare": ".front_door",
     "controller": "controllers",
+    "diagnose": ".front_door",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "json_report": ".comparison",
     "law": ".laws",
+    "passive": ".laws",
     "loop_measures": ".identification.loop_measures",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
@@ -76,6 +79,7 @@ _HOMES = {
     "shear_building": ".structures",
     "simulate": ".front_door",
     "simulate_many": ".simulation.batch",
+    "sweep": ".sweeps.run",
     "write_run": ".results",
 }
 
@@ -97,12 +101,14 @@ __all__ = [
     "available_sets",
     "compare",
     "controller",
+    "diagnose",
     "fit",
     "from_fixed_base",
     "from_matrices",
     "json_report",
     "law",
     "loop_measures",
+    "passive",
     "read_campaign",
     "read_matrices",
     "read_run",
@@ -112,6 +118,7 @@ __all__ = [
     "shear_building",
     "simulate",
     "simulate_many",
+    "sweep",
     "write_run",
 ]
 

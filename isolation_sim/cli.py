@@ -1,4 +1,4 @@
-"""The command line: ``isolation-sim run``, ``fit``, ``list`` and ``new``.
+"""The command line: ``isolation-sim run``, ``fit``, ``cite``, ``list`` and ``new``.
 
 Exit codes: 0 all well; 1 a run diverged, with the results of the others written; 2 input that
 cannot be used, told in one line on standard error.
@@ -6,37 +6,38 @@ cannot be used, told in one line on standard error.
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from . import __version__, cli_fit
+from . import __version__, cli_cite, cli_diagnose, cli_fit
+from .cli_habits import AsJson, Quiet, examples, page, progress
 from .cli_lists import SUBJECTS
 from .cli_studies import studies
+from .cli_sweep import sweeps
 from .errors import Diverged, InputError, unknown_name
 
 if TYPE_CHECKING:
-    from .comparison import Comparison
-    from .scenario import Job
     from .simulation.result import Run
-
-TABLE_WIDTH = 100
-"""Columns to print for where nobody says how wide the paper is."""
 
 app = typer.Typer(
     name="isolation-sim",
     help="Semi-active base isolation with magnetorheological isolators.",
     no_args_is_help=True,
-    add_completion=False,
+    epilog=examples(
+        "isolation-sim run                     the main job: five controllers under El Centro",
+        "isolation-sim new my_scenario.toml    a commented scenario to start from",
+        "isolation-sim COMMAND --help          more examples",
+    ),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 app.add_typer(studies, name="study")
+app.add_typer(sweeps, name="sweep")
 _messages = Console(stderr=True, soft_wrap=True, highlight=False)
 
 
@@ -56,7 +57,13 @@ def _options(
     """Take options that belong to no command."""
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "isolation-sim run",
+        "isolation-sim run my_scenario.toml --out my_results",
+        "isolation-sim run my_scenario.toml --json > report.json",
+    )
+)
 def run(
     scenario: Annotated[
         Path | None, typer.Argument(help="Scenario file; the main job by default.")
@@ -65,13 +72,9 @@ def run(
         Path | None,
         typer.Option(help="Results folder; a number is added if it holds something already."),
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the JSON report alone on standard output.")
-    ] = False,
+    as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="Print only errors and where the results are.")
-    ] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compare the controllers of a scenario."""
     from .comparison import Comparison
@@ -81,7 +84,7 @@ def run(
     described = Scenario() if scenario is None else Scenario.read(scenario)
     job = described.build()
     with ResultsFolder(out or Path("results") / file_name(described.name)) as folder:
-        with _progress(quiet) as step:
+        with progress(quiet, len(job.controllers) + 1) as step:
             runs: dict[str, Run] = {}
             diverged: list[Diverged] = []
             for label in job.controllers:
@@ -98,20 +101,31 @@ def run(
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:
-        _page().print(comparison.table())
-    for warning in _warnings(comparison, job):
+        page().print(comparison.table())
+    for warning in comparison.warnings():
         _messages.print(f"warning: {warning}", style="yellow", markup=False)
     for divergence in diverged:
         _tell(divergence)
     where = _relative(folder.path)
-    print(f"results: {where}", file=sys.stderr if as_json else sys.stdout)
+    told = sys.stderr if as_json else sys.stdout
+    if not quiet:
+        print(f"report: {where / 'report.html'}", file=told)
+    print(f"results: {where}", file=told)
     if diverged:
         raise typer.Exit(1)
 
 
-@app.command("list")
+@app.command(
+    "list", epilog=examples("isolation-sim list laws", "isolation-sim list controllers --json")
+)
 def list_names(
-    subject: Annotated[str, typer.Argument(help="What to list.", metavar="|".join(SUBJECTS))],
+    subject: Annotated[
+        str,
+        typer.Argument(
+            help="What to list.", metavar="|".join(SUBJECTS), autocompletion=lambda: list(SUBJECTS)
+        ),
+    ],
+    as_json: AsJson = False,
 ) -> None:
     """List what a scenario may name."""
     from rich.table import Table
@@ -119,6 +133,9 @@ def list_names(
     if subject not in SUBJECTS:
         raise unknown_name("subject", subject, SUBJECTS)
     headings, entries = SUBJECTS[subject]()
+    if as_json:
+        print(json.dumps([dict(zip(headings, entry, strict=True)) for entry in entries], indent=2))
+        return
     if not entries:
         print(f"no {subject} yet")
         return
@@ -127,13 +144,31 @@ def list_names(
         table.add_column(heading, no_wrap=k == 0)
     for entry in entries:
         table.add_row(*entry)
-    _page().print(table)
+    page().print(table)
 
 
-app.command("fit")(cli_fit.fit)
+app.command(
+    "fit",
+    epilog=examples(
+        "isolation-sim fit my_tests --law kelvin_voigt",
+        "isolation-sim fit my_tests --law bouc_wen --fix n=2 --fix A=1 --out fitted.toml",
+    ),
+)(cli_fit.fit)
+app.command(
+    "diagnose",
+    epilog=examples(
+        "isolation-sim diagnose my_tests --law bouc_wen",
+        "isolation-sim diagnose loops.csv --parameters published --out diagnosis",
+        "isolation-sim diagnose record.csv --scenario my_building.toml --json",
+    ),
+)(cli_diagnose.diagnose)
+app.command(
+    "cite",
+    epilog=examples("isolation-sim cite", "isolation-sim cite results/main_job --json"),
+)(cli_cite.cite)
 
 
-@app.command()
+@app.command(epilog=examples("isolation-sim new", "isolation-sim new my_scenario.toml --force"))
 def new(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("scenario.toml"),
     force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
@@ -146,47 +181,6 @@ def new(
         raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
     write_text(Scenario(name=path.stem).to_toml(comments=True), path)
     print(f"wrote {path}; run it with: isolation-sim run {path}")
-
-
-def _page() -> Console:
-    """Return standard output, as wide as the terminal or as the tables are laid out for."""
-    width = None if sys.stdout.isatty() else TABLE_WIDTH
-    return Console(width=width, highlight=False, markup=False)
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[str], None]]:
-    """Spinner on standard error that names the present step and how long it has been at work."""
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    if quiet or not _messages.is_terminal:
-        yield lambda what: None
-        return
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    with Progress(*columns, console=_messages, transient=True) as progress:
-        task = progress.add_task("starting")
-        yield lambda what: progress.update(task, description=what)
-
-
-def _warnings(comparison: Comparison, job: Job) -> Iterator[str]:
-    """Yield what a user must know before trusting the numbers."""
-    for element in job.isolated.elements:
-        device = element.device
-        tested = device.length * device.tested_deformation
-        beyond = {
-            name: peak
-            for name, run in comparison.runs.items()
-            if (peak := float(abs(run.output(f"{element.name}_deformation_m")).max())) > tested
-        }
-        if beyond:
-            peaks = ", ".join(f"{name} {1e3 * peak:.0f} mm" for name, peak in beyond.items())
-            yield (
-                f"{element.name} deforms further than its law was tested, {1e3 * tested:.0f} mm at "
-                f"this scale: {peaks}"
-            )
-    for name, run in comparison.runs.items():
-        if run.clamped:
-            yield f"{name}: {run.clamped} commands were clamped to the supply's limits"
 
 
 def _relative(path: Path) -> Path:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .cli_habits import AsJson, Quiet, page, progress
+
 if TYPE_CHECKING:
     from .identification.fitted import Fit
 
@@ -31,21 +33,25 @@ def fit(
     figure: Annotated[
         Path | None, typer.Option(help="File stem for a figure of the loops (SVG and PNG).")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the JSON report alone on standard output.")
-    ] = False,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="File for the report (HTML); beside --out if that is given."),
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fit a law to measured runs."""
     from .identification.fit import fit as run_fit
 
-    with _progress(starts) as advance:
+    with progress(quiet, starts) as step:
+        step("searching")
         result = run_fit(
             campaign, law, current_degree=current_degree, fixed=_numbers(fixed or []),
-            starts=starts, progress=advance,
+            starts=starts, progress=lambda done: step("searching", done),
         )  # fmt: skip
     if as_json:
         print(json.dumps(result.report(), indent=2))
-    else:
+    elif not quiet:
         _show(result)
     where = sys.stderr if as_json else sys.stdout
     if out is not None:
@@ -55,6 +61,10 @@ def fit(
 
         for path in save(result.plot(), figure.parent, figure.name):
             print(f"figure: {path}", file=where)
+    if report is None and out is not None:
+        report = out.with_suffix(".html")
+    if report is not None:
+        print(f"report: {result.to_html(report)}", file=where)
 
 
 def _numbers(given: list[str]) -> dict[str, float]:
@@ -73,25 +83,8 @@ def _numbers(given: list[str]) -> dict[str, float]:
 
 
 def _show(result: Fit) -> None:
-    from rich.console import Console
-
-    width = None if sys.stdout.isatty() else 100
-    console = Console(width=width, highlight=False, markup=False)
+    console = page()
     for table in result.tables():
         console.print(table)
     for note in result.notes:
         console.print(f"note: {note}")
-
-
-def _progress(starts: int):
-    from rich.console import Console
-    from rich.progress import Progress
-
-    class Shown(Progress):
-        def __enter__(self):
-            super().__enter__()
-            task = self.add_task("searching", total=starts)
-            return lambda done: self.advance(task, done)
-
-    console = Console(stderr=True)
-    return Shown(console=console, transient=True, disable=not console.is_terminal)

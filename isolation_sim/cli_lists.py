@@ -42,7 +42,14 @@ def _records() -> Rows:
 
 
 def _effects() -> Rows:
-    return ["effect", "title"], []
+    from .effects import EFFECTS
+
+    entries = []
+    for cause, forms in EFFECTS.items():
+        for form in forms:
+            parameters = ", ".join(f"{q.name} ({q.unit})" for q in form.parameters)
+            entries.append([cause, form.form, form.title, parameters, form.source])
+    return ["effect", "form", "title", "parameters", "source"], entries
 
 
 def _structures() -> Rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .criteria import criteria
@@ -84,6 +85,43 @@ class Comparison:
             for name, run in self.runs.items()
         }
 
+    @property
+    def title(self) -> str:
+        """Names of the structure and the ground motion."""
+        run = next(iter(self.runs.values()))
+        motion = ", ".join(record.name for record in run.records)
+        return f"{run.isolated.structure.name}, {motion}"
+
+    def warnings(self) -> list[str]:
+        """Tell what a reader must know before trusting the numbers.
+
+        Returns
+        -------
+        list of str
+            Elements that deform further than their law was tested, commands that were clamped.
+        """
+        told = []
+        for element in next(iter(self.runs.values())).isolated.elements:
+            device = element.device
+            tested = device.length * device.tested_deformation
+            beyond = {
+                name: peak
+                for name, run in self.runs.items()
+                if (peak := float(abs(run.output(f"{element.name}_deformation_m")).max())) > tested
+            }
+            if beyond:
+                peaks = ", ".join(f"{name} {1e3 * peak:.0f} mm" for name, peak in beyond.items())
+                told.append(
+                    f"{element.name} deforms further than its law was tested, {1e3 * tested:.0f} "
+                    f"mm at this scale: {peaks}"
+                )
+        told += [
+            f"{name}: {run.clamped} commands were clamped to the supply's limits"
+            for name, run in self.runs.items()
+            if run.clamped
+        ]
+        return told
+
     def table(self) -> Table:
         """Build the table of criteria and energies in engineering units.
 
@@ -95,7 +133,7 @@ class Comparison:
         """
         from .reports.tables import criteria_table
 
-        return criteria_table(self.criteria, self.energy, self._title)
+        return criteria_table(self.criteria, self.energy, self.title)
 
     def to_records(self) -> list[dict[str, str | float]]:
         """List the runs as flat records, for CSV or Parquet.
@@ -138,11 +176,24 @@ class Comparison:
         draw = figures.energy_figure if kind == "energy" else getattr(figures, kind)
         return draw(self.runs, **options)
 
-    @property
-    def _title(self) -> str:
-        run = next(iter(self.runs.values()))
-        motion = ", ".join(record.name for record in run.records)
-        return f"{run.isolated.structure.name}, {motion}"
+    def to_html(self, path: str | Path, scenario: str = "") -> Path:
+        """Write a report that opens in any browser: tables, linked charts, an animation.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+        scenario : str
+            TOML of the scenario that produced the runs, to be told in the report.
+
+        Returns
+        -------
+        pathlib.Path
+            The file; it needs no network.
+        """
+        from .reports.html.run_report import run_report
+
+        return run_report(self, scenario).write(path)
 
     def __repr__(self) -> str:
         return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"

@@ -16,6 +16,10 @@ from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
     from .comparison import Comparison
+    from .discrepancy.diagnosis import Diagnosis
+    from .identification.campaign import Campaign
+    from .laws import Device
+    from .laws.law import Law
     from .scenario import Scenario
 
 
@@ -137,6 +141,69 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
         scenario = Scenario() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
     return Comparison({label: job.run(label) for label in job.controllers})
+
+
+def diagnose(
+    data: Campaign | str | Path | Sequence[str | Path],
+    law: str | Law = "strain_stiffening",
+    parameters: str | Path | Device = "fit",
+    *,
+    scenario: Scenario | IsolatedStructure | str | Path | None = None,
+    **options: Any,
+) -> Diagnosis:
+    """Find what a simulation gets wrong in measured data, and why.
+
+    Parameters
+    ----------
+    data : Campaign, str, pathlib.Path or a sequence of paths
+        A campaign of device tests or its folder, the CSV file of a loop table, or one or several
+        CSV files of building records.
+    law : str or Law, default "strain_stiffening"
+        The law to judge, or its registry name; for device tests and loop tables.
+    parameters : str, pathlib.Path or Device, default "fit"
+        Its numbers: "fit", "published", or a file that ``fit --out`` writes.
+    scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
+        The building as it is believed to be; needed for building records.
+    **options
+        ``progress`` (called with the name of what is being done), ``seed``; for campaigns also
+        ``current_degree`` and ``threads``.
+
+    Returns
+    -------
+    Diagnosis
+        Its ``verdict``, ``causes``, ``extended`` device, ``report()`` and ``save(folder)``.
+
+    Raises
+    ------
+    InputError
+        If the data cannot be read, a name is unknown, or the law cannot be fitted.
+    """
+    from .discrepancy.building_record import read_building_record
+    from .discrepancy.diagnose import diagnose as of_device
+    from .discrepancy.diagnose import kind_of
+
+    paths: list[str | Path]
+    if isinstance(data, Sequence) and not isinstance(data, str):
+        paths = list(data)
+    else:
+        paths = [] if not isinstance(data, str | Path) or kind_of(data) != "building" else [data]
+    if not paths:
+        return of_device(data, law, parameters, **options)  # type: ignore[arg-type]
+    from .discrepancy.building import diagnose_building
+    from .scenario import Scenario
+
+    if scenario is None:
+        raise InputError(
+            f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
+            "scenario file that describes it"
+        )
+    isolated: Any = scenario
+    if isinstance(scenario, str | Path):
+        isolated = Scenario.read(scenario)
+    if isinstance(isolated, Scenario):
+        isolated = isolated.build().isolated
+    options.pop("current_degree", None)
+    return diagnose_building([read_building_record(path) for path in paths], isolated, **options)
 
 
 def _controller(given: str | Control) -> Control:

@@ -98,8 +98,8 @@ def write_comparison(
     comparison : Comparison
         Runs to write.
     folder : str or pathlib.Path
-        Where to; gets ``<controller>.nc``, ``criteria.csv``, ``criteria.json``, ``table.txt``,
-        ``scenario.toml`` and ``figures/``.
+        Where to; gets ``report.html``, ``<controller>.nc``, ``criteria.csv``, ``criteria.json``,
+        ``table.txt``, ``scenario.toml``, ``figures/``, and ``README.txt``, which says what is what.
     scenario : str
         TOML of the scenario that produced it; no ``scenario.toml`` if empty.
     figures : bool, default True
@@ -115,6 +115,54 @@ def write_comparison(
         write_text(scenario, folder / "scenario.toml")
     if figures:
         _write_figures(comparison, folder / "figures")
+    comparison.to_html(folder / "report.html", scenario)
+    write_contents(folder, comparison.title)
+
+
+_CONTENTS = {
+    "report.html": "start here: opens in any browser, needs no network",
+    "table.txt": "criteria and energies of each run, in engineering units",
+    "criteria.csv": "the same in SI units, a line a run",
+    "criteria.json": "the same as JSON",
+    "scenario.toml": "what was run; isolation-sim run scenario.toml runs it again",
+    "finding.txt": "what was found, in a paragraph",
+    "diagnosis.json": "the diagnosis as JSON, in SI units",
+    "report.md": "the diagnosis step by step, as text",
+    "extended_law.toml": "the extended law: the [isolator] section of a scenario",
+    "table.parquet": "a row a run, in SI units; isolation_sim.sweeps.Sweep reads it",
+    "manifest.json": "what the sweep ran",
+    "sweep": "the sweep behind it; isolation-sim sweep show reads it",
+    "figures": "figures for publication, each as SVG and PNG",
+    "*.svg": "figure for publication",
+    "*.png": "the same as a picture",
+    "*.nc": "histories of one run (netCDF, units inside); isolation_sim.read_run reads them",
+    "*.csv": "table; its headings give the units",
+}
+
+
+def write_contents(folder: str | Path, title: str) -> Path:
+    """Write ``README.txt`` into a folder of results: what each file in it is.
+
+    Parameters
+    ----------
+    folder : str or pathlib.Path
+        Folder with the results.
+    title : str
+        What the results are of.
+
+    Returns
+    -------
+    pathlib.Path
+        The file; results of a kind that is not known here are left out of it.
+    """
+    folder = Path(folder)
+    lines = [f"{title}, by isolation-sim {__version__}", ""]
+    told: set[Path] = set()
+    for pattern, what in _CONTENTS.items():
+        found = sorted(set(folder.glob(pattern)) - told)
+        told.update(found)
+        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in found]
+    return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 
 def _write_figures(comparison: Comparison, folder: Path) -> None:

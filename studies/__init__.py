@@ -1,1 +1,16 @@
-"""Studies that can be run: benchmarks, papers reproduced, controllers compared."""
+"""Studies that can be run: sweeps and scenarios, papers reproduced, benchmarks."""
+
+STUDIES = {
+    "benchmark_building": "the smart base-isolated benchmark building under seven records",
+    "level_and_period": "which current level suits which isolation period",
+    "fragility": "incremental dynamic analysis and fragility curves with confidence bounds",
+    "robustness": "controllers whose model is wrong and whose computer is slow",
+    "device_scaling": "how large the isolators should be, and how many",
+    "yielding_storeys": "what isolation is worth when the storeys yield",
+    "moat_wall": "what a moat wall does to the building that meets it",
+    "searches": "which search finds a law's parameters, and at what price",
+}
+"""By name what a study is about: one module of this package, run by ``isolation-sim study NAME``.
+
+See ``studies.study`` for what such a module holds.
+"""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 
 import pytest
+from typer.main import get_command
 
 import isolation_sim
 from isolation_sim import cli
@@ -78,7 +80,7 @@ def test_run_prints_a_table_and_writes_results(here, call):
     names = {path.name for path in (here / "out").iterdir()}
     assert names == {
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
-        "scenario.toml", "figures",
+        "scenario.toml", "figures", "report.html", "README.txt",
     }  # fmt: skip
     assert len(list((here / "out" / "figures").iterdir())) == 10
 
@@ -318,3 +320,62 @@ def test_the_installed_command(tmp_path):
     assert done.stdout == ""
     assert done.stderr.startswith("isolation-sim: none.toml: no such file")
     assert done.stderr.count("\n") == 1
+
+
+def test_a_run_leads_to_its_report(here, call):
+    (here / "short.toml").write_text(SHORT)
+    _, out, _ = call("run", "short.toml", "--no-figures")
+    assert "report: results/short/report.html\n" in out
+    report = (here / "results" / "short" / "report.html").read_text()
+    assert "stop_s = 4.0" in report  # the scenario, to run it again
+
+
+@pytest.mark.parametrize("command", [["run"], ["fit"], ["cite"], ["list"], ["new"]])
+def test_help_shows_commands_that_are_understood(call, monkeypatch, command):
+    monkeypatch.setenv("COLUMNS", "120")
+    code, out, err = call(*command, "--help")
+    assert (code, err) == (0, "")
+    shown = out[out.index("Examples:") :].splitlines()[1:]
+    assert shown
+    context = get_command(cli.app)
+    for line in shown:
+        program, name, *arguments = shlex.split(line.split(">")[0])
+        assert program == "isolation-sim" and name == command[0]
+        # parsed, not run
+        context.commands[name].make_context(name, arguments)
+
+
+@pytest.mark.parametrize("subject", ["laws", "controllers", "records", "structures"])
+def test_lists_as_json(call, subject):
+    code, out, err = call("list", subject, "--json")
+    assert (code, err) == (0, "")
+    entries = json.loads(out)
+    assert len({next(iter(entry.values())) for entry in entries}) == len(entries) > 0
+
+
+@pytest.mark.parametrize(
+    ("given", "told"), [(["rnu"], "Did you mean 'run'?"), (["run", "--jsno"], "--json")]
+)
+def test_a_mistyped_word_is_answered_with_the_right_one(call, given, told):
+    code, out, err = call(*given)
+    assert (code, out) == (2, "")
+    assert told in err
+
+
+def test_shells_complete_commands(here):
+    environment = os.environ | {
+        "_ISOLATION_SIM_COMPLETE": "complete_bash", "COMP_WORDS": "isolation-sim li",
+        "COMP_CWORD": "1",
+    }  # fmt: skip
+    program = "import sys; sys.argv[0] = 'isolation-sim'; import isolation_sim.cli as c; c.main()"
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == ["list"]
+
+
+def test_no_colours_where_nobody_looks(here, call):
+    (here / "short.toml").write_text(SHORT)
+    _, out, err = call("run", "short.toml", "--no-figures")
+    assert "\x1b" not in out + err

@@ -91,3 +91,10 @@ def test_missing_column_names_file_and_column(campaign, capsys):
     assert code == 2
     assert "1Hz_0A.csv" in err
     assert "force_N" in err
+
+
+def test_a_fit_leads_to_its_report(campaign, capsys, tmp_path):
+    out = tmp_path / "fitted.toml"
+    _, told, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out, "--quiet")
+    assert told == f"fitted law: {out}\nreport: {tmp_path / 'fitted.html'}\n"
+    assert "Kelvin-Voigt" in (tmp_path / "fitted.html").read_text()

@@ -71,7 +71,7 @@ def test_everything_of_a_comparison(comparison, tmp_path):
     figures = {"time_histories", "floor_envelopes", "energy", "loops", "currents"}
     assert found == {
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
-        "scenario.toml",
+        "scenario.toml", "report.html", "README.txt",
     } | {f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png")}  # fmt: skip
     with (tmp_path / "criteria.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -129,3 +129,12 @@ def test_a_results_folder_below_a_file_is_refused(tmp_path):
     with pytest.raises(iso.InputError, match="results cannot be written there"):
         with results.ResultsFolder(tmp_path / "file" / "results"):
             pass
+
+
+def test_a_folder_says_what_is_in_it(comparison, tmp_path):
+    results.write_comparison(comparison, tmp_path, "# scenario\n")
+    title, _, *lines = (tmp_path / "README.txt").read_text().splitlines()
+    assert title.startswith(comparison.title)
+    told = {line.split()[0].rstrip("/") for line in lines}
+    assert told == {path.name for path in tmp_path.iterdir()} - {"README.txt"}
+    assert all(len(line.split()) > 3 for line in lines)

@@ -7,24 +7,32 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, unknown_name
-from ..laws import CurrentDependence, Device
-from ..laws import law as published
-from ..laws.law import Law, Quantity
+from ..laws import Device
+from ..laws.law import Law
 from ..laws.registry import LAWS
 from .campaign import Campaign, read_campaign
-from .current_basis import bernstein, currents_of
-from .fitted import Estimate, Fit, RunError
+from .current_basis import currents_of
+from .fitted import Estimate, Fit, RunError, noise_of
 from .least_squares import Optimum, levenberg_marquardt
-from .magnitudes import magnitude
+from .multistart import different, promising
+from .noise import correlation_time
 from .run_table import TestRun
 from .sensitivities import Motion, Simulator
+from .unknowns import Unknowns
+from .velocity import smooth
+
+_FAR_ABOVE = 3.0
+"""Residual over the forces' noise that a law is noted for: the motion's noise makes up to two."""
+_LEAST_NOISE = 2e-3
+"""Of the force's RMS: numerical errors and a load cell's bits are no lack of the law."""
+_NOTHING_GAINED = 1e-3
+"""Part of what one sample's noise costs; a step that gains less ends a fit."""
 
 
 def fit(
@@ -41,10 +49,12 @@ def fit(
     """Fit a law's parameters, polynomials of the current, to a campaign.
 
     The sum of squared force residuals of all runs that are not held out is minimised by
-    Levenberg-Marquardt steps within the law's bounds, from published numbers and from seeded random
-    starts whose sizes follow from the data by each parameter's unit; the best few are refined. The
-    polynomials are handled in Bernstein's form, whose coefficients' bounds hold for the polynomial
-    at every current in the range.
+    Levenberg-Marquardt steps within the law's bounds. The displacement is smoothed within its noise
+    first. The search begins from published numbers and from seeded random starts whose sizes follow
+    from the data by each parameter's unit. They are sorted out with parameters that do not depend
+    on the current; the best few then get their dependence, and the best two of these all samples.
+    The polynomials are handled in Bernstein's form, whose coefficients' bounds hold for the
+    polynomial at every current in the range.
 
     Parameters
     ----------
@@ -84,37 +94,43 @@ def fit(
             raise unknown_name("law", law, LAWS)
         law = LAWS[law]
     given = dict(fixed or {})
-    problem = _Problem(law, campaign, campaign.fitted, current_degree, given)
+    runs = [smoothed(run) for run in campaign.fitted]
+    problem = _Problem(law, campaign, runs, current_degree, given)
     # starts are sorted out on thinned data
-    rough = _Problem(law, campaign, [thinned(r) for r in campaign.fitted], current_degree, given)
-    begin = rough.starts(starts, seed)
+    rough = _Problem(law, campaign, [thinned(run) for run in runs], current_degree, given)
 
-    def search(start: NDArray) -> Optimum:
+    def search(unknowns: Unknowns, start: NDArray) -> Optimum:
         # a fast state may need more steps a sample to stay finite
         for n_steps in (2, 8, 32):
-            found = rough.stepped(n_steps).minimise(start, most=30, tolerance=1e-5)
+            found = rough.over(unknowns, n_steps).minimise(start, most=30, tolerance=1e-4)
             if np.isfinite(found.cost) or not law.states:
                 break
+        return found
+
+    def search_steady(unknowns: Unknowns, start: NDArray) -> Optimum:
+        found = search(unknowns, start)
         if progress is not None:
             progress(1)
         return found
 
+    unknowns = rough.unknowns
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        found = [o for o in pool.map(search, begin) if np.isfinite(o.cost)]
+        begin = promising(unknowns, search_steady, pool, starts, seed)
+        found = different(pool.map(lambda start: search(unknowns, start), begin))
     if not found:
         raise InputError(
             f"{campaign.name}: no start gives {law.name} finite forces under the measured motion"
         )
-    found.sort(key=lambda o: o.cost)
-    problem.resolve(found[0].x)
     best = min(
-        (problem.minimise(o.x, most=300, tolerance=1e-10) for o in found[:3]), key=lambda o: o.cost
+        (problem.minimise(o.x, most=60, tolerance=1e-6) for o in found[:2]), key=lambda o: o.cost
     )
-    return problem.result(best)
+    problem.resolve(best.x)
+    tolerance = _NOTHING_GAINED / len(problem.force)
+    return problem.result(problem.minimise(best.x, most=300, tolerance=tolerance))
 
 
 class _Problem:
-    """Least squares over the Bernstein coefficients of the parameters, over the current."""
+    """Least squares over the unknown parameters of a law."""
 
     def __init__(
         self,
@@ -125,31 +141,14 @@ class _Problem:
         fixed: dict[str, float],
     ):
         self.law, self.campaign = law, campaign
-        for name in fixed:
-            if name not in law.parameter_names:
-                raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
-        self.fixed = fixed
-        self.currents = currents_of(campaign, runs, degree)
-        self.free = [q for q in law.parameters if q.name not in fixed]
-        # Bernstein coefficients to values at the currents, and to ascending powers
-        self.basis = bernstein(self.currents)
-        self.to_powers = np.linalg.solve(np.vander(self.currents, increasing=True), self.basis)
         self.motion = motion_of(runs)
         self.force = np.concatenate([run.force for run in runs])
-        self.scale = self._scales(runs)
-        n_powers = len(self.currents)
-        names = law.parameter_names
-        owner = np.repeat(np.arange(len(names)), n_powers)
-        power = np.tile(np.arange(n_powers), len(names))
+        currents = currents_of(campaign, runs, degree)
+        self.unknowns = Unknowns(law, currents, self._sizes(runs), fixed)
+        owner, power = self.unknowns.owner, self.unknowns.power
         self.simulator = Simulator(law, self.motion, owner, power, n_steps=2)
-        self.spread = self._spread()
-        self.lower = np.repeat([q.lower for q in self.free], n_powers)
-        self.upper = np.repeat([q.upper for q in self.free], n_powers)
-        # a parameter that the law divides by stays clear of zero
-        guarded = np.repeat([q.divides for q in self.free], n_powers) & (self.lower == 0)
-        self.lower[guarded] = 1e-9 * self.scale[guarded]
 
-    def _scales(self, runs: Sequence[TestRun]) -> NDArray:
+    def _sizes(self, runs: Sequence[TestRun]) -> tuple[float, float, float]:
         x = np.sqrt(np.mean(np.concatenate([run.displacement for run in runs]) ** 2))
         v = np.sqrt(np.mean(np.concatenate([run.velocity for run in runs]) ** 2))
         force = np.sqrt(np.mean(self.force**2))
@@ -158,83 +157,43 @@ class _Problem:
                 f"{self.campaign.name}: displacement, velocity or force is zero throughout: the "
                 f"data cannot excite {self.law.name}"
             )
-        sizes = [magnitude(q.unit, force, x, x / v) for q in self.free]
-        return np.repeat(sizes, len(self.currents))
+        return float(force), float(x), float(x / v)
 
-    def _spread(self) -> NDArray:
-        """(n_coefficients, n_unknowns): coefficients from the unknowns; the fixed ones apart."""
-        n, names = len(self.currents), list(self.law.parameter_names)
-        spread = np.zeros((len(names) * n, len(self.free) * n))
-        for k, quantity in enumerate(self.free):
-            at = names.index(quantity.name) * n
-            spread[at : at + n, k * n : (k + 1) * n] = self.to_powers
-        self.offset = np.zeros(len(names) * n)
-        for name, value in self.fixed.items():
-            self.offset[names.index(name) * n] = value
-        return spread
-
-    def coefficients(self, unknowns: NDArray) -> NDArray:
-        """Coefficients of all parameters from the unknowns."""
-        return self.spread @ unknowns + self.offset
-
-    def residuals(self, unknowns: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+    def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Force residuals (N) of the fitted runs and their derivatives by the unknowns."""
         simulator = self.simulator.copy()
         with np.errstate(all="ignore"):
-            force, jacobian = simulator.run(self.coefficients(unknowns), derivatives)
-            return force - self.force, jacobian @ self.spread
-
-    def starts(self, number: int, seed: int) -> list[NDArray]:
-        """Published numbers, if there are any, then random ones of the data's magnitude."""
-        random = np.random.default_rng(seed)
-        begin = []
-        try:
-            device = published(self.law.name)
-        except InputError:
-            pass
-        else:
-            values = device.current.at(self.currents)
-            chosen = [values[self.law.parameter_names.index(q.name)] for q in self.free]
-            begin.append(np.concatenate(chosen) if chosen else np.zeros(0))
-        while len(begin) < number:
-            begin.append(np.concatenate([self._random(q, random) for q in self.free]))
-        return [np.clip(start, self.lower, self.upper) for start in begin]
-
-    def _random(self, quantity: Quantity, random: np.random.Generator) -> NDArray:
-        n = len(self.currents)
-        k = self.free.index(quantity)
-        if np.isfinite(quantity.lower) and np.isfinite(quantity.upper):
-            return np.full(n, random.uniform(quantity.lower, quantity.upper))
-        size = self.scale[k * n] * 10 ** random.uniform(-1.5, 1.5)
-        if quantity.lower < 0:
-            size *= random.uniform(-1, 1)
-        return np.full(n, max(size, quantity.lower))
+            force, jacobian = simulator.run(self.unknowns.coefficients(values), derivatives)
+            return force - self.force, jacobian @ self.unknowns.spread
 
     def minimise(self, start: NDArray, most: int, tolerance: float) -> Optimum:
         """Search from one start."""
-        return levenberg_marquardt(self.residuals, start, self.lower, self.upper, most, tolerance)
+        unknowns = self.unknowns
+        return levenberg_marquardt(
+            self.residuals, start, unknowns.lower, unknowns.upper, most, tolerance
+        )
 
-    def stepped(self, n_steps: int) -> _Problem:
-        """Return the same problem with a number of integration steps a sample."""
-        other, s = copy(self), self.simulator
-        other.simulator = Simulator(s.law, s.motion, s.owner, s.power, n_steps)
+    def over(self, unknowns: Unknowns, n_steps: int) -> _Problem:
+        """Return the same problem over other unknowns, with so many integration steps a sample."""
+        other = copy(self)
+        other.unknowns = unknowns
+        other.simulator = Simulator(self.law, self.motion, unknowns.owner, unknowns.power, n_steps)
         return other
 
-    def resolve(self, unknowns: NDArray) -> None:
+    def resolve(self, values: NDArray) -> None:
         """Take as many integration steps a sample as the law needs at these unknowns."""
-        self.simulator = self.simulator.resolved(self.coefficients(unknowns), 1e-5, most=16)
+        coefficients = self.unknowns.coefficients(values)
+        self.simulator = self.simulator.resolved(coefficients, 1e-5, most=16)
 
     def result(self, best: Optimum) -> Fit:
         """Put the outcome together."""
-        n, names = len(self.currents), self.law.parameter_names
-        rows = self.coefficients(best.x).reshape(len(names), n)
         runs = self.campaign.fitted
         low = min(float(run.current.min()) for run in runs)
         high = max(float(run.current.max()) for run in runs)
         device = Device(
             law=self.law,
-            current=CurrentDependence.polynomial(dict(zip(names, rows.tolist(), strict=True))),
-            current_range=(low, high) if n > 1 else (-np.inf, np.inf),
+            current=self.unknowns.dependence(best.x),
+            current_range=(low, high) if len(self.unknowns.currents) > 1 else (-np.inf, np.inf),
             tested_deformation=max(float(np.abs(run.displacement).max()) for run in runs),
             source=f"fitted to {self.campaign.name}",
             name=f"{self.law.name}, fitted",
@@ -244,13 +203,13 @@ class _Problem:
             device=device,
             campaign=self.campaign,
             estimates=estimates,
-            errors=self._errors(self.campaign.runs, self.coefficients(best.x)),
+            errors=self._errors(self.campaign.runs, self.unknowns.coefficients(best.x)),
             notes=notes,
             converged=best.converged,
         )
 
     def _errors(self, runs: Sequence[TestRun], theta: NDArray) -> tuple[RunError, ...]:
-        motion = motion_of(runs)
+        motion = motion_of([smoothed(run) for run in runs])
         simulator = Simulator(
             self.law, motion, self.simulator.owner, self.simulator.power, self.simulator.n_steps
         )
@@ -260,14 +219,15 @@ class _Problem:
 
     def _estimates(self, best: Optimum) -> tuple[tuple[Estimate, ...], tuple[str, ...]]:
         """Values with 95 % intervals from the curvature; what the data leave open."""
+        unknowns = self.unknowns
         residual = self.residuals(best.x, False)[0]
-        size = np.maximum(np.abs(best.x), 1e-12 * self.scale)
+        size = np.maximum(np.abs(best.x), 1e-12 * unknowns.scale)
         scaled = best.jacobian * size
-        n = len(self.currents)
-        at_currents = np.kron(np.eye(len(self.free)), self.basis)
+        n = len(unknowns.currents)
+        at_currents = np.kron(np.eye(len(unknowns.free)), unknowns.basis)
         n_unknowns = len(best.x)
         variance = float(residual @ residual) / max(len(residual) - n_unknowns, 1)
-        variance *= _correlation_length(residual, self.motion.starts)
+        variance *= correlation_time(residual, self.motion.starts)
         _, s, vt = np.linalg.svd(scaled.T @ scaled)
         kept = s > s[0] * 1e-13
         covariance = (vt[kept].T / s[kept]) @ vt[kept] * variance
@@ -277,11 +237,11 @@ class _Problem:
         half = 1.96 * np.sqrt(np.diag(covariance))
         # whatever basis of the open directions the decomposition has chosen
         undirected = np.linalg.norm(vt[~kept], axis=0) > 0.3
-        at_bound = (best.x <= self.lower) | (best.x >= self.upper)
+        at_bound = (best.x <= unknowns.lower) | (best.x >= unknowns.upper)
         loose = (np.abs(at_currents) > 1e-9) @ (undirected | at_bound)
         estimates = []
-        for k, quantity in enumerate(self.free):
-            for j, current in enumerate(self.currents):
+        for k, quantity in enumerate(unknowns.free):
+            for j, current in enumerate(unknowns.currents):
                 i = k * n + j
                 estimates.append(
                     Estimate(
@@ -315,7 +275,31 @@ class _Problem:
                     )
         if not best.converged:
             notes.append("the search ended before it converged")
+        error = float(np.sqrt(2 * best.cost / np.sum(self.force**2)))
+        noise = noise_of(self.campaign.fitted)
+        if error > _FAR_ABOVE * max(noise, _LEAST_NOISE):
+            ratio = error / max(noise, 1e-6)
+            notes.append(
+                f"the residual ({100 * error:.1f} %) is {ratio:.0f} times the data's own "
+                f"noise ({100 * noise:.2g} %): the law lacks something; isolation-sim diagnose "
+                "says what"
+            )
         return tuple(notes)
+
+
+def smoothed(run: TestRun) -> TestRun:
+    """Smooth the displacement of a run within its noise, which would bend the parameters.
+
+    Parameters
+    ----------
+    run : TestRun
+        A run.
+
+    Returns
+    -------
+    TestRun
+    """
+    return replace(run, displacement=smooth(run.displacement, run.step)[0])
 
 
 def thinned(run: TestRun, most: int = 600) -> TestRun:
@@ -365,23 +349,3 @@ def motion_of(runs: Sequence[TestRun]) -> Motion:
         current=np.concatenate([run.current for run in runs]),
         dt=np.array([(run.time[-1] - run.time[0]) / (len(run.time) - 1) for run in runs]),
     )
-
-
-
-
-def _correlation_length(residual: NDArray, starts: NDArray) -> float:
-    """Factor by which correlated residuals carry less information than as many free ones."""
-    total, lags = 0.0, 64
-    spectrum = np.zeros(lags)
-    for start, stop in pairwise(starts):
-        part = residual[start:stop]
-        part = part - part.mean()
-        for lag in range(min(lags, len(part))):
-            spectrum[lag] += part[: len(part) - lag] @ part[lag:]
-    if spectrum[0] <= 0:
-        return 1.0
-    for lag in range(1, lags):
-        if spectrum[lag] <= 0.05 * spectrum[0]:
-            break
-        total += spectrum[lag] / spectrum[0]
-    return 1.0 + 2.0 * total

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..laws import Device, to_dict
+from ..effects import device_section
+from ..laws import Device
 from .campaign import Campaign
+from .noise import white_noise
 from .run_table import TestRun
 
 if TYPE_CHECKING:
@@ -90,6 +92,22 @@ def pooled(errors: Iterable[RunError]) -> float:
     return float(np.sqrt(residual / sum(float(np.sum(e.run.force**2)) for e in errors)))
 
 
+def noise_of(runs: Sequence[TestRun]) -> float:
+    """RMS of the white noise in the forces of several runs over the RMS of these forces.
+
+    Parameters
+    ----------
+    runs : sequence of TestRun
+        The runs.
+
+    Returns
+    -------
+    float
+    """
+    noise = sum(len(run.force) * white_noise(run.force) ** 2 for run in runs)
+    return float(np.sqrt(noise / sum(float(np.sum(run.force**2)) for run in runs)))
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted law.
@@ -105,7 +123,7 @@ class Fit:
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
-        What the data do not determine or cannot tell apart.
+        What the data do not determine or cannot tell apart, and what the law lacks.
     converged : bool
         Whether the search converged.
     """
@@ -121,6 +139,11 @@ class Fit:
     def error(self) -> float:
         """Relative RMS error of the fitted runs, pooled."""
         return pooled(e for e in self.errors if not e.run.hold_out)
+
+    @property
+    def noise(self) -> float:
+        """RMS of the fitted runs' own force noise over the RMS of their force, pooled."""
+        return noise_of(self.campaign.fitted)
 
     @property
     def held_out_error(self) -> float:
@@ -166,8 +189,8 @@ class Fit:
         Returns
         -------
         dict
-            ``law``, ``error``, ``held_out_error``, ``runs``, ``parameters``, ``notes``,
-            ``converged``; errors are relative RMS.
+            ``law``, ``error``, ``held_out_error``, ``noise``, ``runs``, ``parameters``, ``notes``,
+            ``converged``; errors and noise are relative RMS.
         """
         held = self.held_out_error
         return {
@@ -176,6 +199,7 @@ class Fit:
             "converged": self.converged,
             "error": self.error,
             "held_out_error": None if np.isnan(held) else held,
+            "noise": self.noise,
             "runs": [
                 {"name": e.run.name, "error": e.relative, "hold_out": e.run.hold_out}
                 for e in self.errors
@@ -199,24 +223,7 @@ class Fit:
             TOML; the scales say that one device of the tested size carries the building, which is
             what to change.
         """
-        import tomlkit
-
-        device = to_dict(self.device)
-        section = tomlkit.table()
-        section.add(tomlkit.comment(f"fitted to {self.campaign.name}"))
-        section["law"] = device["law"]
-        if np.isfinite(device["current_range"]).all():
-            section["current_range_A"] = device["current_range"]
-        section["tested_deformation_m"] = device["tested_deformation"]
-        section["length_scale"] = 1.0
-        section["force_scale"] = 1.0
-        parameters = tomlkit.table()
-        for name, row in device["parameters"].items():
-            parameters[name] = row
-        section["parameters"] = parameters
-        document = tomlkit.document()
-        document["isolator"] = section
-        return tomlkit.dumps(document)
+        return device_section(self.device, f"fitted to {self.campaign.name}")
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario section to a file.
@@ -247,3 +254,20 @@ class Fit:
         from ..reports.loops_fitted import fitted_loops
 
         return fitted_loops(self)
+
+    def to_html(self, path: str | Path) -> Path:
+        """Write a report that opens in any browser: loops, errors, parameters.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+
+        Returns
+        -------
+        pathlib.Path
+            The file; it needs no network.
+        """
+        from ..reports.html.fit_report import fit_report
+
+        return fit_report(self).write(path)

@@ -6,18 +6,30 @@ import re
 
 from ..errors import InputError
 
-_POWERS = {"N": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1)}
+# powers of force, length, time and current
+_POWERS = {
+    "N": (1, 0, 0, 0),
+    "m": (0, 1, 0, 0),
+    "s": (0, 0, 1, 0),
+    "A": (0, 0, 0, 1),
+    "J": (1, 1, 0, 0),
+    "kg": (1, -1, 2, 0),
+    "degC": (0, 0, 0, 0),
+}
 
 
-def magnitude(unit: str, force: float, length: float, time: float) -> float:
-    """Size that a quantity has when force, length and time have given sizes.
+def magnitude(
+    unit: str, force: float, length: float, time: float, current: float = 1.0
+) -> float:
+    """Size that a quantity has when force, length, time and current have given sizes.
 
     Parameters
     ----------
     unit : str
-        SI unit made of N, m and s, such as ``"N s/m"``, ``"N/m^3"``, ``"1/m"`` or ``"-"``.
-    force, length, time : float
-        Sizes, N, m, s.
+        SI unit made of N, m, s, A, J, kg and degC, such as ``"N s/m"``, ``"N/m^3"``, ``"1/m"`` or
+        ``"-"``; a degree counts as one.
+    force, length, time, current : float
+        Sizes, N, m, s, A.
 
     Returns
     -------
@@ -35,16 +47,16 @@ def magnitude(unit: str, force: float, length: float, time: float) -> float:
     5000.0
     """
     above, _, below = unit.partition("/")
-    size = 1.0
+    size, sizes = 1.0, (force, length, time, current)
     for part, sign in ((above, 1), (below.strip("()"), -1)):
         for symbol in part.split():
             if symbol in ("1", "-", ""):
                 continue
             found = re.fullmatch(r"([A-Za-z]+)(?:\^(-?[\d.]+|n))?", symbol)
             if found is None or found[1] not in _POWERS:
-                raise InputError(f"unit {unit!r} is not made of N, m and s")
+                raise InputError(f"unit {unit!r} is not made of {', '.join(_POWERS)}")
             # an exponent that is itself a parameter is mostly near 2
             power = sign * (2.0 if found[2] == "n" else float(found[2] or 1))
-            for base, exponent in zip((force, length, time), _POWERS[found[1]], strict=True):
+            for base, exponent in zip(sizes, _POWERS[found[1]], strict=True):
                 size *= base ** (power * exponent)
     return size

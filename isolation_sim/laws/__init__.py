@@ -3,6 +3,7 @@
 from .current_dependence import CurrentDependence
 from .device import Device, Scaled
 from .law import Law, Quantity
+from .passive_switching import papers_rule, passive
 from .plain import from_dict, to_dict
 from .registry import LAWS, available_laws, available_sets, law
 
@@ -17,5 +18,7 @@ __all__ = [
     "available_sets",
     "from_dict",
     "law",
+    "papers_rule",
+    "passive",
     "to_dict",
 ]

@@ -242,6 +242,8 @@ class CurrentDependence:
         InputError
             If a parameter is missing or unknown.
         """
+        if self.names == tuple(names):
+            return self
         _check_names(self.names, names)
         order = [self.names.index(name) for name in names]
         return CurrentDependence(tuple(names), self.breaks, self.coefficients[:, order])

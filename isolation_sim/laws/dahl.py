@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -46,6 +46,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Dahl (1968), exponent 1",
+    springs=(Spring("k", ("x",)), Spring("sigma", ("z",))),
 )
 
 SETS: dict = {}

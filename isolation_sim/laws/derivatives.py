@@ -27,9 +27,9 @@ def _jacobian_at_rest(law: Law) -> Any:
         *law.rates(x, v, tuple(states), tuple(parameters)),
     ]
     jacobian = casadi.jacobian(casadi.vertcat(*outputs), casadi.vertcat(*arguments))
-    at_rest = casadi.substitute(
-        jacobian, casadi.vertcat(*arguments), casadi.DM.zeros(len(arguments))
-    )
+    zeros = (0.0,) * len(states)
+    rest = [0.0, 0.0, *(zeros if law.rest is None else law.rest(tuple(parameters)))]
+    at_rest = casadi.substitute(jacobian, casadi.vertcat(*arguments), casadi.vertcat(*rest))
     return casadi.Function("jacobian_at_rest", [casadi.vertcat(*parameters)], [at_rest])
 
 
@@ -65,7 +65,7 @@ def complex_stiffness(law: Law, parameters: Sequence[float], omega: float) -> co
 
 
 def force_is_affine_in_current(law: Law, dependence: CurrentDependence) -> bool:
-    """Whether the force's second derivative by the current is identically zero.
+    """Whether the force's derivative by the current does not depend on the current.
 
     Parameters
     ----------
@@ -89,8 +89,9 @@ def force_is_affine_in_current(law: Law, dependence: CurrentDependence) -> bool:
         dependence.names, np.array([-np.inf, np.inf]), dependence.coefficients[:1]
     )
     force = law.force(x, v, tuple(states), one_piece.at(current))
-    curvature = casadi.jacobian(casadi.jacobian(force, current), current)
-    return curvature.nnz() == 0 or bool(casadi.simplify(curvature).is_zero())
+    # not the second derivative: it is zero too where a law compares the current with something
+    slope = casadi.simplify(casadi.jacobian(force, current))
+    return not casadi.depends_on(slope, current)
 
 
 @lru_cache(maxsize=64)

@@ -227,6 +227,8 @@ class Device:
         """
         length = _positive(self.name, "length", length)
         force = _positive(self.name, "force", force)
+        if length == force == 1.0:
+            return self
         return replace(self, length=self.length * length, force_scale=self.force_scale * force)
 
     def with_parameters(self, **values: float | Sequence[float]) -> Device:

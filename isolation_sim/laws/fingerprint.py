@@ -67,6 +67,8 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
             yield from _parts(item, seen)
     elif isinstance(value, ModuleType):
         yield value.__name__.encode()
+    elif isinstance(value, type) and issubclass(value, tuple):
+        yield f"{value.__qualname__} {getattr(value, '_fields', ())} ".encode()
     elif value is None or isinstance(value, bool | int | float | str):
         yield f"{type(value).__name__} {value!r} ".encode()
     else:

@@ -8,7 +8,7 @@ from typing import Any
 
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, SI_LI_LI
 
 
@@ -47,6 +47,11 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Li & Li, Eqs 8-10",
+    springs=(
+        Spring("k1", ("y",)),
+        Spring("k0", ("x",), less="y"),
+        Spring("alpha", ("x",), power=3.0),
+    ),
 )
 
 

@@ -41,6 +41,29 @@ class Quantity:
     divides: bool = False
 
 
+@dataclass(frozen=True)
+class Spring:
+    """A spring in a law, whose force and energy grow in proportion to one parameter.
+
+    Attributes
+    ----------
+    stiffness : str
+        The parameter; force and rates are linear in it, and the stored energy is its multiple.
+    extensions : tuple of str
+        What it stretches by: ``"x"`` for the device's deformation, or a state that is nothing but
+        this spring's extension; several where several springs share the parameter.
+    less : str
+        State to take from ``"x"``, the extension of what stands in series; empty for none.
+    power : float or str
+        Power of the extension to which the force grows, or the parameter that is this power.
+    """
+
+    stiffness: str
+    extensions: tuple[str, ...]
+    less: str = ""
+    power: float | str = 1.0
+
+
 def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     """Rates of a law without internal states: none."""
     return ()
@@ -67,6 +90,14 @@ class Law:
         no such function is known: the ledger then books the device's whole work as dissipated.
     source : str
         Paper and equations.
+    springs : tuple of Spring
+        All that stores energy, where it is springs alone: what the passive switching rule needs.
+    rest : callable or None
+        ``rest(parameters)`` -> states of the undeformed device long after the current was set;
+        None where they are zero.
+    field_power : callable or None
+        ``field_power(x, states, parameters)`` -> W, what a change of the field does on the stored
+        energy, in a law that holds the field among its states.
     """
 
     name: str
@@ -77,6 +108,9 @@ class Law:
     rates: Callable[..., tuple] = no_rates
     stored_energy: Callable[..., Any] | None = None
     source: str = ""
+    springs: tuple[Spring, ...] = ()
+    rest: Callable[[tuple], tuple] | None = None
+    field_power: Callable[..., Any] | None = None
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -24,6 +24,7 @@ LAW = Law(
     force=force,
     stored_energy=stored_energy,
     source="Hooke",
+    springs=(Spring("k", ("x",)),),
 )
 
 SETS: dict = {}

@@ -21,7 +21,7 @@ import numpy as np
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 from .published import (
     LINEARISED,
     LINEARISED_AMPLITUDES_MM,
@@ -72,6 +72,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
+    springs=(Spring("k1", ("x",)), Spring("k2", ("z",))),
 )
 
 

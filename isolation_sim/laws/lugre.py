@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -50,6 +50,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Yu et al., Eqs 21 and 22 mended",
+    springs=(Spring("k0", ("x",)), Spring("beta", ("y",))),
 )
 
 SETS: dict = {}

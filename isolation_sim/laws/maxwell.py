@@ -5,7 +5,7 @@
 
 from typing import Any
 
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -41,6 +41,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Maxwell",
+    springs=(Spring("k", ("y",)),),
 )
 
 SETS: dict = {}

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 
 BAND_HZ = (0.02, 50.0)
 """Frequencies within which the approximation holds."""
@@ -81,6 +81,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="fractional power by the trapezoidal rule over its relaxation spectrum",
+    springs=(Spring("k", ("x", *(f"q{j}" for j in range(1, 8)))),),
 )
 
 SETS: dict = {}

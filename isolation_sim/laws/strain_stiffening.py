@@ -4,7 +4,7 @@ from typing import Any
 
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED
 
 
@@ -49,6 +49,11 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Li & Li, Eqs 10-14",
+    springs=(
+        Spring("k1", ("y",)),
+        Spring("k0", ("x",), less="y"),
+        Spring("alpha", ("z",), power=3.0),
+    ),
 )
 
 _SI = {"c0": 1e3, "k0": 1e3, "c1": 1e3, "k1": 1e3, "alpha": 1e9}

@@ -13,7 +13,7 @@ from typing import Any
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .law import Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED, SI_LI_LI
 
 REFERENCE = 1e-3
@@ -71,6 +71,11 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Li & Li, Eqs 7 and 10-14",
+    springs=(
+        Spring("k1", ("y",)),
+        Spring("k0", ("x",), less="y"),
+        Spring("alpha", ("z",), power="p"),
+    ),
 )
 
 _SI = {name: SI_LI_LI[name] for name in ("c0", "k0", "c1", "k1")} | {"alpha": 1.0, "p": 1.0}

@@ -19,15 +19,18 @@ if TYPE_CHECKING:
     from ..simulation.ledger import Ledger
     from ..simulation.result import Run
 
-# from the bottom of the stack: attribute, label, shade, hatch
-_SINKS = (
+SINKS = (
     ("device_dissipation_J", "dissipated by devices", "0.55", ""),
     ("structural_damping_J", "dissipated by structure", "0.8", "////"),
     ("device_stored_J", "stored in devices", "0.93", "...."),
     ("strain_J", "strain", "#A6CEE3", "\\\\\\\\"),
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )
-_INSTANTS = 800
+"""What became of the energy, from the bottom of the stack: attribute, label, shade, hatch."""
+
+INSTANTS = 800
+"""As many as a page shows; filled areas are not thinned out when they are drawn."""
+
 
 
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
@@ -83,10 +86,9 @@ def draw_ledger(axes: Axes, ledger: Ledger) -> None:
     ledger : Ledger
         Energies over time, J.
     """
-    # as many as a page shows; filled areas are not thinned out when they are drawn
-    drawn = slice(None, None, len(ledger.time) // _INSTANTS + 1)
+    drawn = slice(None, None, len(ledger.time) // INSTANTS + 1)
     floor = np.zeros(len(ledger.time[drawn]))
-    for name, label, shade, hatch in _SINKS:
+    for name, label, shade, hatch in SINKS:
         top = floor + 1e-3 * getattr(ledger, name)[drawn]
         axes.fill_between(
             ledger.time[drawn], floor, top, label=label, facecolor=shade, hatch=hatch,
@@ -95,7 +97,7 @@ def draw_ledger(axes: Axes, ledger: Ledger) -> None:
         floor = top
     supplied, changed, *_ = line_styles(2)
     axes.plot(ledger.time, 1e-3 * ledger.input_J, label="input", **supplied)
-    axes.plot(ledger.time, 1e-3 * _supply(ledger), label="input + field work", **changed)
+    axes.plot(ledger.time, 1e-3 * supply(ledger), label="input + field work", **changed)
     axes.margins(x=0)
     axes.set_xlabel("Time (s)")
     axes.set_ylabel("Energy (kJ)")
@@ -104,10 +106,10 @@ def draw_ledger(axes: Axes, ledger: Ledger) -> None:
 def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
     for line, (name, run) in zip(line_styles(len(runs)), runs.items(), strict=True):
         ledger = run.energy
-        spent = sum(getattr(ledger, sink) for sink, *_ in _SINKS)
+        spent = sum(getattr(ledger, sink) for sink, *_ in SINKS)
         peak = np.max(np.abs(ledger.input_J)) or 1.0
         axes.plot(
-            ledger.time, (_supply(ledger) - spent) / peak, label=name, linewidth=0.8,
+            ledger.time, (supply(ledger) - spent) / peak, label=name, linewidth=0.8,
             markevery=len(ledger.time) // MARKS_A_LINE + 1, **line,
         )
     axes.margins(x=0)
@@ -115,5 +117,17 @@ def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
     axes.set_ylabel("Mismatch /\npeak input (-)")
 
 
-def _supply(ledger: Ledger) -> NDArray:
+def supply(ledger: Ledger) -> NDArray:
+    """Energy that the ledger has to account for.
+
+    Parameters
+    ----------
+    ledger : Ledger
+        Energies over time, J.
+
+    Returns
+    -------
+    (n_samples,) array
+        Input and field work, J.
+    """
     return ledger.input_J + ledger.field_work_J

@@ -256,8 +256,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     if not names:
         raise InputError(f"{isolated.structure.name} has no element whose loop could be drawn")
     if name is None:
-        along = isolated.element_rows @ isolated.structure.influence[:, direction]
-        return names[int(np.argmax(along != 0))]
+        return panels.element_along(run, direction)
     if name not in names:
         raise unknown_name("element", name, names)
     return name

@@ -105,7 +105,7 @@ def base_displacement(axes: Axes, runs: Mapping[str, Run], direction: int = 0) -
         Number of the direction of ground motion.
     """
     _over_time(axes, runs, {
-        name: 1e3 * columns(run, [_base_dof(run, direction)], "displacement_m")[:, 0]
+        name: 1e3 * columns(run, [base_dof(run, direction)], "displacement_m")[:, 0]
         for name, run in runs.items()
     })
     axes.set_ylabel("Base\ndisp. (mm)")
@@ -124,7 +124,7 @@ def roof_acceleration(axes: Axes, runs: Mapping[str, Run], direction: int = 0) -
         Number of the direction of ground motion.
     """
     _over_time(axes, runs, {
-        name: columns(run, [_roof_dof(run, direction)], "acceleration_m_s2")[:, 0]
+        name: columns(run, [roof_dof(run, direction)], "acceleration_m_s2")[:, 0]
         for name, run in runs.items()
     })
     axes.set_ylabel("Roof\nacc. (m/s²)")
@@ -198,7 +198,7 @@ def acceleration_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
         for name, run in runs.items()
     }, np.arange(len(dofs)))
     labels = [structure.names[dof] for dof in dofs[:, 0]]
-    _height_ticks(axes, np.arange(len(dofs)), _without_direction(labels, structure.directions))
+    _height_ticks(axes, np.arange(len(dofs)), without_direction(labels, structure.directions))
     axes.set_xlabel("Peak abs. acceleration (m/s²)")
     axes.set_ylabel("Level (-)")
 
@@ -221,7 +221,7 @@ def drift_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
         name: 1e3 * np.max(np.abs(response_of(run).drift), axis=0) for name, run in runs.items()
     }, height)
     labels = [structure.storeys[row] for row in rows[:, 0]]
-    _height_ticks(axes, height, _without_direction(labels, structure.directions))
+    _height_ticks(axes, height, without_direction(labels, structure.directions))
     axes.set_ylim(-0.25, len(rows) + 0.25)
     axes.set_xlabel("Peak storey drift (mm)")
     axes.set_ylabel("Storey (-)")
@@ -255,21 +255,82 @@ def _over_time(
         axes.set_xlim(time[0], time[-1])
 
 
-def _base_dof(run: Run, direction: int) -> str:
+def base_dof(run: Run, direction: int) -> str:
+    """Find the dof whose displacement stands for the base's.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+    direction : int
+        Number of the direction of ground motion.
+
+    Returns
+    -------
+    str
+        Its name; the first level's where the ground holds the structure itself.
+    """
     structure = run.isolated.structure
     moved = [d for d in structure.base if structure.influence[d, direction]]
-    # a structure that the ground holds has no base: its first level stands for it
     return structure.names[moved[0] if moved else _dofs(run, direction)[0]]
 
 
-def _roof_dof(run: Run, direction: int) -> str:
+def roof_dof(run: Run, direction: int) -> str:
+    """Find the dof of the last level.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+    direction : int
+        Number of the direction of ground motion.
+
+    Returns
+    -------
+    str
+        Its name.
+    """
     return run.isolated.structure.names[_dofs(run, direction)[-1]]
+
+
+def element_along(run: Run, direction: int = 0) -> str:
+    """Find the element whose loop stands for the isolators'.
+
+    Parameters
+    ----------
+    run : Run
+        A run whose structure has an element.
+    direction : int
+        Number of the direction of ground motion.
+
+    Returns
+    -------
+    str
+        Name of the first element that deforms when the structure moves along the direction; the
+        first of all if none does.
+    """
+    isolated = run.isolated
+    along = isolated.element_rows @ isolated.structure.influence[:, direction]
+    return isolated.element_names[int(np.argmax(along != 0))]
 
 
 def _dofs(run: Run, direction: int) -> NDArray:
     return np.flatnonzero(run.isolated.structure.influence[:, direction])
 
 
-def _without_direction(labels: Sequence[str], directions: Sequence[str]) -> list[str]:
+def without_direction(labels: Sequence[str], directions: Sequence[str]) -> list[str]:
+    """Take the direction off the names of levels or storeys.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        Names, such as ``"floor1_x"``.
+    directions : sequence of str
+        Directions of ground motion.
+
+    Returns
+    -------
+    list of str
+    """
     ends = tuple(f"_{direction}" for direction in directions)
     return [label.rsplit("_", 1)[0] if label.endswith(ends) else label for label in labels]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
 DOUBLE_COLUMN = 7.2
@@ -78,6 +79,21 @@ def new_figure(width: float, height: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def light_shades() -> Colormap:
+    """Colours for maps: light, so that black numbers and lines can be read, in grey too.
+
+    Returns
+    -------
+    matplotlib.colors.Colormap
+        From dark to light as the value rises.
+    """
+    import numpy as np
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps["cividis"](np.linspace(0.4, 1.0, 256)))
 
 
 def label_outer(axes: Sequence[Axes], across: int) -> None:

@@ -110,22 +110,50 @@ def criteria_table(
         # a word a line: left alone, rich shares the width by whole names and breaks words
         header = Text("\n".join(name.replace("_", " ").split()))
         table.add_column(header, justify="right", overflow="fold", vertical="bottom")
-    values = {name: {**criteria[name], **energy[name]} for name in criteria}
-    for group, rows in _GROUPS.items():
-        present = [row for row in rows if any(row.key in v for v in values.values())]
-        if present:
-            table.add_row(Text(group, style="bold"))
-        for row in present:
-            symbol, factor = unit_of(row.key)
-            numbers = [v[row.key] * factor if row.key in v else None for v in values.values()]
+    for group, lines in criteria_lines(criteria, energy).items():
+        table.add_row(Text(group, style="bold"))
+        for label, values in lines:
             cells = [
-                Text(text, style="bold" if text.endswith("*") else "")
-                for text in _marked(numbers, row.best if several else None)
+                Text(f"{text}*", style="bold") if best else Text(f"{text} ")
+                for text, best in values
             ]
-            table.add_row(f"  {row.label}{', ' * bool(symbol)}{symbol}", *cells)
-        if present:
-            table.add_section()
+            table.add_row(f"  {label}", *cells)
+        table.add_section()
     return table
+
+
+def criteria_lines(
+    criteria: Mapping[str, Mapping[str, float]], energy: Mapping[str, Mapping[str, float]]
+) -> dict[str, list[tuple[str, list[tuple[str, bool]]]]]:
+    """Text of the table of criteria and energies, however it is set.
+
+    Parameters
+    ----------
+    criteria : mapping of str to mapping
+        Criteria of each run by its name, SI units.
+    energy : mapping of str to mapping
+        Energies of each run by its name, J.
+
+    Returns
+    -------
+    dict of str to list of tuple
+        Rows by their group: a label with the unit, and for each run its number as text and whether
+        it is the best of several. Groups and rows that no run has are left out.
+    """
+    values = [{**criteria[name], **energy[name]} for name in criteria]
+    groups = {}
+    for group, rows in _GROUPS.items():
+        lines = []
+        for row in rows:
+            if not any(row.key in v for v in values):
+                continue
+            symbol, factor = unit_of(row.key)
+            numbers = [v[row.key] * factor if row.key in v else None for v in values]
+            cells = _marked(numbers, row.best if len(values) > 1 else None)
+            lines.append((f"{row.label}{', ' * bool(symbol)}{symbol}", cells))
+        if lines:
+            groups[group] = lines
+    return groups
 
 
 def run_table(run: Run) -> Table:
@@ -169,14 +197,14 @@ def as_text(table: Table, width: int = WIDTH) -> str:
     return "\n".join(line.rstrip() for line in capture.get().splitlines())
 
 
-def _marked(numbers: list[float | None], best: Callable | None) -> list[str]:
+def _marked(numbers: list[float | None], best: Callable | None) -> list[tuple[str, bool]]:
     texts = [_text(number) for number in numbers]
     known = [number for number in numbers if number is not None and number == number]
     mark = _text(best(known)) if best and known else None
     # all alike: nothing to choose
     if len(set(texts)) == 1:
         mark = None
-    return [f"{text}*" if text == mark else f"{text} " for text in texts]
+    return [(text, text == mark) for text in texts]
 
 
 def _text(number: float | None) -> str:

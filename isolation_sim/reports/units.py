@@ -4,6 +4,8 @@ from __future__ import annotations
 
 UNITS = {
     "m_s2": ("m/s²", 1.0),
+    "m_s": ("m/s", 1.0),
+    "s": ("s", 1.0),
     "m": ("mm", 1e3),
     "N": ("kN", 1e-3),
     "J": ("kJ", 1e-3),

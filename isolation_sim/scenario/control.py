@@ -61,11 +61,14 @@ class Driver(Section):
         Number | None, Field(description="limit of the supply; the device's if left out")
     ] = None
     initial_A: Annotated[Number, Field(description="current before the first command")] = 0.0
+    step_A: Annotated[
+        NonNegative, Field(description="commands are rounded to multiples; 0 is no step")
+    ] = 0.0
 
     def build(self) -> CoilDriver:
         """Return the driver."""
         slew = float("inf") if self.slew_A_per_s is None else self.slew_A_per_s
-        return CoilDriver(self.lag_s, slew, self.low_A, self.high_A, self.initial_A)
+        return CoilDriver(self.lag_s, slew, self.low_A, self.high_A, self.initial_A, self.step_A)
 
 
 class SensorSet(Section):
@@ -75,7 +78,13 @@ class SensorSet(Section):
     sampling_s: Annotated[
         Positive | None, Field(description="interval; as often as the controller asks if left out")
     ] = None
-    seed: Annotated[WholeNumber, Field(description="of the noise")] = 0
+    seed: Annotated[WholeNumber, Field(description="of noise and dropout")] = 0
+    dropout: Annotated[
+        float, Field(ge=0, lt=1, description="probability that a sample is lost, the last one held")
+    ] = 0.0
+    compensation_s: Annotated[
+        NonNegative, Field(description="measured motion is extrapolated over this time")
+    ] = 0.0
     noise: Annotated[
         dict[str, NonNegative],
         Field(description="standard deviation by output or quantity, such as acceleration_m_s2"),
@@ -83,7 +92,9 @@ class SensorSet(Section):
 
     def build(self) -> Sensors:
         """Return the sensors."""
-        return Sensors(self.noise, self.delay_s, self.sampling_s, self.seed)
+        return Sensors(
+            self.noise, self.delay_s, self.sampling_s, self.seed, self.dropout, self.compensation_s
+        )
 
 
 class Simulation(Section):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from ..effects import Effect, effect, extend
 from ..errors import InputError
-from ..laws import Device, law
+from ..laws import Device, law, passive
 from ..structures import IsolatedStructure
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from .fields import Coefficients, Number, Positive, Section
@@ -22,6 +23,33 @@ _Parameters = Annotated[
 _Range = Annotated[
     list[Number] | None,
     Field(min_length=2, max_length=2, description="where the numbers are meaningful; the set's"),
+]
+
+
+class AppliedEffect(Section):
+    """An effect by its cause and form; every other key is one of its parameters."""
+
+    name: Annotated[str, Field(description="cause; isolation-sim list effects")]
+    form: Annotated[str | None, Field(description="the cause's first form if left out")] = None
+    parameters: dict[str, Number] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, data: Any) -> Any:
+        # which parameters there are is the effect's to say, when it is put around the law
+        if not isinstance(data, dict):
+            return data
+        own = {key: data[key] for key in ("name", "form") if key in data}
+        numbers = {key: v for key, v in data.items() if key not in (*own, "parameters")}
+        return own | {"parameters": numbers | data.get("parameters", {})}
+
+    def build(self) -> tuple[Effect, dict[str, float]]:
+        """Return the effect with its numbers."""
+        return effect(self.name, self.form), self.parameters
+
+
+_Effects = Annotated[
+    list[AppliedEffect] | None, Field(description="what acts around the law, in this order")
 ]
 
 
@@ -41,6 +69,11 @@ class _Device(Section):
         Field(description="force here over the tested device's; reference building: 3014.69"),
     ] = None
     count: Annotated[Positive, Field(description="devices side by side")] = 1.0
+    switching: Annotated[
+        Literal["papers", "passive"],
+        Field(description="papers: stretched springs stiffen; passive: further deformation only"),
+    ] = "papers"
+    effect: _Effects = None
 
     def device(self, length_scale: float = 1.0, force_scale: float = 1.0) -> Device:
         """Return the device.
@@ -60,6 +93,14 @@ class _Device(Section):
             device = replace(device, current_range=(low, high))
         if self.tested_deformation_m is not None:
             device = replace(device, tested_deformation=self.tested_deformation_m)
+        if self.switching == "passive":
+            if self.effect:
+                raise InputError(
+                    "switching is 'passive', with effects around the law; accepted: one of the two"
+                )
+            device = passive(device)
+        if self.effect:
+            device = extend(device, [one.build() for one in self.effect])
         return device.scaled(
             length_scale if self.length_scale is None else self.length_scale,
             self.count * (force_scale if self.force_scale is None else self.force_scale),
@@ -112,6 +153,14 @@ class Belief(Section):
     force_factor: Annotated[
         Positive, Field(description="believed over true force scale")
     ] = 1.0
+    switching: Annotated[
+        Literal["papers", "passive"],
+        Field(description="as in [isolator]; by the papers' rule a force answers to the current"),
+    ] = "papers"
+    effect: Annotated[
+        list[AppliedEffect] | None,
+        Field(description="in place of the isolator's effects; effect = [] believes in none"),
+    ] = None
 
     def of(self, isolator: Isolator) -> Isolator:
         """Return the isolator as it is believed to be, its scales not yet changed.
@@ -125,15 +174,15 @@ class Belief(Section):
         -------
         Isolator
         """
+        changes: dict[str, Any] = {"switching": self.switching}
         if self.law is not None and self.law != isolator.law:
-            # another law brings its own numbers and their range
-            changes = {"law": self.law, "parameters": self.parameters}
-            return isolator.model_copy(
-                update={**changes, "current_range_A": None, "tested_deformation_m": None}
-            )
-        if isinstance(self.parameters, dict) and isinstance(isolator.parameters, dict):
-            merged = {**isolator.parameters, **self.parameters}
-            return isolator.model_copy(update={"parameters": merged})
-        if self.parameters is not None:
-            return isolator.model_copy(update={"parameters": self.parameters})
-        return isolator
+            # another law brings its own numbers, their range and what acts around it
+            changes |= {"law": self.law, "parameters": self.parameters, "effect": None}
+            changes |= {"current_range_A": None, "tested_deformation_m": None}
+        elif isinstance(self.parameters, dict) and isinstance(isolator.parameters, dict):
+            changes |= {"parameters": {**isolator.parameters, **self.parameters}}
+        elif self.parameters is not None:
+            changes |= {"parameters": self.parameters}
+        if self.effect is not None:
+            changes["effect"] = self.effect
+        return isolator.model_copy(update=changes)

@@ -170,8 +170,14 @@ class Scenario(Section):
 
         return written(self, comments)
 
-    def build(self) -> Job:
+    def build(self, kept: dict[tuple[str, ...], Any] | None = None) -> Job:
         """Make the scenario ready to run.
+
+        Parameters
+        ----------
+        kept : dict, optional
+            Structures and motions that other scenarios built; what has the same sections is taken
+            from it, and what is new is added.
 
         Returns
         -------
@@ -183,8 +189,21 @@ class Scenario(Section):
             Naming the section and what cannot be used.
         """
         at = self._at
-        structure = at("structure", self.structure.build)
-        isolated = self._isolated(structure, self.isolator, 1.0, 1.0, "isolator")
+        known = {} if kept is None else kept
+
+        def once(build: Callable[[], T], what: str, *sections: Section) -> T:
+            key = (what, *(section.model_dump_json() for section in sections))
+            if key not in known:
+                known[key] = build()
+            return known[key]
+
+        structure = once(
+            lambda: at("structure", self.structure.build), "structure", self.structure
+        )
+        plant = self.structure, self.isolator, *self.element
+        isolated = once(
+            lambda: self._isolated(structure, self.isolator, 1.0, 1.0, "isolator"), "plant", *plant
+        )
         options: dict[str, Any] = {
             "driver": at("driver", self.driver.build),
             "sensors": at("sensors", self.sensors.build),
@@ -192,20 +211,22 @@ class Scenario(Section):
             "tolerance": self.simulation.tolerance,
             "current_outside": self.simulation.current_outside,
         }
-        if self.belief is not None:
-            options["belief"] = self._isolated(
-                structure,
-                self.belief.of(self.isolator),
-                self.belief.length_factor,
-                self.belief.force_factor,
-                "belief",
-            )
+        belief = self.belief
+        if belief is not None:
+            options["belief"] = once(
+                lambda: self._isolated(
+                    structure, belief.of(self.isolator), belief.length_factor,
+                    belief.force_factor, "belief",
+                ),
+                "belief", belief, *plant,
+            )  # fmt: skip
         many = len(self.ground) > 1
         return Job(
             source=self._source,
             isolated=isolated,
             records=tuple(
-                at(f"ground[{k}]" if many else "ground", ground.record)
+                once(partial(at, f"ground[{k}]" if many else "ground", ground.record), "ground",
+                     ground)
                 for k, ground in enumerate(self.ground)
             ),
             controllers={

@@ -10,6 +10,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from .control import ControllerEntry
+from .devices import AppliedEffect
 from .fields import Section
 
 _COMMENT_COLUMN = 40
@@ -50,6 +51,7 @@ def written(scenario: Section, comments: bool) -> str:
         for section in sections:
             if section is not None:
                 blocks.append([title, *_body(section, comments), ""])
+                blocks += _tables_within(key, section)
         if comments:
             blocks.append(_absent(title, field, sections))
     return "\n".join(line for block in blocks for line in block).rstrip("\n") + "\n"
@@ -59,11 +61,29 @@ def _body(section: Section, comments: bool) -> list[str]:
     if isinstance(section, ControllerEntry):
         given = {"name": section.name, "label": section.label} | section.settings
         return [_line(key, value) for key, value in given.items() if value is not None]
+    if isinstance(section, AppliedEffect):
+        given = {"name": section.name, "form": section.form} | section.parameters
+        return [_line(key, value) for key, value in given.items() if value is not None]
     return [
         _line(key, getattr(section, key), field.description, comments)
         for key, field in _own_first(type(section))
-        if comments or not _is_unset(getattr(section, key))
+        if (comments or not _is_unset(getattr(section, key)))
+        and not _is_tables(getattr(section, key))
     ]
+
+
+def _tables_within(title: str, section: Section) -> list[list[str]]:
+    """Lists of tables that a section holds, behind its other keys."""
+    return [
+        [f"[[{title}.{key}]]", *_body(one, False), ""]
+        for key in type(section).model_fields
+        if _is_tables(getattr(section, key))
+        for one in getattr(section, key)
+    ]
+
+
+def _is_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], Section)
 
 
 def _absent(title: str, field: FieldInfo, present: list) -> list[str]:

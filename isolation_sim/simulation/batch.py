@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,10 @@ from ..errors import Diverged, InputError
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
-from .outputs import Outputs
-from .plan import Lane, Plan, kernel_for, modes_for
+from .plan import Lane, Plan, kernel_for
 from .result import Run
 from .run import check_options, prepared, simulate
+from .summary import summary
 
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
@@ -63,12 +63,15 @@ class Batch:
         Peaks and RMS values as in ``isolation_sim.criteria``; not a number where a run failed.
     failure : list of str or None
         Why a run failed, and when; None if it did not.
+    diverged : (n_cases,) bool array
+        Whether it failed because the response left the range of numbers or of the law.
     clamped : (n_cases,) int array
         Commands that were clamped to the driver's limits.
     """
 
     criteria: dict[str, NDArray]
     failure: list[str | None]
+    diverged: NDArray
     clamped: NDArray
 
 
@@ -142,7 +145,7 @@ def simulate_many(
         plan = Plan([lanes[k] for k in filled], sensors, computation_delay)
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
         work.march()
-        criteria = summary(plan, work)
+        criteria = summary([lane.isolated for lane in plan.lanes], plan.modes, work)
         for lane, k in enumerate(block):
             result.put(k, {name: v[lane] for name, v in criteria.items()}, plan.fate(work, lane))
             result.clamped[k] = work.counts[0, lane]
@@ -158,13 +161,13 @@ def simulate_many(
         try:
             run = alone_with(cases[k], cases[k].controller)
         except (Diverged, InputError) as error:
-            result.failure[k] = str(error)
+            result.put(k, {}, error)
         else:
             result.put(k, run.criteria, None)
             result.clamped[k] = run.clamped
         if progress is not None:
             progress(1)
-    return Batch(result.criteria(), result.failure, result.clamped)
+    return Batch(result.criteria(), result.failure, result.diverged, result.clamped)
 
 
 def _blocks(lanes: Sequence[Lane]) -> tuple[list[list[int]], list[int]]:
@@ -190,6 +193,7 @@ class _Collected:
     def __init__(self, n_cases: int):
         self.rows: list[dict[str, float]] = [{} for _ in range(n_cases)]
         self.failure: list[str | None] = [None] * n_cases
+        self.diverged = np.zeros(n_cases, bool)
         self.clamped = np.zeros(n_cases, int)
 
     def put(self, k: int, criteria: dict[str, float], fate: Exception | None) -> None:
@@ -197,74 +201,8 @@ class _Collected:
             self.rows[k] = criteria
         else:
             self.failure[k] = str(fate)
+            self.diverged[k] = isinstance(fate, Diverged)
 
     def criteria(self) -> dict[str, NDArray]:
         names = dict.fromkeys(name for row in self.rows for name in row)
         return {name: np.array([row.get(name, np.nan) for row in self.rows]) for name in names}
-
-
-def summary(plan: Plan, work) -> dict[str, NDArray]:
-    """Criteria of every lane of a finished block, each (lanes,)."""
-    lanes = plan.module.LANES
-    per_lane = [_quantities(lane.isolated) for lane in plan.lanes]
-    names, sizes, n_directions, _ = per_lane[0]
-    n_wanted = sum(sizes)
-    table = np.stack([rows for *_, rows in per_lane], axis=-1)
-    peak, total = np.zeros((2, n_wanted, lanes))
-    work.summarise(_motion_rows(plan), table, _weights(plan), n_directions, peak, total)
-    ends = np.cumsum([0, *sizes])
-    criteria = {}
-    for name, low, high in zip(names, ends[:-1], ends[1:], strict=True):
-        criteria[f"peak_{name}"] = np.sqrt(np.max(peak[low:high], axis=0, initial=0.0))
-        criteria[f"rms_{name}"] = np.sqrt(np.max(total[low:high], axis=0, initial=0.0))
-    return criteria
-
-
-@lru_cache(maxsize=256)
-def _quantities(
-    isolated: IsolatedStructure,
-) -> tuple[tuple[str, ...], tuple[int, ...], int, NDArray]:
-    """Names of a structure's criteria, their numbers of items, and the kernel's rows for them."""
-    from ..criteria import quantity_rows
-
-    outputs = modes_for(isolated)[1]
-    rows = quantity_rows(isolated, outputs.names)
-    table = _packed(np.concatenate(list(rows.values())), outputs)
-    return tuple(rows), tuple(map(len, rows.values())), len(isolated.structure.directions), table
-
-
-def _packed(rows: NDArray, outputs: Outputs) -> NDArray:
-    """Rows of quantities (n, n_directions, n_outputs), as the kernel's blocks of eight rows."""
-    n, n_directions, _ = rows.shape
-    per_block = 8 // n_directions
-    inputs = rows @ outputs.rows
-    n_blocks = -(-n // per_block)
-    blocks = np.zeros((n_blocks, 8, inputs.shape[2]))
-    for k in range(n):
-        at = (k % per_block) * n_directions
-        blocks[k // per_block, at : at + n_directions] = inputs[k]
-    return blocks.transpose(0, 2, 1).ravel()
-
-
-def _motion_rows(plan: Plan) -> NDArray:
-    """Deformation and velocity of each device over the modes, in blocks of eight rows."""
-    packed: list[NDArray] = []
-    for modes in plan.modes:
-        if packed and modes is plan.modes[0]:
-            packed.append(packed[0])
-            continue
-        rows = modes.deformation.reshape(-1, modes.eigenvalues.size)
-        real = np.concatenate([rows.real, -rows.imag], axis=1)
-        blocks = np.zeros((-(-len(real) // 8) * 8, real.shape[1]))
-        blocks[: len(real)] = real
-        packed.append(blocks.reshape(-1, 8, real.shape[1]).transpose(0, 2, 1).ravel())
-    return np.stack(packed, axis=-1)
-
-
-def _weights(plan: Plan) -> NDArray:
-    """Trapezoidal weights of the samples over the duration; none for other grid points."""
-    grid, record = plan.grid, plan.lanes[0].records[0]
-    weights = np.zeros(len(grid.time))
-    weights[grid.samples] = 1.0 / (len(record.acceleration) - 1)
-    weights[grid.samples[[0, -1]]] *= 0.5
-    return weights

@@ -9,6 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions import Record
+
 from ..errors import InputError
 from ..structures import IsolatedStructure
 
@@ -16,6 +18,9 @@ from ..structures import IsolatedStructure
 @dataclass(frozen=True)
 class CoilDriver:
     """Turns a commanded current into the coil's: rate = clip((command - i) / lag, +-slew).
+
+    A supply's highest voltage U at a coil of resistance R and inductance L shows as two of these
+    limits: no more than U / R for ``high``, and a ``slew`` of (U - R i) / L at the current i.
 
     Attributes
     ----------
@@ -27,6 +32,9 @@ class CoilDriver:
         Limits of the supply, A; None for the range in which the device's law is meaningful.
     initial : float or None
         Current before the first command, A; None for the nearest to 0 within the limits.
+    step : float
+        Step of the supply's digital input, A: a command becomes the nearest multiple of it
+        within the limits; 0 for none.
     """
 
     lag: float = 0.0
@@ -34,11 +42,13 @@ class CoilDriver:
     low: float | None = None
     high: float | None = None
     initial: float | None = None
+    step: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value, accepted in (
             ("lag", self.lag >= 0 and np.isfinite(self.lag), "0 s or more"),
             ("slew", self.slew > 0, "above 0 A/s"),
+            ("step", self.step >= 0 and np.isfinite(self.step), "0 A or more"),
         ):
             if not value:
                 given = getattr(self, name)
@@ -64,17 +74,38 @@ class Sensors:
     sampling : float or None
         Interval at which sensors sample, s; None for as often as the controller asks.
     seed : int
-        Seed of the noise.
+        Seed of noise and dropout.
+    dropout : float
+        Probability that a sample, with all that it holds, does not arrive; the last one that did
+        is used again. Each by itself; that of the start, of the building at rest, is there.
+    compensation : float
+        Time over which measured motion is extrapolated before the controller is given it, s: what
+        is believed of all delays together. From the measured velocity and, at constant
+        acceleration, from accelerometers on structure and ground, whose noise comes in with them.
+        Accelerations, forces and currents stay as measured.
+
+    References
+    ----------
+    Ahmadizadeh, Mosqueda and Reinhorn 2008, Compensation of actuator delay and dynamics for
+    real-time hybrid structural simulation: extrapolation at constant acceleration.
     """
 
     noise: Mapping[str, float] = field(default_factory=dict)
     delay: float = 0.0
     sampling: float | None = None
     seed: int = 0
+    dropout: float = 0.0
+    compensation: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.delay >= 0:
             raise InputError(f"sensors: delay is {self.delay} s; accepted: 0 or more")
+        if not 0 <= self.dropout < 1:
+            raise InputError(f"sensors: dropout is {self.dropout}; accepted: 0 or more, below 1")
+        if not 0 <= self.compensation < np.inf:
+            raise InputError(
+                f"sensors: compensation is {self.compensation} s; accepted: 0 or more"
+            )
         if self.sampling is not None and not self.sampling > 0:
             raise InputError(f"sensors: sampling is {self.sampling} s; accepted: above 0")
         for name, value in self.noise.items():
@@ -145,6 +176,10 @@ class Situation:
         Limits of the supply, A.
     outputs : tuple of str
         Names of what it will be given, in order: its ``measures``, then the coil currents.
+    driver : CoilDriver
+        Nominal lag, slew and initial current of the coils; an ideal supply by default.
+    ground : tuple of Record or None
+        The ground motion, one record a direction; None for a controller without ``foresight``.
     """
 
     belief: IsolatedStructure
@@ -153,6 +188,8 @@ class Situation:
     low: NDArray
     high: NDArray
     outputs: tuple[str, ...]
+    driver: CoilDriver = field(default_factory=CoilDriver)
+    ground: tuple[Record, ...] | None = None
 
 
 class Control(Protocol):
@@ -165,6 +202,10 @@ class Control(Protocol):
     @property
     def period(self) -> float | None:
         """Interval between decisions, s; None for the record's sampling interval."""
+
+    @property
+    def foresight(self) -> float:
+        """How far ahead of its arrival it is told the ground motion, s."""
 
     def prepare(self, situation: Situation, trial: Any) -> None:
         """Get ready on the plant itself; ``trial(controller)`` simulates another one there."""

@@ -89,7 +89,7 @@ def read_sensors(k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, g
 
 @njit(**OPTIONS)
 def set_commands(g, wanted, first, n_channels, clamp, driver, command, coil, alive, counts):
-    """The commands from grid point g on, within the drivers' limits; counts what was clamped."""
+    """The commands from grid point g on, as the drivers take them; counts what was clamped."""
     for c in range(n_channels):
         for lane in range(LANES):
             value = wanted[first, lane, c]
@@ -99,6 +99,15 @@ def set_commands(g, wanted, first, n_channels, clamp, driver, command, coil, ali
                 if alive[lane] == ALIVE and (clamp == 0 or value != value):
                     alive[lane] = CURRENT_REFUSED
                 value = low if value < low else high
+            step = driver[c, 4, lane]
+            if step > 0.0:
+                value = step * np.floor(value / step + 0.5)
+                # a limit between two steps; rounding must not move one that is a step
+                if value > high + 1e-9 * step:
+                    value -= step
+                elif value < low - 1e-9 * step:
+                    value += step
+                value = min(max(value, low), high)
             command[g, c, lane] = value
             if driver[c, 0, lane] == 0.0 and driver[c, 1, lane] == np.inf:
                 coil[c, lane] = value

@@ -143,7 +143,12 @@ def _device_powers(
     by_x, by_states, by_current = energy_gradients(device.law, device.current, x, states, i)
     rates = device.law.rates(x, v, states, parameters)
     stored_rate = by_x * v + sum(g * r for g, r in zip(by_states, rates, strict=True))
-    return scale * (power - stored_rate), scale * by_current * di
+    field = by_current * di
+    loss = power - stored_rate
+    if device.law.field_power is not None:
+        within = device.law.field_power(x, states, parameters)
+        field, loss = field + within, loss + within
+    return scale * loss, scale * field
 
 
 def _stored(run: Run) -> tuple[NDArray, NDArray]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
-from ..errors import Diverged, InputError, unknown_name
+from ..errors import Diverged, InputError
 from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
@@ -21,6 +21,7 @@ from .control import CompiledDecision, Schedule, Sensors, Situation, instants
 from .grid import Grid, make_grid
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
+from .sensing import arrived, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
 
 
@@ -56,7 +57,7 @@ def _fast_stiffness(device: Device, current: float) -> float:
     """
     law, parameters = device.law, device.parameters_at(current)
     step = 1e-4 * device.deformation_scale / device.length
-    rest = (0.0,) * len(law.states)
+    rest = (0.0,) * len(law.states) if law.rest is None else law.rest(parameters)
     # in a motion too fast for relaxation a state follows its rate per velocity
     slopes = [
         (a - b) / 2
@@ -65,8 +66,12 @@ def _fast_stiffness(device: Device, current: float) -> float:
             strict=True,
         )
     ]
-    ahead = law.force(step, 0.0, tuple(s * step for s in slopes), parameters)
-    behind = law.force(-step, 0.0, tuple(-s * step for s in slopes), parameters)
+    ahead, behind = (
+        law.force(
+            side, 0.0, tuple(r + s * side for r, s in zip(rest, slopes, strict=True)), parameters
+        )
+        for side in (step, -step)
+    )
     stiffness = float(ahead - behind) / (2 * step)
     return stiffness if np.isfinite(stiffness) and stiffness > 0 else 0.0
 
@@ -104,8 +109,9 @@ class Lane:
         The plant.
     records : tuple of Record
         Ground motion, one a direction.
-    coils : (n_channels, 5) array
-        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
+    coils : (n_channels, 6) array
+        Lag (s), slew (A/s), lowest current, highest current, step and initial current (A) of each
+        coil.
     situation : Situation
         What the controller was told.
     schedule : Schedule or None
@@ -155,7 +161,7 @@ class Plan:
     lanes : sequence of Lane
         Runs with one key.
     sensors : Sensors
-        Noise, delay and sampling of what their controllers are given.
+        Noise, delay, dropout and sampling of what their controllers are given.
     computation_delay : float
         Time from a decision to its command, s.
     """
@@ -209,16 +215,27 @@ class Plan:
             asked = np.floor(asked / sensors.sampling * (1 + 1e-12)) * sensors.sampling
         # before the first sample a sensor reads the building at rest
         sensed, measured_for = np.unique(np.maximum(asked, 0.0), return_inverse=True)
+        measured_for = arrived(len(sensed), sensors)[measured_for.ravel()]
         self.grid = make_grid(n, dt, sensed, decided, decided + delay)
         self.chosen = np.zeros((len(decided), len(lanes), width + 1))
         names = situation.outputs[: len(situation.outputs) - width]
+        given = [
+            measured_motion(lane.isolated, names, o.names, sensors.compensation)
+            for lane, o in zip(lanes, self.outputs, strict=True)
+        ]
+        noise = noise_of(names, self.outputs[0].names, len(sensed), sensors)
         compiled = [lane.compiled for lane in lanes]
         self.sensing = Sensing(
-            measure=np.ascontiguousarray(np.stack([o.select(names) for o in self.outputs], axis=2)),
-            noise=_noise(names, self.outputs[0].names, len(sensed), len(lanes), sensors),
+            measure=np.stack(
+                [row @ o.rows for row, o in zip(given, self.outputs, strict=True)], axis=2
+            ),
+            # each lane has the noise of its own single run
+            noise=np.stack([noise @ row.T for row in given], axis=2)
+            if noise.size
+            else np.zeros((0, 0, len(lanes))),
             n_measurements=len(sensed),
             decided=decided,
-            measured_for=measured_for.ravel().astype(np.int64),
+            measured_for=measured_for,
             function=compiled[0].address if compiled[0] else 0,
             settings=np.array([c.settings if c else [] for c in compiled], float),
             memory=np.array([c.memory if c else [] for c in compiled], float),
@@ -249,12 +266,12 @@ class Plan:
         Workspace
         """
         lanes, width = self.lanes, len(self.lanes[0].coils)
-        driver = np.zeros((width + 1, 4, len(lanes)))
+        driver = np.zeros((width + 1, 5, len(lanes)))
         initial = np.zeros((width + 1, len(lanes)))
-        driver[width] = np.array([0.0, np.inf, -np.inf, np.inf])[:, None]
+        driver[width] = np.array([0.0, np.inf, -np.inf, np.inf, 0.0])[:, None]
         for k, lane in enumerate(lanes):
-            driver[:width, :, k] = lane.coils[:, :4]
-            initial[:width, k] = lane.coils[:, 4]
+            driver[:width, :, k] = lane.coils[:, :5]
+            initial[:width, k] = lane.coils[:, 5]
         elements = lanes[0].isolated.elements
         return Workspace(
             module=self.module,
@@ -318,24 +335,3 @@ _FATES = (
 def deformation_limit(isolated: IsolatedStructure) -> float:
     """Summed device deformation that counts as diverged, m: a hundred times what was tested."""
     return 100.0 * sum(e.device.deformation_scale / e.device.length for e in isolated.elements)
-
-
-def _noise(
-    names: Sequence[str], known: Sequence[str], n_measurements: int, lanes: int, sensors: Sensors
-) -> NDArray:
-    """Noise on every measurement; each lane has that of its own single run."""
-    if not sensors.noise:
-        return np.zeros((0, 0, lanes))
-    size = np.zeros(len(names))
-    # an output's own name counts for more than that of its quantity
-    for key, value in sorted(sensors.noise.items(), key=lambda item: item[0] in known):
-        if not any(_concerns(key, name) for name in known):
-            raise unknown_name("output or quantity with sensor noise", key, known)
-        size[[_concerns(key, name) for name in names]] = value
-    random = np.random.default_rng(sensors.seed)
-    noise = random.standard_normal((n_measurements, len(names))) * size
-    return np.repeat(noise[..., None], lanes, axis=2)
-
-
-def _concerns(key: str, name: str) -> bool:
-    return name == key or name.endswith("_" + key)

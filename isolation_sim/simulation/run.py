@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 
 from ..errors import InputError
+from ..laws.passive_switching import papers_rule
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Schedule, Sensors, Situation
@@ -43,11 +45,12 @@ def simulate(
     controller : Control
         Sets the coil currents.
     belief : IsolatedStructure, optional
-        The model that the controller reasons with; the plant itself by default.
+        The model that the controller reasons with; the plant itself by default, its devices by the
+        papers' rule where the plant's are under the passive one.
     driver : CoilDriver, optional
-        Lag, slew and limits of the coils; ideal by default.
+        Lag, slew, limits and step of the coils; ideal by default.
     sensors : Sensors, optional
-        Noise, delay and sampling of what the controller is given; ideal by default.
+        Noise, delay, dropout and sampling of what the controller is given; ideal by default.
     computation_delay : float
         Time from a decision to its command, s.
     tolerance : float
@@ -117,12 +120,22 @@ def prepared(
         )
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
-    situation = _situation(isolated if belief is None else belief, records[0], controller, coils)
+    if belief is None:
+        belief = _by_papers_rule(isolated)
+    situation = _situation(belief, records, controller, coils, driver)
     controller.prepare(situation, trial)
     controller.reset(situation)
     schedule = controller.schedule(situation)
     compiled = None if schedule is not None else controller.compiled(situation)
     return Lane(isolated, records, coils, situation, schedule, compiled)
+
+
+@lru_cache(maxsize=256)
+def _by_papers_rule(isolated: IsolatedStructure) -> IsolatedStructure:
+    """The plant with devices whose force answers to the current, which controllers count on."""
+    elements = tuple(replace(e, device=papers_rule(e.device)) for e in isolated.elements)
+    unchanged = all(a.device is b.device for a, b in zip(elements, isolated.elements, strict=True))
+    return isolated if unchanged else replace(isolated, elements=elements)
 
 
 def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> tuple[Record, ...]:
@@ -146,7 +159,7 @@ def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> 
 
 @lru_cache(maxsize=1024)
 def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
-    """Lag, slew, lowest, highest and initial current of each coil, (n_channels, 5)."""
+    """Lag, slew, lowest, highest current, step, initial current of each coil, (n_channels, 6)."""
     rows = []
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
@@ -164,15 +177,26 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
             raise InputError(
                 f"coil driver: initial {initial} A is outside its limits, {low:.4g} to {high:.4g} A"
             )
-        rows.append([driver.lag, driver.slew, low, high, initial])
-    coils = np.array(rows).reshape(-1, 5)
+        step = driver.step
+        if step and not step * np.floor(high / step + 1e-9) >= low - 1e-9 * step:
+            raise InputError(
+                f"coil driver: step {step} A has no multiple within its limits, {low:.4g} to "
+                f"{high:.4g} A"
+            )
+        rows.append([driver.lag, driver.slew, low, high, step, initial])
+    coils = np.array(rows).reshape(-1, 6)
     coils.flags.writeable = False
     return coils
 
 
 def _situation(
-    belief: IsolatedStructure, record: Record, controller: Control, coils: NDArray
+    belief: IsolatedStructure,
+    records: tuple[Record, ...],
+    controller: Control,
+    coils: NDArray,
+    driver: CoilDriver,
 ) -> Situation:
+    record = records[0]
     period = record.dt if controller.period is None else controller.period
     if not period > 0:
         raise InputError(f"{controller.name}: period is {period} s; accepted: above 0")
@@ -185,6 +209,9 @@ def _situation(
         outputs=(
             *controller.measures(belief), *(f"coil{c}_current_A" for c in range(len(coils)))
         ),
+        driver=driver,
+        # what a controller is not told it cannot use
+        ground=records if getattr(controller, "foresight", 0.0) > 0 else None,
     )
 
 

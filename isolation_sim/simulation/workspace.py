@@ -130,8 +130,8 @@ class Workspace:
         Grid points, windows and events.
     ground : (n_points, n_directions, lanes) array
         Ground acceleration at the grid points, m/s^2.
-    driver : (n_channels, 4, lanes) array
-        Lag (s), slew (A/s), lowest and highest current (A) of each coil.
+    driver : (n_channels, 5, lanes) array
+        Lag (s), slew (A/s), lowest current, highest current and step (A) of each coil.
     initial_current : (n_channels, lanes) array
         Coil currents at the start, A.
     chosen : (n_commands, lanes, n_channels) array

@@ -7,9 +7,10 @@ from pathlib import Path
 from types import ModuleType
 
 from isolation_sim.reports.style import save
-from isolation_sim.results import ResultsFolder, write_table
+from isolation_sim.results import ResultsFolder, write_contents, write_table
 
 from . import figures_000, figures_001, figures_002, paper_000, paper_001, paper_002, paper_003
+from .report import report
 from .table import Check
 
 PAPERS: dict[str, tuple[ModuleType, ModuleType]] = {
@@ -43,18 +44,22 @@ def reproduce(
     Returns
     -------
     pathlib.Path
-        The folder: a CSV a paper, and ``figures/``.
+        The folder: ``report.html``, a CSV a paper, ``figures/``, and ``README.txt``.
 
     Raises
     ------
     InputError
         If nothing can be written there.
     """
+    parts: list[tuple[str, list[Check], list[Path]]] = []
     with ResultsFolder(out) as folder:
         for name, (paper, drawings) in PAPERS.items():
             checks: list[Check] = paper.checks(short)
             show(paper.TITLE, checks)
             write_table([check.record() for check in checks], folder.unfinished / f"{name}.csv")
-            for stem, figure in drawings.figures().items() if figures else ():
-                save(figure, folder.unfinished / "figures", stem)
+            drawn = drawings.figures().items() if figures else ()
+            files = [save(each, folder.unfinished / "figures", stem) for stem, each in drawn]
+            parts.append((paper.TITLE, checks, [svg for svg, _ in files]))
+        report(parts).write(folder.unfinished / "report.html")
+        write_contents(folder.unfinished, "Numbers and figures of the papers")
     return folder.path

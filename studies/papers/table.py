@@ -221,31 +221,64 @@ def layout(title: str, checks: Iterable[Check]) -> Table:
     from rich.table import Table
 
     checks = list(checks)
-    counts = Counter(check.verdict for check in checks)
-    total = ", ".join(
-        f"{verdict.value} {counts[verdict]}" for verdict in Verdict if counts[verdict]
-    )
-    table = Table(box=None, pad_edge=False, header_style="bold", title=title, caption=total)
-    for heading, side in (
-        ("what", "left"),
-        ("where", "left"),
-        ("published", "right"),
-        ("computed", "right"),
-        ("unit", "left"),
-        ("diff %", "right"),
-        ("verdict", "left"),
-        ("why", "left"),
-    ):
+    table = Table(box=None, pad_edge=False, header_style="bold", title=title, caption=tally(checks))
+    for heading, side in COLUMNS.items():
         table.add_column(heading, justify="right" if side == "right" else "left")
     for check in checks:
-        table.add_row(
-            check.what,
-            check.where,
-            check.published,
-            "" if check.computed is None else f"{check.computed:.5g}",
-            check.unit,
-            "" if check.difference is None else f"{check.difference:+.2f}",
-            check.judgement,
-            check.reason,
-        )
+        table.add_row(*texts(check))
     return table
+
+
+COLUMNS = {
+    "what": "left",
+    "where": "left",
+    "published": "right",
+    "computed": "right",
+    "unit": "left",
+    "diff %": "right",
+    "verdict": "left",
+    "why": "left",
+}
+"""Headings of the table of checks, and the side at which a column lines up."""
+
+
+def texts(check: Check) -> tuple[str, ...]:
+    """Print a check.
+
+    Parameters
+    ----------
+    check : Check
+        A number of a paper.
+
+    Returns
+    -------
+    tuple of str
+        A text a column.
+    """
+    return (
+        check.what,
+        check.where,
+        check.published,
+        "" if check.computed is None else f"{check.computed:.5g}",
+        check.unit,
+        "" if check.difference is None else f"{check.difference:+.2f}",
+        check.judgement,
+        check.reason,
+    )
+
+
+def tally(checks: Iterable[Check]) -> str:
+    """Count verdicts.
+
+    Parameters
+    ----------
+    checks : iterable of Check
+        Numbers of one paper or of several.
+
+    Returns
+    -------
+    str
+        How often each verdict was given.
+    """
+    counts = Counter(check.verdict for check in checks)
+    return "; ".join(f"{verdict.value} {counts[verdict]}" for verdict in Verdict if counts[verdict])

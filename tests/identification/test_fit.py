@@ -1,4 +1,4 @@
-"""Fits: known parameters come back within their intervals, or the fit says what is left open."""
+"""Fits say what the data leave open and what the law lacks; held-out runs and refusals."""
 
 from __future__ import annotations
 
@@ -6,17 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.velocity import differentiate, smooth
 from isolation_sim.laws import LAWS
 
 STARTS = 12
-# laws whose coverage is counted over many noises; the others see a few
-MANY, FEW = 24, 3
-COUNTED = ("kelvin_voigt", "maxwell", "strain_stiffening", "dahl")
 
 
 def fitted(name, campaign, held, **options):
@@ -24,35 +21,6 @@ def fitted(name, campaign, held, **options):
         options
     )
     return fit(campaign, name, **options)
-
-
-def fewest(n, share=0.95, risk=1e-4):
-    """As few successes as chance may leave of n tries."""
-    return int(binom.ppf(risk, n, share))
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_known_parameters_come_back_within_their_intervals(name, campaign_of, held, true_value):
-    covered = {}
-    for seed in range(MANY if name in COUNTED else FEW):
-        result = fitted(name, campaign_of(name, seed), held)
-        assert result.converged
-        assert result.error == pytest.approx(0.01, rel=0.1)
-        for e in result.estimates:
-            truth = true_value(name, e.name, e.current)
-            # ten half-widths off is no accident
-            assert abs(e.value - truth) < 5 * (e.high - e.low) + 1e-3 * abs(truth), e.label
-            covered.setdefault(e.label, []).append(e.low <= truth <= e.high)
-    rates = [hit for hits in covered.values() for hit in hits]
-    # the parameters of one noise are not independent: their number counts as its square root
-    independent = len(next(iter(covered.values()))) * int(np.sqrt(len(covered)))
-    assert np.mean(rates) * independent >= fewest(independent)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_the_data_determine_the_numbers(name, campaign_of, held):
-    result = fitted(name, campaign_of(name, 0), held)
-    assert [e.label for e in result.estimates if not e.determined] == []
 
 
 @pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen", "linearised_bouc_wen"])
@@ -77,6 +45,36 @@ def test_what_the_motion_does_not_excite_is_named(campaign_of, held):
         runs.append(replace(run, force=0.01 * run.force, **small))
     result = fitted("four_parameter", Campaign("small", "made", runs), held)
     assert {e.name for e in result.estimates if not e.determined} == {"alpha"}
+
+
+def test_a_law_that_lacks_something_is_told(campaign_of, held):
+    campaign = campaign_of("strain_stiffening", 0)
+    lacking = fitted("kelvin_voigt", campaign, held)
+    noise = 0.01
+    assert lacking.noise == pytest.approx(noise, rel=0.15)
+    assert lacking.report()["noise"] == lacking.noise
+    (told,) = [note for note in lacking.notes if note.startswith("the residual")]
+    assert lacking.error > 5 * noise
+    assert f"is {lacking.error / lacking.noise:.0f} times the data's own noise" in told
+    enough = fitted("strain_stiffening", campaign, held)
+    assert not [note for note in enough.notes if note.startswith("the residual")]
+
+
+def test_noise_of_the_displacement_does_not_bend_the_parameters(campaign_of, held, true_value):
+    covered, random = [], np.random.default_rng(5)
+    for seed in range(6):
+        runs = []
+        for run in campaign_of("standard_solid", seed).runs:
+            size = 0.01 * np.sqrt(np.mean(run.displacement**2))
+            noisy = run.displacement + size * random.standard_normal(run.displacement.size)
+            velocity = differentiate(noisy, run.step)
+            runs.append(replace(run, displacement=noisy, velocity=velocity))
+        result = fitted("standard_solid", Campaign("noisy", "made", runs), held)
+        for e in result.estimates:
+            truth = true_value("standard_solid", e.name, e.current)
+            covered.append(e.low <= truth <= e.high)
+            assert e.value == pytest.approx(truth, rel=0.02)
+    assert np.mean(covered) > 0.75
 
 
 def test_held_out_runs_never_influence_the_fit(campaign_of, held):
@@ -111,7 +109,8 @@ def test_the_fitted_device_reproduces_the_runs(campaign_of, held, reference_forc
 
     for error in result.errors:
         run = error.run
-        cubic = CubicHermiteSpline(run.time, run.displacement, run.velocity)
+        displacement = smooth(run.displacement, run.step)[0]
+        cubic = CubicHermiteSpline(run.time, displacement, run.velocity)
         parameters = result.device.parameters_at(run.current[0])
         force = reference_force(LAWS["maxwell"], parameters, cubic, cubic.derivative(), run.time)
         np.testing.assert_allclose(error.force, force, atol=1e-5 * np.abs(force).max())

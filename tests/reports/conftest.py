@@ -1,4 +1,10 @@
-"""Runs to draw."""
+"""Runs to draw, and a browser to open reports in."""
+
+import base64
+import json
+import re
+import shutil
+from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -48,3 +54,129 @@ def passive_biaxial(ground):
     )
     isolated = building.on(iso.law("linear", {"k": 5e6}))
     return iso.simulate(isolated, [ground, ground.scaled(0.5)], "passive_off")
+
+
+class Reader(HTMLParser):
+    """Tags with their attributes, and the text of each script."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.scripts = [], []
+        self._in_script = False
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        self._in_script = tag == "script"
+        if self._in_script:
+            self.scripts.append((dict(attributes), ""))
+
+    def handle_endtag(self, tag):
+        self._in_script = False
+
+    def handle_data(self, data):
+        if self._in_script:
+            attributes, text = self.scripts[-1]
+            self.scripts[-1] = attributes, text + data
+
+
+@pytest.fixture(scope="session")
+def read():
+    """Parse a page."""
+    return Reader
+
+
+@pytest.fixture(scope="session")
+def unpacked():
+    """Turn numbers in a page's base64 back into an array."""
+    return lambda packed: np.frombuffer(base64.b64decode(packed["bdata"]), packed["dtype"])
+
+
+@pytest.fixture(scope="session")
+def figures():
+    """Find the figures of a page by their title, in order."""
+
+    def find(text):
+        titles = re.findall(r"<figcaption>(.+?)</figcaption>", text)
+        scripts = [json.loads(t) for kind, t in Reader(text).scripts if kind.get("type")]
+        return dict(zip(titles, [s for s in scripts if "layout" in s], strict=True))
+
+    return find
+
+
+# without these Chromium looks for the network, and asks for a sandbox that root does not have
+CHROMIUM = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Headless Chromium; skips where there is none."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    names = ("chromium", "chromium-browser", "google-chrome")
+    found = next(filter(None, map(shutil.which, names)), None)
+    if found is None:
+        pytest.skip(f"no browser to open reports in; looked for {', '.join(names)}")
+    with playwright.sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=found, args=CHROMIUM)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="session")
+def until():
+    """Wait for an expression to be true; Playwright's own waiting breaks the pages' policy."""
+
+    def wait(page, expression, argument=None):
+        for _ in range(400):
+            if page.evaluate(expression, argument):
+                return
+            page.wait_for_timeout(50)
+        pytest.fail(f"never true: {expression}")
+
+    return wait
+
+
+@pytest.fixture
+def opened(browser, until):
+    """Open a file in a fresh window; at the end, nothing may have gone wrong in it."""
+    contexts, complaints, requests = [], [], []
+
+    def open_file(path, width=1400, height=900, **options):
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: requests.append(request.url))
+        page.goto(path.as_uri())
+        until(page, "[...document.querySelectorAll('.plot')].every((plot) => plot._fullLayout)")
+        return page
+
+    yield open_file
+    for context in contexts:
+        context.close()
+    assert not complaints
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in requests)
+
+
+@pytest.fixture(scope="session")
+def cut_off():
+    """Find what does not fit: the page in its window, titles and ticks side by side in charts."""
+    return lambda page: page.evaluate(
+        """[...document.querySelectorAll('.plot')].flatMap((plot) => {
+          const frame = plot.getBoundingClientRect();
+          const texts = [...plot.querySelectorAll(
+            '.xtick text, .ytick text, .xtitle, .ytitle, .annotation-text')];
+          const boxes = texts.map((text) => [text.textContent, text.getBoundingClientRect()]);
+          const outside = boxes.filter(([, b]) => b.left < frame.left - 1
+            || b.right > frame.right + 1 || b.bottom > frame.bottom + 1);
+          const touching = boxes.flatMap(([name, a], k) => boxes.slice(k + 1).filter(([, b]) =>
+            a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1
+            && b.top < a.bottom - 1).map(([other]) => [name, other]));
+          return [...outside.map(([name]) => name), ...touching];
+        }).concat((({scrollWidth, clientWidth}) => scrollWidth > clientWidth ? ['the page'] : [])(
+          document.documentElement))"""
+    )

@@ -228,4 +228,12 @@ def test_command(tmp_path, monkeypatch):
         result = CliRunner().invoke(app, ["study", "papers", "--out", str(out), "--no-figures"])
         assert result.exit_code == 0
         assert "reproduced" in result.stdout and str(expected) in result.stdout.splitlines()[-1]
-        assert [path.name for path in expected.iterdir()] == ["paper_003.csv"]
+        names = {path.name for path in expected.iterdir()}
+        assert names == {"README.txt", "paper_003.csv", "report.html"}
+
+
+def test_the_page_shows_every_number(outcome):
+    found, path = outcome
+    page = (path / "report.html").read_text()
+    assert page.count('<th scope="row">') == sum(map(len, found.values()))
+    assert "report.html" in (path / "README.txt").read_text()

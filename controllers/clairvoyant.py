@@ -1,0 +1,367 @@
+"""The best that currents could have done, had the ground motion been known from the start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions import Record
+from isolation_sim.errors import Diverged, InputError
+from isolation_sim.simulation.control import CoilDriver, Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .controller import Trial
+from .open_loop import TESTED_CURRENT, OpenLoop
+from .passive_off import PassiveOff
+from .prescribed import Prescribed
+from .settings import Integer, Number, setting
+
+if TYPE_CHECKING:
+    from isolation_sim.simulation.result import Run
+
+    from .predictive.whole_record import Optimum, WholeRecord
+
+DISPLACEMENT, ACCELERATION, DRIFT = (
+    "base_displacement_m", "floor_acceleration_m_s2", "drift_m"
+)  # fmt: skip
+"""Whose peaks may be weighted; names as in ``isolation_sim.criteria``."""
+EQUALLY = {DISPLACEMENT: 1.0, ACCELERATION: 1.0}
+"""The weighted peaks that controllers are compared by."""
+_TRIFLE = 0.02
+"""Weight of the other peak at an end of the Pareto front, so that it is not worse than need be."""
+
+
+class Plant(NamedTuple):
+    """What a bound holds for; equal plants share their solutions.
+
+    Attributes
+    ----------
+    isolated : IsolatedStructure
+        Structure and devices.
+    records : tuple of Record
+        Ground motion, one a direction.
+    driver : CoilDriver
+        Of the coils.
+    """
+
+    isolated: IsolatedStructure
+    records: tuple[Record, ...]
+    driver: CoilDriver
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A local optimum over a whole ground motion, and what the engine makes of its commands.
+
+    Attributes
+    ----------
+    time : numpy.ndarray, shape (n,), s
+        Instants from which the commands hold.
+    current : numpy.ndarray, shape (n, n_channels), A
+        Commands.
+    predicted : dict of str to float
+        Peaks by the optimisation's own equations, SI units.
+    certified : dict of str to float
+        Peaks of the same commands in the engine, SI units.
+    score : float
+        Weighted sum of the certified peaks, each relative to its value without current.
+    status : str
+        How the interior-point method ended.
+    run : Run
+        The engine's run.
+    """
+
+    time: NDArray
+    current: NDArray
+    predicted: dict[str, float]
+    certified: dict[str, float]
+    score: float
+    status: str
+    run: Run
+
+    @property
+    def difference(self) -> float:
+        """Largest relative difference between predicted and certified peaks."""
+        return max(abs(self.certified[q] / p - 1.0) for q, p in self.predicted.items())
+
+
+def bound(
+    plant: Plant, weights: Mapping[str, float] = EQUALLY, period: float | None = None,
+    starts: int = 1, roughness: float = 1e-3, iterations: int = 300,
+) -> Bound:  # fmt: skip
+    """Minimise weighted peaks over the commands of a whole ground motion.
+
+    The problem is not convex: what is returned is the best of the local optima found from several
+    constant currents.
+
+    Parameters
+    ----------
+    plant : Plant
+        Structure, ground motion and driver.
+    weights : mapping of str to float
+        Weight of the peaks of the quantities above, each relative to its value without current.
+    period : float, optional, s
+        Time from one command to the next, rounded to whole samples; one sample by default.
+    starts : int
+        Constant currents to start from, spread over the range.
+    roughness : float
+        See ``WholeRecord``.
+    iterations : int
+        Most iterations of the interior-point method from one start.
+
+    Returns
+    -------
+    Bound
+
+    Raises
+    ------
+    InputError
+        If no weight is above 0, or the structure diverges at every current to start from.
+    """
+    wanted = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
+    if not wanted:
+        raise InputError("clairvoyant: every weight is 0; accepted: one or more above 0")
+    return _bound(plant, wanted, period, starts, roughness, iterations)
+
+
+@lru_cache(maxsize=16)
+def _bound(
+    plant: Plant, weights: tuple[tuple[str, float], ...], period: float | None, starts: int,
+    roughness: float, iterations: int,
+) -> Bound:  # fmt: skip
+    found, wanted = [], dict(weights)
+    for k in range(starts):
+        level = (k + 0.5) / starts
+        try:
+            problem = _problem(plant, level, period, roughness, tuple(wanted))
+        except Diverged:
+            continue
+        optimum = problem.solve(_absolute(plant, wanted), iterations=iterations)
+        found.append(_certified(plant, problem, wanted, optimum))
+    if not found:
+        raise InputError("clairvoyant: the structure diverges at every current to start from")
+    return min(found, key=lambda one: one.score)
+
+
+def pareto(
+    plant: Plant, n: int = 7, period: float | None = None, roughness: float = 1e-3
+) -> list[Bound]:
+    """Front of peak base displacement against peak floor acceleration.
+
+    Its ends minimise one peak; between them the acceleration is minimised under bounds on the
+    displacement, which finds the front where it is not convex too.
+
+    Parameters
+    ----------
+    plant : Plant
+        Structure, ground motion and driver.
+    n : int
+        Points, 2 or more.
+    period : float, optional, s
+        Time from one command to the next; one sample by default.
+    roughness : float
+        See ``WholeRecord``.
+
+    Returns
+    -------
+    list of Bound
+        By increasing displacement; ``score`` is of both peaks, weighted equally.
+
+    Raises
+    ------
+    InputError
+        If ``n`` is below 2.
+    Diverged
+        If the structure diverges at the current to start from, the middle of the range.
+    """
+    if n < 2:
+        raise InputError(f"pareto: n is {n}; accepted: 2 or more")
+    problem = _problem(plant, 0.5, period, roughness, (DISPLACEMENT, ACCELERATION))
+    gently = _absolute(plant, {DISPLACEMENT: _TRIFLE, ACCELERATION: 1.0})
+    stiffly = _absolute(plant, {DISPLACEMENT: 1.0, ACCELERATION: _TRIFLE})
+    solved = [problem.solve(stiffly)]
+    widest = problem.solve(gently).peaks[DISPLACEMENT]
+    for most in np.linspace(solved[0].peaks[DISPLACEMENT], widest, n)[1:]:
+        solved.append(problem.solve(gently, {DISPLACEMENT: float(most)}, solved[-1].variables))
+    return [_certified(plant, problem, EQUALLY, one) for one in solved]
+
+
+def share_of_gap(score: float, constant: float, clairvoyant: float) -> float:
+    """Share of the gap between the best constant current and the clairvoyant bound that is closed.
+
+    Parameters
+    ----------
+    score : float
+        Weighted peaks of the controller in question.
+    constant : float
+        Of the best constant current.
+    clairvoyant : float
+        Of the bound, ``Bound.score``.
+
+    Returns
+    -------
+    float
+        0 for the constant current, 1 for the bound; below 0 for what is worse than constant.
+    """
+    return (constant - score) / (constant - clairvoyant)
+
+
+def coil_table(situation: Situation) -> NDArray:
+    """Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
+
+    Parameters
+    ----------
+    situation : Situation
+        With the driver and the supply's limits.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_channels, 5)
+        The highest current is the highest tested one within the supply's limits.
+    """
+    return _coils(situation.driver, situation.low, situation.high)
+
+
+def _coils(driver: CoilDriver, low: NDArray, high: NDArray) -> NDArray:
+    low = np.where(np.isfinite(low), low, 0.0)
+    high = np.clip(TESTED_CURRENT, low, high)
+    initial = np.clip(0.0 if driver.initial is None else driver.initial, low, high)
+    return np.column_stack(np.broadcast_arrays(driver.lag, driver.slew, low, high, initial))
+
+
+def _limits(plant: Plant) -> NDArray:
+    ranges = [plant.isolated.current_range(c) for c in range(plant.isolated.n_channels)]
+    low, high = np.array(ranges).reshape(-1, 2).T
+    driver = plant.driver
+    low = low if driver.low is None else np.full_like(low, driver.low)
+    high = high if driver.high is None else np.full_like(high, driver.high)
+    return _coils(driver, low, high)
+
+
+def _simulated(plant: Plant, controller: OpenLoop) -> Run:
+    from isolation_sim.simulation.run import simulate
+
+    return simulate(plant.isolated, plant.records, controller, driver=plant.driver)
+
+
+@lru_cache(maxsize=16)
+def _uncontrolled(plant: Plant) -> Run:
+    return _simulated(plant, PassiveOff())
+
+
+@lru_cache(maxsize=4)
+def _problem(
+    plant: Plant, level: float, period: float | None, roughness: float, quantities: tuple[str, ...]
+) -> WholeRecord:
+    """The problem, to start from a constant current between lowest (0) and highest (1)."""
+    from .predictive.whole_record import WholeRecord
+
+    coils = _limits(plant)
+    if not len(coils):
+        raise InputError("clairvoyant: no element of the structure is driven by a coil")
+    amperes = tuple((coils[:, 2] + level * (coils[:, 3] - coils[:, 2])).tolist())
+    dt = plant.records[0].dt
+    every = 1 if period is None else max(1, round(period / dt))
+    run = _simulated(plant, Prescribed(time=(0.0,), amperes=(amperes,)))
+    return WholeRecord(run, coils, every, quantities, roughness)
+
+
+def _absolute(plant: Plant, weights: Mapping[str, float]) -> dict[str, float]:
+    off = _uncontrolled(plant).criteria
+    return {q: w / off[f"peak_{q}"] for q, w in weights.items()}
+
+
+def _certified(
+    plant: Plant, problem: WholeRecord, weights: Mapping[str, float], optimum: Optimum
+) -> Bound:
+    """Simulate an optimum's commands in the engine."""
+    time = np.arange(len(optimum.current)) * problem.every * problem.dt
+    commands = Prescribed(time=time, amperes=optimum.current)
+    run = _simulated(plant, commands)
+    peaks = {q: run.criteria[f"peak_{q}"] for q in optimum.peaks}
+    score = sum(w * peaks[q] for q, w in _absolute(plant, weights).items())
+    return Bound(time, optimum.current, optimum.peaks, peaks, score, optimum.status, run)
+
+
+class Clairvoyant(OpenLoop):
+    """The optimum over the whole ground motion: the bound that controllers are measured against.
+
+    It knows the belief's ground motion from the start and minimises the weighted peaks over all
+    commands at once by sparse direct optimal control, with the laws traced from their one
+    definition. The problem is not convex: the bound is the best local optimum found, certified by
+    simulating its commands in the engine.
+
+    Attributes
+    ----------
+    bound : Bound or None
+        The solution, after ``prepare``.
+    """
+
+    name = "clairvoyant"
+    title = "Clairvoyant optimum"
+    source = "direct optimal control: Betts 2010; interior point: Wächter and Biegler 2006"
+    foresight = np.inf
+
+    displacement_weight: float = setting(
+        1.0, "weight of the peak base displacement, relative to its value without current",
+        Number(at_least=0),
+    )  # fmt: skip
+    acceleration_weight: float = setting(
+        1.0, "weight of the peak floor acceleration, relative to its value without current",
+        Number(at_least=0),
+    )  # fmt: skip
+    drift_weight: float = setting(
+        0.0, "weight of the peak storey drift, relative to its value without current",
+        Number(at_least=0),
+    )  # fmt: skip
+    starts: int = setting(
+        1, "constant currents to start the search from, spread over the range", Integer(at_least=1)
+    )
+    roughness: float = setting(
+        1e-3, "weight of the commands' mean square change against the peaks", Number(at_least=0)
+    )
+    iterations: int = setting(
+        300, "most iterations of the interior-point method from one start", Integer(at_least=1)
+    )
+
+    bound: Bound | None = None
+
+    def prepare(self, situation: Situation, trial: Trial) -> None:
+        """Solve for the whole record.
+
+        Parameters
+        ----------
+        situation : Situation
+            With the ground motion.
+        trial : callable
+            Not needed: the bound is that of the belief.
+
+        Raises
+        ------
+        InputError
+            If no peak is weighted, no coil drives anything, or no run ends to start from.
+        """
+        assert situation.ground is not None
+        plant = Plant(situation.belief, situation.ground, situation.driver)
+        weights = {
+            DISPLACEMENT: self.displacement_weight,
+            ACCELERATION: self.acceleration_weight,
+            DRIFT: self.drift_weight,
+        }
+        self.bound = bound(
+            plant, weights, self.period, self.starts, self.roughness, self.iterations
+        )
+
+    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+        """Return the optimal commands."""
+        if self.bound is None:
+            raise InputError(
+                "clairvoyant has not solved yet: call prepare(situation, trial) first, as "
+                "simulate does"
+            )
+        return self.bound.time, self.bound.current

@@ -1,0 +1,145 @@
+"""The clipped regulator on an observer's estimate: clipped linear-quadratic Gaussian control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.control import Situation
+
+from .clipped_lqr import ClippedLQR
+from .compiled import Decision
+from .estimating import Estimating
+from .force_tracking import MOTION, driven_elements, nearest_currents
+from .observers.extended import DEVICES, EACH, extended_update
+from .observers.kalman import TRACKING, kalman_memory, kalman_update
+from .observers.observer import N_DOFS, N_ELEMENTS, N_Z
+from .settings import OneOf, setting
+
+# settings: where the observer's begin; for the extended filter, where in the memory the force
+# tracking begins; gains of all elements on displacements and velocities; the observer's
+OBSERVER, DEVICES_KEPT, GAINS = range(3)
+
+
+def put_wanted(settings: NDArray, observer: NDArray, z: NDArray, devices: NDArray) -> None:
+    """Tell the force tracking which forces are wanted.
+
+    Parameters
+    ----------
+    settings : numpy.ndarray
+        As ``ClippedLQG.decision`` lays them out.
+    observer : numpy.ndarray
+        The observer's part of them.
+    z : numpy.ndarray
+        The estimate, displacements (m) and velocities (m/s) first.
+    devices : numpy.ndarray
+        Memory of the force tracking.
+    """
+    width, m = 2 * int(observer[N_DOFS]), int(observer[N_ELEMENTS])
+    for e in range(m):
+        devices[MOTION + 2 * m + e] = 0.0
+        for i in range(width):
+            devices[MOTION + 2 * m + e] += settings[GAINS + e * width + i] * z[i]
+
+
+def decide(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
+    combined_force: Callable, state_rates: Callable,
+) -> None:  # fmt: skip
+    """Wanted forces from a Kalman filter's estimate, then the currents nearest to them.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the decision.
+    measured : numpy.ndarray, shape (n_dofs + n_elements + n_channels,)
+        Accelerations (m/s^2), deformations (m) and coil currents (A).
+    settings : numpy.ndarray
+        As ``ClippedLQG.decision`` lays them out.
+    memory : numpy.ndarray
+        That of ``kalman_update``.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    combined_force, state_rates : callable
+        As of ``DeviceModel``.
+    """
+    observer = settings[int(settings[OBSERVER]) :]
+    kalman_update(t, measured, observer, memory, combined_force, state_rates)
+    devices = memory[kalman_memory(observer) :]
+    put_wanted(settings, observer, memory[1:], devices)
+    nearest_currents(observer[int(observer[TRACKING]) :], devices, command, combined_force)
+
+
+def decide_extended(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
+    combined_force: Callable, state_rates: Callable, tangent: Callable,
+) -> None:  # fmt: skip
+    """Wanted forces from an extended Kalman filter's estimate, then the nearest currents.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the decision.
+    measured : numpy.ndarray, shape (n_dofs + n_elements + n_channels,)
+        Accelerations (m/s^2), deformations (m) and coil currents (A).
+    settings : numpy.ndarray
+        As ``ClippedLQG.decision`` lays them out.
+    memory : numpy.ndarray
+        That of ``extended_update``, then that of the force tracking.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    combined_force, state_rates, tangent : callable
+        As of ``TangentModel``.
+    """
+    observer = settings[int(settings[OBSERVER]) :]
+    extended_update(t, measured, observer, memory, tangent)
+    n, m = int(observer[N_DOFS]), int(observer[N_ELEMENTS])
+    z, devices = memory[1:], memory[int(settings[DEVICES_KEPT]) :]
+    rows = observer[int(observer[DEVICES]) - m * (n + 1) :]
+    for e in range(m):
+        devices[MOTION + e] = devices[MOTION + m + e] = 0.0
+        for i in range(n):
+            devices[MOTION + e] += rows[e * n + i] * z[i]
+            devices[MOTION + m + e] += rows[e * n + i] * z[n + i]
+    for k in range(m * int(observer[EACH])):
+        devices[MOTION + 5 * m + k] = z[int(observer[N_Z]) + k]
+    put_wanted(settings, observer, z, devices)
+    nearest_currents(observer[int(observer[DEVICES]) :], devices, command, combined_force)
+
+
+class ClippedLQG(Estimating, ClippedLQR):
+    """The clipped regulator on an observer's estimate.
+
+    Displacements and velocities, which ``clipped_lqr`` takes as measured, are estimated from
+    accelerometers and the isolators' displacement; the regulator is the same, with weights that
+    allow for the coils' lag. With the extended filter the devices' internal states are estimated
+    too, not followed.
+    """
+
+    name = "clipped_lqg"
+    title = "Clipped LQG"
+    source = "Dyke et al. 1996 (clipped optimal control from accelerations); Kalman 1960"
+
+    largest_velocity = 2.5
+    largest_acceleration = 0.35
+    largest_force = 0.023
+
+    filter: str = setting("kalman", "which observer", OneOf(("kalman", "extended")))
+
+    def decision(self, situation: Situation) -> Decision:
+        """Gains, then the observer."""
+        belief = situation.belief
+        driven_elements(belief, self.name)
+        observer = self.observer(situation, self.filter)
+        estimating, tracking = observer.decision(), observer.tracking
+        own = self.force_gains(belief, tracking.reference(self.reference))
+        gains = np.zeros((len(belief.elements), own.shape[1]))
+        gains[[element.channel is not None for element in belief.elements]] = own
+        head = [GAINS + gains.size, len(estimating.memory)]
+        settings = np.concatenate([head, gains.ravel(), estimating.settings])
+        if self.filter == "kalman":
+            return Decision(decide, settings, estimating.memory, tracking.model)
+        memory = np.concatenate([estimating.memory, tracking.memory])
+        return Decision(decide_extended, settings, memory, tracking.model)

@@ -1,0 +1,56 @@
+"""What controllers that estimate the state share: settings of their observer."""
+
+from __future__ import annotations
+
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .compiled import CompiledController
+from .observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
+from .settings import Number, Optional, setting
+
+
+class Estimating(CompiledController):
+    """A controller with an observer, which sees accelerations and isolator deformations only."""
+
+    ground_intensity: float = setting(
+        0.1, "observer: one-sided density of the ground's white noise, (m/s^2)^2/Hz",
+        Number(above=0),
+    )  # fmt: skip
+    ground_frequency: float | None = setting(
+        15.0, "observer: circular frequency of the ground; None for white noise",
+        Optional(Number(above=0)), "rad/s",
+    )  # fmt: skip
+    ground_damping: float = setting(0.6, "observer: damping ratio of the ground", Number(above=0))
+    acceleration_noise: float = setting(
+        0.02, "observer: standard deviation of an accelerometer's noise", Number(above=0), "m/s^2"
+    )
+    deformation_noise: float = setting(
+        2e-4, "observer: standard deviation of a displacement transducer's noise",
+        Number(above=0), "m",
+    )  # fmt: skip
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """All levels' accelerations and all elements' deformations."""
+        return Observer.measures(belief)
+
+    def observer(self, situation: Situation, kind: str = "kalman") -> Observer:
+        """Build the observer that the settings describe.
+
+        Parameters
+        ----------
+        situation : Situation
+            What it may know of the run.
+        kind : {"kalman", "extended"}
+            Which.
+
+        Returns
+        -------
+        Observer
+        """
+        return {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}[kind](
+            situation.belief, situation.period,
+            GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
+            Noise(self.acceleration_noise, self.deformation_noise),
+            limits=(situation.low, situation.high),
+        )  # fmt: skip

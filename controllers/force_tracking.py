@@ -1,0 +1,279 @@
+"""From wanted device forces to coil currents, inside a compiled decision.
+
+Several controllers say which forces they want; what they have in common is here: the devices'
+states, followed along their motion, and the currents whose forces come nearest to the wanted ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import Element, IsolatedStructure
+
+from .current_map import nearest_current
+from .device_model import DeviceModel
+from .device_states import SCRATCH, follow_states
+from .open_loop import highest_tested, lowest
+
+# the settings begin with these; then each device's coil (-1 for none) and numbers, and each coil's
+# range and whether its devices' forces are affine in its current
+N_DEVICES, N_STATES_EACH, N_NUMBERS, COILS = range(4)
+# the memory: last instant; each device's deformation, velocity, wanted force, weight and a row
+# that picks it out; the devices' states; scratch
+MOTION = 1
+
+
+def coil_current(e: int, settings: NDArray, currents: NDArray) -> float:
+    """Current in a device's coil.
+
+    Parameters
+    ----------
+    e : int
+        Which device.
+    settings : numpy.ndarray
+        As ``ForceTracking.settings``.
+    currents : numpy.ndarray, shape (n_channels,), A
+        Coil currents.
+
+    Returns
+    -------
+    float, A
+        0 for a device without a coil.
+    """
+    coil = int(settings[COILS + e])
+    return currents[coil] if coil >= 0 else 0.0
+
+
+def follow_device(
+    e: int, new_x: float, new_v: float, h: float, settings: NDArray, memory: NDArray,
+    currents: NDArray, state_rates: Callable,
+) -> None:  # fmt: skip
+    """Take over a device's new motion, and let its states follow.
+
+    Parameters
+    ----------
+    e : int
+        Which device.
+    new_x : float, m
+        Deformation.
+    new_v : float, m/s
+        Its velocity.
+    h : float, s
+        Since the last motion; the coil has had the present current for so long.
+    settings, memory : numpy.ndarray
+        As ``ForceTracking.settings`` and ``.memory``.
+    currents : numpy.ndarray, shape (n_channels,), A
+        Coil currents.
+    state_rates : callable
+        As of ``DeviceModel``.
+    """
+    m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
+    width, first = int(settings[N_NUMBERS]), COILS + m
+    x, v = memory[MOTION : MOTION + m], memory[MOTION + m : MOTION + 2 * m]
+    states = memory[MOTION + 5 * m : MOTION + (5 + n_states) * m]
+    follow_states(
+        e, (x[e], v[e]), (new_x, new_v), h, states[e * n_states : (e + 1) * n_states],
+        coil_current(e, settings, currents), settings[first + e * width : first + (e + 1) * width],
+        memory[MOTION + (5 + n_states) * m :], state_rates,
+    )  # fmt: skip
+    x[e], v[e] = new_x, new_v
+
+
+def device_force(
+    e: int, current: float, settings: NDArray, memory: NDArray, combined_force: Callable
+) -> float:
+    """Force of one device, moving as it was last told.
+
+    Parameters
+    ----------
+    e : int
+        Which device.
+    current : float, A
+        Coil current.
+    settings, memory : numpy.ndarray
+        As ``ForceTracking.settings`` and ``.memory``.
+    combined_force : callable
+        As of ``DeviceModel``.
+
+    Returns
+    -------
+    float, N
+    """
+    m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
+    first = COILS + m
+    numbers = settings[first : first + m * int(settings[N_NUMBERS])]
+    x, v = memory[MOTION : MOTION + m], memory[MOTION + m : MOTION + 2 * m]
+    alone = memory[MOTION + 4 * m : MOTION + 5 * m]
+    states = memory[MOTION + 5 * m : MOTION + (5 + n_states) * m]
+    alone[e] = 1.0
+    force = combined_force(current, (alone, x, v, states, numbers))
+    alone[e] = 0.0
+    return force
+
+
+def nearest_currents(
+    settings: NDArray, memory: NDArray, command: NDArray, combined_force: Callable
+) -> None:
+    """Currents whose forces come nearest to the wanted ones.
+
+    Parameters
+    ----------
+    settings, memory : numpy.ndarray
+        As ``ForceTracking.settings`` and ``.memory``; wanted forces are in the memory.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    combined_force : callable
+        As of ``DeviceModel``.
+    """
+    m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
+    first = COILS + m
+    numbers = settings[first : first + m * int(settings[N_NUMBERS])]
+    limits = settings[first + m * int(settings[N_NUMBERS]) :]
+    x, v = memory[MOTION : MOTION + m], memory[MOTION + m : MOTION + 2 * m]
+    wanted = memory[MOTION + 2 * m : MOTION + 3 * m]
+    weights = memory[MOTION + 3 * m : MOTION + 4 * m]
+    states = memory[MOTION + 5 * m : MOTION + (5 + n_states) * m]
+    for c in range(len(command)):
+        low, high, is_affine = limits[3 * c], limits[3 * c + 1], limits[3 * c + 2] == 1.0
+        # forces of one coil's devices move along a line as its current changes, exactly if they
+        # are affine in it: what is wanted is projected onto that line
+        length = 0.0
+        for e in range(m):
+            weights[e] = 0.0
+            if settings[COILS + e] == c:
+                at_high = device_force(e, high, settings, memory, combined_force)
+                weights[e] = at_high - device_force(e, low, settings, memory, combined_force)
+            length += weights[e] * weights[e]
+        projected = 0.0
+        for e in range(m):
+            weights[e] = weights[e] / length**0.5 if length > 0.0 else 0.0
+            projected += weights[e] * wanted[e]
+        command[c] = nearest_current(
+            combined_force, projected, low, high, is_affine, (weights, x, v, states, numbers)
+        )[0]
+
+
+@dataclass(frozen=True)
+class ForceTracking:
+    """Devices, limits and room for what the functions of this file keep.
+
+    Attributes
+    ----------
+    elements : tuple of Element
+        The devices' elements.
+    model : DeviceModel
+        Their laws.
+    low, high : numpy.ndarray, shape (n_channels,), A
+        Range of each coil's current.
+    settings, memory : numpy.ndarray
+        As the functions of this file read them.
+    """
+
+    elements: tuple[Element, ...]
+    model: DeviceModel
+    low: NDArray
+    high: NDArray
+    settings: NDArray
+    memory: NDArray
+
+    def reference(self, amperes: float | None) -> NDArray:
+        """Currents to linearise at.
+
+        Parameters
+        ----------
+        amperes : float or None, A
+            For all coils; None for the middle of each range.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_channels,), A
+        """
+        middle = (self.low + self.high) / 2
+        return middle if amperes is None else np.full(len(middle), amperes)
+
+
+def driven_elements(belief: IsolatedStructure, name: str) -> tuple[Element, ...]:
+    """Elements that a coil drives.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        The model.
+    name : str
+        Controller, for the error.
+
+    Returns
+    -------
+    tuple of Element
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    driven = tuple(element for element in belief.elements if element.channel is not None)
+    if not driven:
+        raise InputError(f"{name}: no element of the belief is driven by a coil")
+    return driven
+
+
+def motion_of_driven(belief: IsolatedStructure, name: str) -> tuple[str, ...]:
+    """Outputs that tell how the driven elements move.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        The model.
+    name : str
+        Controller, for the error.
+
+    Returns
+    -------
+    tuple of str
+        Deformation and velocity of one element after another.
+    """
+    return tuple(
+        f"{element.name}_{quantity}"
+        for element in driven_elements(belief, name)
+        for quantity in ("deformation_m", "velocity_m_s")
+    )
+
+
+def force_tracking(
+    elements: Sequence[Element], situation: Situation, kind: type[DeviceModel] = DeviceModel
+) -> ForceTracking:
+    """Put together what the functions of this file read.
+
+    Parameters
+    ----------
+    elements : sequence of Element
+        Those whose states to follow; at least all that a coil drives.
+    situation : Situation
+        With the supply's limits.
+    kind : type of DeviceModel
+        What the decision needs to know of the laws.
+
+    Returns
+    -------
+    ForceTracking
+    """
+    low, high = lowest(situation), highest_tested(situation)
+    model, m = kind([element.device for element in elements]), len(elements)
+    affine = [
+        all(e.device.is_affine_in_current for e in elements if e.channel == c)
+        for c in range(len(high))
+    ]
+    settings = np.concatenate([
+        [m, model.n_states, model.n_numbers],
+        [-1.0 if e.channel is None else e.channel for e in elements],
+        model.numbers,
+        np.stack([low, high, affine], axis=1).ravel(),
+    ])  # fmt: skip
+    memory = np.zeros(MOTION + 5 * m + (m + SCRATCH) * model.n_states)
+    return ForceTracking(tuple(elements), model, low, high, settings, memory)

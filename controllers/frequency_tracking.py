@@ -1,0 +1,186 @@
+"""Move the isolation frequency away from the ground's dominant frequency."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .compiled import CompiledController, Decision
+from .force_tracking import driven_elements
+from .open_loop import highest_tested, lowest
+from .settings import Number, setting
+from .sliding_mode import carried_masses
+
+N_FREQUENCIES = 64
+N_CURRENTS = 31
+SLOWEST, FASTEST = 0.1, 10.0
+"""Hz; between them the best currents are tabulated, at equal ratios."""
+# settings: these, then the table of currents, one row a coil
+FORGETTING, CORNER, THRESHOLD, SETTLING, TABLE = range(5)
+# memory: last instant, states of the low-pass, the last two filtered accelerations, the two
+# coefficients, the inverse covariance (symmetric, 3 numbers), the mean square; each coil's current
+LAST, PASS, PAST, COEFFICIENTS, COVARIANCE, POWER, PRESENT = 0, 1, 3, 5, 7, 10, 11
+LOW_PASS_DAMPING = 0.5**0.5
+
+
+def dominant_frequency(cosine: float, decay: float, h: float) -> float:
+    """Frequency of the peak of a second-order autoregression's spectrum.
+
+    Parameters
+    ----------
+    cosine, decay : float
+        Coefficients of y[k] = cosine y[k-1] + decay y[k-2] + white noise.
+    h : float
+        Sampling interval, s.
+
+    Returns
+    -------
+    float, Hz
+        0 where the spectrum falls from there; the Nyquist frequency where it rises all along.
+    """
+    # the derivative of |1 - cosine e^{-iw} - decay e^{-2iw}|^2 by cos(w) vanishes at the peak
+    argument = cosine * (decay - 1.0) / (4.0 * decay) if decay < 0.0 else 1.0
+    return math.acos(min(max(argument, -1.0), 1.0)) / (2.0 * math.pi * h)
+
+
+def decide(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
+) -> None:
+    """Follow the ground's frequency, and look the current up.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the decision.
+    measured : numpy.ndarray, shape (1 + n_channels,)
+        Ground acceleration (m/s^2), then the coil currents (A).
+    settings : numpy.ndarray
+        Time of forgetting (s), corner of the low-pass (rad/s), threshold (m/s^2), time of settling
+        (s), and the table.
+    memory : numpy.ndarray, shape (11 + n_channels,)
+        As above.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    """
+    h = t - memory[LAST]
+    memory[LAST] = t
+    if h > 0.0:
+        # low-pass of second order, stepped implicitly: stable for any corner
+        w = settings[CORNER] * h
+        rate = memory[PASS + 1] + w * (measured[0] - memory[PASS])
+        memory[PASS + 1] = rate / (1.0 + 2.0 * LOW_PASS_DAMPING * w + w * w)
+        memory[PASS] += w * memory[PASS + 1]
+        y, y1, y2 = memory[PASS], memory[PAST], memory[PAST + 1]
+        # recursive least squares with exponential forgetting
+        keep = math.exp(-h / settings[FORGETTING])
+        p11, p12, p22 = memory[COVARIANCE], memory[COVARIANCE + 1], memory[COVARIANCE + 2]
+        g1, g2 = p11 * y1 + p12 * y2, p12 * y1 + p22 * y2
+        scale = keep + y1 * g1 + y2 * g2
+        miss = y - memory[COEFFICIENTS] * y1 - memory[COEFFICIENTS + 1] * y2
+        memory[COEFFICIENTS] += g1 * miss / scale
+        memory[COEFFICIENTS + 1] += g2 * miss / scale
+        # while nothing happens nothing is learnt, and nothing must be forgotten
+        if y1 * g1 + y2 * g2 > 1.0 - keep:
+            memory[COVARIANCE] = (p11 - g1 * g1 / scale) / keep
+            memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / keep
+            memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / keep
+        memory[PAST + 1], memory[PAST] = y1, y
+        memory[POWER] = keep * memory[POWER] + (1.0 - keep) * measured[0] * measured[0]
+    frequency = SLOWEST
+    if h > 0.0:
+        frequency = dominant_frequency(memory[COEFFICIENTS], memory[COEFFICIENTS + 1], h)
+    place = math.log(max(frequency, SLOWEST) / SLOWEST) / math.log(FASTEST / SLOWEST)
+    k = int(min(place, 1.0) * (N_FREQUENCIES - 1) + 0.5)
+    for c in range(len(command)):
+        row = settings[TABLE + c * (N_FREQUENCIES + 1) :]
+        # a quiet ground has no frequency: the current at the end of each row
+        quiet = math.sqrt(memory[POWER]) < settings[THRESHOLD]
+        target = row[N_FREQUENCIES] if quiet else row[k]
+        left = math.exp(-h / settings[SETTLING])
+        memory[PRESENT + c] = left * memory[PRESENT + c] + (1.0 - left) * target
+        command[c] = memory[PRESENT + c]
+
+
+class FrequencyTracking(CompiledController):
+    """Move the isolation frequency away from the ground's dominant frequency.
+
+    The frequency is that of a second-order autoregression of the ground's acceleration, fitted
+    recursively with forgetting, after a low-pass that keeps what isolators can respond to. From
+    the devices linearised at every current, the current is tabulated at which a rigid building on
+    them amplifies a motion of this frequency least.
+    """
+
+    name = "frequency_tracking"
+    title = "Frequency tracking"
+    source = (
+        "Narasimhan and Nagarajaiah 2005 (variable-stiffness isolators, tracked by short-time "
+        "Fourier transform); Behrooz, Wang and Gordaninejad 2014 (MR elastomer isolators)"
+    )
+
+    forgetting: float = setting(
+        2.0, "time after which the past counts by 1/e", Number(above=0), "s"
+    )
+    corner: float = setting(2.0, "of the low-pass", Number(above=0), "Hz")
+    threshold: float = setting(
+        0.02, "RMS of the ground's acceleration below which the current is the lowest",
+        Number(at_least=0), "m/s^2",
+    )  # fmt: skip
+
+    settling: float = setting(
+        3.0, "time in which the current follows: a stretched isolator that stiffens at once pushes "
+        "the building", Number(above=0), "s",
+    )  # fmt: skip
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Ground acceleration in the first direction."""
+        directions = belief.structure.directions
+        if len(directions) == 1:
+            return ("ground_acceleration_m_s2",)
+        return (f"ground_{directions[0]}_acceleration_m_s2",)
+
+    def decision(self, situation: Situation) -> Decision:
+        """Filters and table; nothing known of the frequency at the start."""
+        table = np.stack([self.best_currents(situation, c) for c in range(len(situation.low))])
+        quiet = lowest(situation)[:, np.newaxis]
+        own = [self.forgetting, 2 * np.pi * self.corner, self.threshold, self.settling]
+        memory = np.concatenate([np.zeros(PRESENT), lowest(situation)])
+        memory[[COVARIANCE, COVARIANCE + 2]] = 1e4
+        settings = np.concatenate([own, np.hstack([table, quiet]).ravel()])
+        return Decision(decide, settings, memory)
+
+    def best_currents(self, situation: Situation, channel: int) -> NDArray:
+        """Best current at each tabulated frequency.
+
+        Parameters
+        ----------
+        situation : Situation
+            With the belief and the supply's limits.
+        channel : int
+            Coil channel.
+
+        Returns
+        -------
+        numpy.ndarray, shape (N_FREQUENCIES,), A
+        """
+        low, high = lowest(situation), highest_tested(situation)
+        currents = np.linspace(low[channel], high[channel], N_CURRENTS)
+        driven = driven_elements(situation.belief, self.name)
+        masses = carried_masses(situation.belief, (low + high) / 2)
+        own = [
+            (e.device, mass) for e, mass in zip(driven, masses, strict=True) if e.channel == channel
+        ]
+        frequencies = np.geomspace(SLOWEST, FASTEST, N_FREQUENCIES)
+        specific = np.zeros((N_FREQUENCIES, N_CURRENTS), dtype=complex)
+        for device, mass in own:
+            for k, frequency in enumerate(frequencies):
+                for i, current in enumerate(currents):
+                    stiffness = device.linearised(float(current), float(frequency))
+                    specific[k, i] += stiffness / mass / len(own)
+        squares = np.square(2 * np.pi * frequencies)[:, np.newaxis]
+        amplification = np.abs(specific / (specific - squares))
+        return currents[np.argmin(amplification, axis=1)]

@@ -1,0 +1,139 @@
+"""Lyapunov's direct method: whichever current makes a weighted energy fall fastest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.control import Situation
+
+from .clipped_lqr import linear_model
+from .compiled import Decision
+from .estimating import Estimating
+from .force_tracking import COILS, N_DEVICES, N_NUMBERS, device_force, driven_elements
+from .observers.kalman import TRACKING, kalman_memory, kalman_update
+from .observers.observer import N_DOFS, N_ELEMENTS
+from .settings import Number, setting
+
+# settings: where the observer's begin; the softening; how the energy falls with each element's
+# force, per unit of displacement and velocity; the observer's
+START, SOFTENING, ROWS = range(3)
+
+
+def decide(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
+    combined_force: Callable, state_rates: Callable,
+) -> None:  # fmt: skip
+    """Currents by what they do to the energy: the lowest where more would make it rise.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the decision.
+    measured : numpy.ndarray, shape (n_dofs + n_elements + n_channels,)
+        Accelerations (m/s^2), deformations (m) and coil currents (A).
+    settings : numpy.ndarray
+        As ``Lyapunov.decision`` lays them out.
+    memory : numpy.ndarray
+        That of ``kalman_update``.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    combined_force, state_rates : callable
+        As of ``DeviceModel``.
+    """
+    observer = settings[int(settings[START]) :]
+    kalman_update(t, measured, observer, memory, combined_force, state_rates)
+    z, devices = memory[1:], memory[kalman_memory(observer) :]
+    tracking = observer[int(observer[TRACKING]) :]
+    m, width = int(observer[N_ELEMENTS]), 2 * int(observer[N_DOFS])
+    limits = tracking[COILS + m + int(tracking[N_DEVICES] * tracking[N_NUMBERS]) :]
+    for c in range(len(command)):
+        low, high, change = limits[3 * c], limits[3 * c + 1], 0.0
+        for e in range(m):
+            if tracking[COILS + e] == c:
+                rise = 0.0
+                for i in range(width):
+                    rise += settings[ROWS + e * width + i] * z[i]
+                stronger = device_force(e, high, tracking, devices, combined_force)
+                weaker = device_force(e, low, tracking, devices, combined_force)
+                change += rise * (stronger - weaker)
+        # a band of no width would divide 0 by 0 at rest
+        part = min(max(-change, 0.0) / max(settings[SOFTENING], 1e-30), 1.0)
+        command[c] = low + part * (high - low)
+
+
+class Lyapunov(Estimating):
+    """Lyapunov's direct method: whichever current makes a weighted energy fall fastest.
+
+    The energy is z' P z / 2 over displacements and velocities, where P makes it fall as the
+    squared, scaled outputs do while the isolators keep a reference current. The current is the
+    lowest where more force, by the law believed in, would make the energy fall more slowly; else
+    it is in proportion to how much faster the energy falls under the highest current, up to that
+    current. Jansen and Dyke switch, which the softening of 0 gives. With the structure's own energy
+    in place of P, it would be the on-off rule of maximum dissipation.
+    """
+
+    name = "lyapunov"
+    title = "Lyapunov"
+    source = "Leitmann 1994; Jansen and Dyke 2000 (control based on Lyapunov stability theory)"
+
+    largest_displacement: float = setting(
+        0.1, "acceptable isolator deformation; inf for no weight", Number(above=0, infinite=True),
+        "m",
+    )  # fmt: skip
+    largest_velocity: float = setting(
+        0.15, "acceptable velocity of that deformation; inf for no weight",
+        Number(above=0, infinite=True), "m/s",
+    )  # fmt: skip
+    largest_acceleration: float = setting(
+        1.0, "acceptable absolute acceleration of a level; inf for no weight",
+        Number(above=0, infinite=True), "m/s^2",
+    )  # fmt: skip
+
+    softening: float = setting(
+        350.0, "how much faster the energy must fall for the full current; in proportion below; 0 "
+        "switches", Number(at_least=0), "1/s",
+    )  # fmt: skip
+
+    def decision(self, situation: Situation) -> Decision:
+        """How the energy depends on the forces, then the observer."""
+        driven_elements(situation.belief, self.name)
+        observer = self.observer(situation)
+        estimating = observer.decision()
+        rows = self.energy_rows(situation, observer.reference)
+        head = [ROWS + rows.size, self.softening]
+        settings = np.concatenate([head, rows.ravel(), estimating.settings])
+        return Decision(decide, settings, estimating.memory, estimating.devices)
+
+    def energy_rows(self, situation: Situation, currents: NDArray) -> NDArray:
+        """Rate of the energy per unit of each element's force, displacement and velocity.
+
+        Parameters
+        ----------
+        situation : Situation
+            With the belief.
+        currents : numpy.ndarray, shape (n_channels,), A
+            Reference currents.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_elements, 2 n_dofs)
+            Rows b' P: energy's rate = ... + force * row @ (displacements, velocities).
+        """
+        from scipy.linalg import solve_continuous_lyapunov
+
+        belief = situation.belief
+        _, linear = linear_model(belief, currents)
+        n, rows = linear.n_dofs, belief.element_rows
+        inverse = np.linalg.inv(linear.mass)
+        acceleration = -inverse @ np.hstack([linear.stiffness, linear.damping])
+        a = np.vstack([np.eye(n, 2 * n, k=n), acceleration])
+        outputs = np.vstack([
+            np.pad(rows, ((0, 0), (0, n))) / self.largest_displacement,
+            np.pad(rows, ((0, 0), (n, 0))) / self.largest_velocity,
+            acceleration / self.largest_acceleration,
+        ])  # fmt: skip
+        p = solve_continuous_lyapunov(a.T, -outputs.T @ outputs)
+        return -(rows @ inverse) @ p[n:]

@@ -1,0 +1,274 @@
+"""Model predictive control of the coil currents themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .clairvoyant import coil_table
+from .controller import Controller
+from .settings import Integer, Number, OneOf, Optional, setting
+
+_INFEASIBLE = 1e-6
+"""How far a solution may be outside a constraint, in the programme's units."""
+
+
+@dataclass
+class Report:
+    """What happened in a run's decisions.
+
+    Attributes
+    ----------
+    failed : int
+        Programmes without a usable solution; the plan before was followed instead.
+    late : int
+        Decisions that took longer than the deadline; the plan before was followed instead.
+    seconds : list of float
+        Time that each decision took, s.
+    iterations : list of int
+        Of the solver, each decision.
+    """
+
+    failed: int = 0
+    late: int = 0
+    seconds: list[float] = field(default_factory=list)
+    iterations: list[int] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        if not self.seconds:
+            return "no decisions"
+        median, slow = np.percentile(self.seconds, [50, 99]) * 1e3
+        return (
+            f"{len(self.seconds)} decisions, {self.failed} failed, {self.late} late; median "
+            f"{median:.3f} ms, 99th percentile {slow:.3f} ms"
+        )
+
+
+class MPC(Controller):
+    """Model predictive control of the coil currents themselves.
+
+    Each decision predicts the response over a horizon with the law believed in and the plan of the
+    decision before, linearises that prediction exactly, and corrects the plan by one quadratic
+    programme (real-time iteration). The programme charges what exceeds the peaks so far, or the
+    peaks that count as unavoidable under a ground motion of this strength, and a little of the
+    squared response, the squared current and the plan's changes; the coils' limits and slew are its
+    constraints. The ground motion ahead is the record's as far as ``preview`` goes, and from there
+    on what an autoregressive model, identified as the motion arrives, expects.
+
+    A programme without a solution inside its constraints, or a decision later than ``deadline``,
+    is counted in ``report``; the plan of the decision before, which is within all limits, is then
+    followed one step further.
+
+    Attributes
+    ----------
+    report : Report
+        What happened in the last run's decisions.
+    """
+
+    name = "mpc"
+    title = "Model predictive control"
+    source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Arnström et al. 2022"
+
+    period: float | None = 0.02
+    preview: float = setting(
+        0.0, "warning time: the ground motion is known so far ahead", Number(at_least=0), "s"
+    )
+    model: str = setting(
+        "law", "device in the prediction: its law, or spring and dashpot at each current",
+        OneOf(("law", "linear")),
+    )  # fmt: skip
+    horizon: float = setting(1.6, "how far ahead it predicts", Number(above=0), "s")
+    blocks: int = setting(20, "blocks of commands that move together", Integer(at_least=1))
+    order: int = setting(
+        6, "order of the autoregressive model of the ground motion, identified as it arrives; 0 "
+        "for none", Integer(at_least=0),
+    )  # fmt: skip
+    displacement: float = setting(0.08, "weight of squared displacement", Number(at_least=0))
+    acceleration: float = setting(0.7, "weight of squared acceleration", Number(at_least=0))
+    end: float = setting(0.15, "weight of the squared amplitude at the end", Number(at_least=0))
+    change: float = setting(0.11, "weight of squared changes of the plan", Number(above=0))
+    roughness: float = setting(
+        0.005, "weight of squared differences between commands of the plan", Number(at_least=0)
+    )
+    effort: float | None = setting(
+        None, "weight of squared currents, for what is stiff is exposed to the unforeseen; None "
+        "for 4 without preview and 0.02 with it", Optional(Number(at_least=0)),
+    )  # fmt: skip
+    displacement_excess: float = setting(
+        0.03, "weight of the displacement that exceeds its level", Number(at_least=0)
+    )
+    acceleration_excess: float = setting(
+        0.2, "weight of the acceleration that exceeds its level", Number(at_least=0)
+    )
+    displacement_level: float = setting(
+        0.5, "peak displacement that counts as unavoidable, over the strongest ground "
+        "acceleration so far and the square of the first frequency", Number(at_least=0),
+    )  # fmt: skip
+    acceleration_level: float = setting(
+        0.2, "peak acceleration that counts as unavoidable, over the strongest ground "
+        "acceleration so far", Number(at_least=0),
+    )  # fmt: skip
+    iterations: int = setting(1, "linearisations a decision", Integer(at_least=1))
+    deadline: float | None = setting(
+        None, "time that a decision may take; None for any", Optional(Number(above=0)), "s"
+    )
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.foresight = self.preview
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """All displacements and velocities, and the ground's acceleration."""
+        structure = belief.structure
+        one = len(structure.directions) == 1
+        return (
+            *(f"{dof}_displacement_m" for dof in structure.names),
+            *(f"{dof}_velocity_m_s" for dof in structure.names),
+            *(f"ground_{'' if one else d + '_'}acceleration_m_s2" for d in structure.directions),
+        )
+
+    def reset(self, situation: Situation) -> None:
+        """Set the prediction up and forget the last run."""
+        from .clipped_lqr import linear_model
+        from .predictive.linear_belief import spring_and_dashpot
+        from .predictive.prediction import Prediction
+
+        belief = situation.belief
+        if not belief.n_channels:
+            raise InputError(f"{self.name}: no element of the belief is driven by a coil")
+        self.coils = coils = coil_table(situation)
+        frequency = linear_model(belief, coils[:, 2])[0]
+        self.frequency = 2 * np.pi * frequency
+        if self.model == "linear":
+            belief = spring_and_dashpot(belief, coils, frequency)
+        self.step = situation.period
+        n_steps = max(2, round(self.horizon / self.step))
+        n_blocks = min(self.blocks, n_steps)
+        self.block = np.arange(n_steps) * n_blocks // n_steps
+        self.prediction = Prediction(belief, coils, self.step, self.block)
+        p = self.prediction
+        n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 2 + n_steps * len(coils)
+        self._programme = (
+            np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), np.zeros(n + most),
+            np.zeros(n + most),
+        )  # fmt: skip
+        self._sense = np.zeros(n + most, dtype=np.int32)
+        effort = self.effort
+        if effort is None:
+            effort = 0.02 if self.preview > 0 else 4.0
+        self._weights = np.array(
+            [
+                self.displacement, self.acceleration, self.end, self.change, self.roughness,
+                effort,
+                self.displacement_excess, self.acceleration_excess,
+            ]
+        )
+        directions = len(belief.structure.directions)
+        order = max(self.order, 1)
+        self._ground = np.zeros((n_steps + 1, directions))
+        self._past, self._coefficients = np.zeros((2, directions, order))
+        self._covariance = np.tile(1e-2 * np.eye(order), (directions, 1, 1))
+        self._gain = np.zeros(order)
+        self._record = situation.ground
+        self.commands = np.tile(coils[:, 4], (n_steps, 1))
+        self._last: tuple[float, NDArray, NDArray] | None = None
+        self._states = p.initial_states()
+        self._peaks, self._strongest = np.zeros(2), 0.0
+        self.report = Report()
+
+    def current(self, t: float, measurement: Any) -> NDArray:
+        """Predict, linearise, solve, and give the plan's first command."""
+        began = perf_counter()
+        p, n = self.prediction, len(self.prediction.belief.structure.names)
+        measured = np.array(measurement, dtype=float)
+        coil = measured[-len(self.coils) :]
+        z = p.modes_of(measured[:n], measured[n : 2 * n])
+        before = self.commands[0].copy()
+        if self._last is not None:
+            then, old, old_coil = self._last
+            p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
+            self.commands[:-1] = self.commands[1:]
+        self._last = (t, z, coil)
+        self._look_ahead(t, measured[2 * n : -len(self.coils)])
+        plan = self.commands.copy()
+        for _ in range(self.iterations):
+            p.predict(z, self._states, coil, plan, self._ground)
+            move = self._solve(plan, before)
+            if move is None:
+                self.report.failed += 1
+                plan = self.commands
+                break
+            plan += move[self.block]
+        np.clip(plan, self.coils[:, 2], self.coils[:, 3], out=plan)
+        took = perf_counter() - began
+        self.report.seconds.append(took)
+        if self.deadline is not None and took > self.deadline:
+            self.report.late += 1
+        else:
+            self.commands = plan
+        return self.commands[0].copy()
+
+    def _look_ahead(self, t: float, ground: NDArray) -> None:
+        """Ground acceleration over the horizon: known, then expected."""
+        self._ground[0] = ground
+        known = 1
+        if self._record is not None:
+            known = min(int(self.preview / self.step * (1 + 1e-9)) + 1, len(self._ground))
+            at = t + np.arange(1, known) * self.step
+            for d, record in enumerate(self._record):
+                self._ground[1:known, d] = np.interp(
+                    at, record.time, record.acceleration, right=0.0
+                )
+        self._known = known
+        if self.order:
+            self.prediction.module.forecast(
+                known, True, self._past, self._coefficients, self._covariance, self._gain,
+                self._ground,
+            )  # fmt: skip
+        else:
+            self._ground[known:] = 0.0
+
+    def _solve(self, plan: NDArray, before: NDArray) -> NDArray | None:
+        """Changes of the blocks, (n_blocks, n_channels), A; None if there is no usable solution."""
+        p = self.prediction
+        n_d, n_a = p.n_displacements, p.n_accelerations
+        now = np.abs(p.y[0])
+        self._peaks = np.maximum(self._peaks, [now[:n_d].max(), now[n_d : n_d + n_a].max()])
+        self._strongest = max(self._strongest, np.abs(self._ground[: self._known]).max(), 1e-3)
+        expected = self._strongest * np.array([self.displacement_level, self.acceleration_level])
+        levels = np.maximum(self._peaks, expected / [self.frequency**2, 1.0])
+        unit = (levels[1] + self.frequency**2 * levels[0]) / 2
+        units = np.array([unit / self.frequency**2, unit, unit / self.frequency])
+        count = p.module.programme(
+            (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a), units,
+            levels, self._weights, self._programme,
+        )  # fmt: skip
+        hessian, gradient, rows, upper, lower = self._programme
+        n = len(gradient)
+        rows, upper, lower = rows[:count], upper[: n + count], lower[: n + count]
+        x, flag, iterations = self._solved(hessian, gradient, rows, upper, lower)
+        self.report.iterations.append(iterations)
+        if flag <= 0 or not np.all(np.isfinite(x)):
+            return None
+        value = np.concatenate([x, rows @ x])
+        if np.any(value > upper + _INFEASIBLE) or np.any(value < lower - _INFEASIBLE):
+            return None
+        move = x[:-2].reshape(-1, len(self.coils))
+        return move * (self.coils[:, 3] - self.coils[:, 2])
+
+    def _solved(self, *programme: NDArray) -> tuple[NDArray, int, int]:
+        """Solution of a programme, the solver's verdict (above 0: solved), and its iterations."""
+        import daqp
+
+        sense = self._sense[: len(programme[-1])]
+        sense[:] = 0
+        x, _, flag, info = daqp.solve(*programme, sense)
+        return np.asarray(x), flag, info["iterations"]

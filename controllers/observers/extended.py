@@ -1,0 +1,290 @@
+"""Extended Kalman filter on structure, ground and the devices' internal states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compiled import Decision
+from ..force_tracking import COILS, coil_current
+from .linear_belief import structure_and_ground
+from .observer import N_DOFS, N_ELEMENTS, N_Y, N_Z, Estimate, Observer
+from .small_matrices import conjugate, step_matrices
+from .tangent import TangentModel
+
+# settings: every observer's; these; the linear equations; the noise; elements' directions; how many
+# states each device has; the force tracking
+EACH, WIDTH, PERIOD, ACCELERATION, DEFORMATION, DEVICES, FIRST = range(4, 11)
+# memory: whether it has begun; the state, the rates, the last currents; normalised innovations;
+# covariance, dynamics, transition, added covariance; rows of the measurements; a tangent; scratch
+
+
+def equations(
+    z: NDArray, currents: NDArray, settings: NDArray, dynamics: NDArray, rates: NDArray,
+    work: NDArray, tangent: Callable,
+) -> None:  # fmt: skip
+    """Rates of the whole state and their exact derivatives.
+
+    Parameters
+    ----------
+    z : numpy.ndarray, shape (n_all,)
+        Displacements, velocities, ground, device states.
+    currents : numpy.ndarray, shape (n_channels,), A
+        Coil currents.
+    settings : numpy.ndarray
+        As ``ExtendedKalmanFilter.decision`` lays them out.
+    dynamics : numpy.ndarray, shape ((n_all + 1) ** 2,)
+        The derivatives, with the rates as the last column and a last row of zeros.
+    rates : numpy.ndarray, shape (n_all,)
+        The rates.
+    work : numpy.ndarray, shape ((1 + n_states) * (3 + n_states),)
+        Scratch.
+    tangent : callable
+        As of ``TangentModel``.
+    """
+    n, n_z, m = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_ELEMENTS])
+    each, width = int(settings[EACH]), int(settings[WIDTH])
+    n_all = n_z + m * each
+    size = n_all + 1
+    at = FIRST
+    a, on_force = settings[at : at + n_z * n_z], settings[at + n_z * n_z :]
+    at += n_z * (n_z + m) + n_all * n_all
+    rows, counts = settings[at : at + m * n], settings[at + m * n : at + m * (n + 1)]
+    tracking = settings[int(settings[DEVICES]) :]
+    numbers = tracking[COILS + m :]
+    for i in range(size * size):
+        dynamics[i] = 0.0
+    for i in range(n_all):
+        rates[i] = 0.0
+    for i in range(n_z):
+        for j in range(n_z):
+            dynamics[i * size + j] = a[i * n_z + j]
+            rates[i] += a[i * n_z + j] * z[j]
+    for e in range(m):
+        x = v = 0.0
+        for j in range(n):
+            x += rows[e * n + j] * z[j]
+            v += rows[e * n + j] * z[n + j]
+        first, own = n_z + e * each, int(counts[e])
+        tangent(
+            e, x, v, z[first : first + each], coil_current(e, tracking, currents),
+            numbers[e * width : (e + 1) * width], work,
+        )  # fmt: skip
+        # the force acts on velocities; then each of the device's states has its rate
+        for k in range(1 + own):
+            entry = work[k * (3 + own) : (k + 1) * (3 + own)]
+            begin, end = (n, 2 * n) if k == 0 else (first + k - 1, first + k)
+            for i in range(begin, end):
+                factor = on_force[i * m + e] if k == 0 else 1.0
+                rates[i] += factor * entry[0]
+                for j in range(n):
+                    dynamics[i * size + j] += factor * entry[1] * rows[e * n + j]
+                    dynamics[i * size + n + j] += factor * entry[2] * rows[e * n + j]
+                for j in range(own):
+                    dynamics[i * size + first + j] += factor * entry[3 + j]
+    for i in range(n_all):
+        dynamics[i * size + n_all] = rates[i]
+
+
+def extended_update(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, tangent: Callable
+) -> None:
+    """Predict to the present instant and correct by what was measured, one after another.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the measurement; measurements come at the filter's period.
+    measured : numpy.ndarray, shape (n_y + n_channels,)
+        Accelerations (m/s^2), deformations (m) and coil currents (A).
+    settings, memory : numpy.ndarray
+        As ``ExtendedKalmanFilter.decision`` lays them out; the estimate is
+        ``memory[1 : 1 + n_all]``.
+    tangent : callable
+        As of ``TangentModel``.
+    """
+    n, n_z, n_y = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_Y])
+    m, each, h = int(settings[N_ELEMENTS]), int(settings[EACH]), settings[PERIOD]
+    n_all = n_z + m * each
+    size, area = n_all + 1, (n_all + 1) * (n_all + 1)
+    n_coils = len(measured) - n_y
+    at = FIRST + n_z * (n_z + m)
+    noise, rows = settings[at : at + n_all * n_all], settings[at + n_all * n_all :]
+    z, rates, at = memory[1 : 1 + n_all], memory[1 + n_all : 1 + 2 * n_all], 1 + 2 * n_all
+    currents, at = memory[at : at + n_coils], at + n_coils
+    innovations, at = memory[at : at + n_y], at + n_y
+    p, dynamics = memory[at : at + area], memory[at + area : at + 2 * area]
+    transition = memory[at + 2 * area : at + 3 * area]
+    added = memory[at + 3 * area : at + 4 * area]
+    at += 4 * area
+    on_state, at = memory[at : at + n_y * n_all], at + n_y * n_all
+    work = memory[at:]
+
+    if memory[0] == 1.0:
+        # the coil's lag makes the current of the interval lie about midway
+        for c in range(n_coils):
+            currents[c] = 0.5 * (currents[c] + measured[n_y + c])
+        equations(z, currents, settings, dynamics, rates, work, tangent)
+        density = work[3 * area : 4 * area]
+        for i in range(area):
+            dynamics[i] *= h
+            density[i] = 0.0
+        for i in range(n_all):
+            for j in range(n_all):
+                density[i * size + j] = h * noise[i * n_all + j]
+        step_matrices(size, dynamics, density, transition, added, work)
+        for i in range(n_all):
+            z[i] += transition[i * size + n_all]
+            transition[i * size + n_all] = 0.0
+        conjugate(size, transition, p, p, work)
+        for i in range(area):
+            p[i] += added[i]
+    memory[0] = 1.0
+    for c in range(n_coils):
+        currents[c] = measured[n_y + c]
+    equations(z, currents, settings, dynamics, rates, work, tangent)
+    for k in range(n_y):
+        innovations[k] = measured[k]
+        for i in range(n_all):
+            on_state[k * n_all + i] = 0.0
+    for k in range(n):
+        # an absolute acceleration is the relative one without what the ground's filter adds
+        innovations[k] -= rates[n + k]
+        for i in range(n_all):
+            on_state[k * n_all + i] = dynamics[(n + k) * size + i]
+        for i in range(2 * n, n_z):
+            innovations[k] += dynamics[(n + k) * size + i] * z[i]
+            on_state[k * n_all + i] = 0.0
+    for e in range(m):
+        for i in range(n):
+            innovations[n + e] -= rows[e * n + i] * z[i]
+            on_state[(n + e) * n_all + i] = rows[e * n + i]
+    for k in range(n_y):
+        row = on_state[k * n_all : (k + 1) * n_all]
+        deviation = settings[ACCELERATION] if k < n else settings[DEFORMATION]
+        variance = deviation * deviation
+        for i in range(n_all):
+            rates[i] = 0.0
+            for j in range(n_all):
+                rates[i] += p[i * size + j] * row[j]
+            variance += row[i] * rates[i]
+        miss = innovations[k]
+        # those that follow learn from what this one changes
+        for other in range(k + 1, n_y):
+            change = 0.0
+            for i in range(n_all):
+                change += on_state[other * n_all + i] * rates[i]
+            innovations[other] -= change * miss / variance
+        for i in range(n_all):
+            z[i] += rates[i] * miss / variance
+            for j in range(n_all):
+                p[i * size + j] -= rates[i] * rates[j] / variance
+        innovations[k] = miss / variance**0.5
+
+
+def extended_row(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
+    combined_force: Callable, state_rates: Callable, tangent: Callable,
+) -> None:  # fmt: skip
+    """Update, and write estimate, innovations and covariance.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the measurement.
+    measured, settings, memory : numpy.ndarray
+        As of ``extended_update``.
+    command : numpy.ndarray, shape (n_all + n_y + n_all**2,)
+        The result.
+    combined_force, state_rates : callable
+        As of ``DeviceModel``; not needed.
+    tangent : callable
+        As of ``TangentModel``.
+    """
+    extended_update(t, measured, settings, memory, tangent)
+    n_y = int(settings[N_Y])
+    n_all = int(settings[N_Z]) + int(settings[N_ELEMENTS]) * int(settings[EACH])
+    innovations = 1 + 2 * n_all + len(measured) - n_y
+    for i in range(n_all):
+        command[i] = memory[1 + i]
+        for j in range(n_all):
+            entry = memory[innovations + n_y + i * (n_all + 1) + j]
+            command[n_all + n_y + i * n_all + j] = entry
+    for k in range(n_y):
+        command[n_all + k] = memory[innovations + k]
+
+
+class ExtendedKalmanFilter(Observer):
+    """Extended Kalman filter on structure, ground and the devices' internal states.
+
+    Between measurements, the equations are linearised at the estimate by the exact derivatives of
+    the laws, and solved exactly as such (exponential Rosenbrock-Euler method), so that the linear
+    structure is propagated exactly. Measurements are taken one after another.
+
+    References
+    ----------
+    Jazwinski 1970; Simon 2006, Optimal State Estimation, chapter 13; Hochbruck and Ostermann 2010,
+    Exponential integrators.
+    """
+
+    devices: ClassVar[type[TangentModel]] = TangentModel
+
+    @cached_property
+    def linear(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Dynamics of structure and ground, what forces do there, and the noise's density.
+
+        The noise is that of the whole state: the device states walk at random, lest the filter
+        trust them without bounds.
+        """
+        structure, rows = self.belief.structure, self.belief.element_rows
+        a, b, g, _, _ = structure_and_ground(structure, rows, self.ground)
+        n_z, each = len(a), self.tracking.model.n_states
+        noise = np.zeros((n_z + len(rows) * each,) * 2)
+        noise[:n_z, :n_z] = self.ground.density * g @ g.T
+        for e, element in enumerate(self.belief.elements):
+            device = element.device
+            for k, state in enumerate(device.law.states):
+                scale = device.deformation_scale / device.length if state.unit == "m" else 1.0
+                noise[n_z + e * each + k, n_z + e * each + k] = (self.noise.states * scale) ** 2
+        return a, b, noise
+
+    def decision(self) -> Decision:
+        """Equations and devices in one array."""
+        (a, b, noise), rows, tracking = self.linear, self.belief.element_rows, self.tracking
+        model, (m, n) = tracking.model, rows.shape
+        counts = [len(element.device.law.states) for element in self.belief.elements]
+        own = np.concatenate([a.ravel(), b.ravel(), noise.ravel(), rows.ravel(), counts])
+        n_all, n_y = len(a) + m * model.n_states, n + m
+        head = [
+            n, len(a), n_y, m, model.n_states, model.n_numbers, self.period,
+            self.noise.acceleration, self.noise.deformation, FIRST + len(own),
+        ]  # fmt: skip
+        widest = (1 + model.n_states) * (3 + model.n_states)
+        kept = 1 + 2 * n_all + self.belief.n_channels + n_y + n_y * n_all
+        memory = np.zeros(kept + 4 * (n_all + 1) ** 2 + max(4 * (n_all + 1) ** 2, widest))
+        return Decision(extended_row, np.concatenate([head, own, tracking.settings]), memory, model)
+
+    def _sizes(self) -> tuple[int, int]:
+        n_all = len(self.linear[0]) + len(self.belief.elements) * self.tracking.model.n_states
+        return n_all, self.belief.structure.n_dofs + len(self.belief.elements)
+
+    def width(self) -> int:
+        """Length of a row."""
+        n_all, n_y = self._sizes()
+        return n_all + n_y + n_all**2
+
+    def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
+        """Sort a row out."""
+        n, n_z, (n_all, n_y) = self.belief.structure.n_dofs, len(self.linear[0]), self._sizes()
+        q, p, ground, states, innovations, covariance = np.split(
+            rows, [n, 2 * n, n_z, n_all, n_all + n_y], axis=1
+        )
+        shape = (len(rows), len(self.belief.elements), self.tracking.model.n_states)
+        return Estimate(
+            time, q, p, ground, states.reshape(shape), innovations,
+            covariance.reshape(-1, n_all, n_all),
+        )  # fmt: skip

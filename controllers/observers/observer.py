@@ -1,0 +1,230 @@
+"""What observers have in common: what they are given, and a run over measurements."""
+
+from __future__ import annotations
+
+import ctypes
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure
+
+from ..compiled import Decision, compile_decision
+from ..device_model import DeviceModel
+from ..force_tracking import force_tracking
+from .ground_noise import GroundNoise
+
+# every observer's settings begin with these
+N_DOFS, N_Z, N_Y, N_ELEMENTS = range(4)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise of sensors and devices, as an observer believes in it.
+
+    Attributes
+    ----------
+    acceleration : float, m/s^2
+        Standard deviation of an accelerometer's.
+    deformation : float, m
+        Standard deviation of a displacement transducer's.
+    states : float
+        How far a device's state walks at random in 1 s, over the deformation of the device's tests
+        (states in m) or over 1; for the extended filter.
+
+    Raises
+    ------
+    InputError
+        If a number is not above 0.
+    """
+
+    acceleration: float = 0.02
+    deformation: float = 2e-4
+    states: float = 3e-3
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"noise: {name} is {value}; accepted: a number above 0")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What an observer makes of measurements, one row an instant.
+
+    Attributes
+    ----------
+    time : numpy.ndarray, shape (n,), s
+        Instants.
+    displacement : numpy.ndarray, shape (n, n_dofs), m
+        Relative to the ground.
+    velocity : numpy.ndarray, shape (n, n_dofs), m/s
+        Relative to the ground.
+    ground : numpy.ndarray, shape (n, n_ground)
+        States of the ground's filters: displacement (m) and velocity (m/s), one pair a direction.
+    device_states : numpy.ndarray, shape (n, n_elements, n_states)
+        Internal states in the devices' units.
+    innovations : numpy.ndarray, shape (n, n_measured)
+        Measurements minus predictions, made independent and of unit variance: white noise of
+        variance 1 if the observer's beliefs hold. Their squares summed over a row are the
+        normalised innovation squared.
+    covariance : numpy.ndarray, shape (n, n_states, n_states)
+        Of the error that the observer expects, of displacements, velocities and ground, followed
+        by the device states where the observer estimates them.
+    """
+
+    time: NDArray
+    displacement: NDArray
+    velocity: NDArray
+    ground: NDArray
+    device_states: NDArray
+    innovations: NDArray
+    covariance: NDArray
+
+
+class Observer(ABC):
+    """Estimates the state from accelerometers and the isolators' displacement.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        The model to reason with.
+    period : float
+        Interval between measurements, s.
+    ground : GroundNoise, optional
+        The unknown ground motion.
+    noise : Noise, optional
+        Of sensors and devices.
+    reference : float, optional
+        Current at which isolators are linearised, A; the middle of the range by default.
+    limits : array_like, shape (2, n_channels), optional
+        Lowest and highest current of each coil, A; the devices' by default.
+
+    Raises
+    ------
+    InputError
+        If the period is not above 0.
+    """
+
+    devices: ClassVar[type[DeviceModel]] = DeviceModel
+
+    def __init__(
+        self,
+        belief: IsolatedStructure,
+        period: float,
+        ground: GroundNoise | None = None,
+        noise: Noise | None = None,
+        reference: float | None = None,
+        limits: ArrayLike | None = None,
+    ):
+        if not (np.isfinite(period) and period > 0):
+            raise InputError(f"observer: period is {period} s; accepted: above 0")
+        n = belief.n_channels
+        if limits is None:
+            limits = np.array([belief.current_range(c) for c in range(n)]).reshape(n, 2).T
+        self.belief, self.period = belief, float(period)
+        self.ground, self.noise = ground or GroundNoise(), noise or Noise()
+        low, high = np.asarray(limits, float)
+        situation = Situation(belief, self.period, 0.0, low, high, self.outputs)
+        self.tracking = force_tracking(belief.elements, situation, self.devices)
+        self.reference = self.tracking.reference(reference)
+
+    @staticmethod
+    def measures(belief: IsolatedStructure) -> tuple[str, ...]:
+        """Names of the outputs that it wants measured.
+
+        Parameters
+        ----------
+        belief : IsolatedStructure
+            The model to reason with.
+
+        Returns
+        -------
+        tuple of str
+            All levels' accelerations, then all elements' deformations.
+        """
+        return (
+            *(f"{dof}_acceleration_m_s2" for dof in belief.structure.names),
+            *(f"{element}_deformation_m" for element in belief.element_names),
+        )
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Columns of the measurements: what it ``measures``, then the coil currents."""
+        coils = (f"coil{c}_current_A" for c in range(self.belief.n_channels))
+        return (*self.measures(self.belief), *coils)
+
+    @abstractmethod
+    def decision(self) -> Decision:
+        """Put the observer into compiled form.
+
+        Returns
+        -------
+        Decision
+            Whose commands are the row that ``estimate`` reads.
+        """
+
+    @abstractmethod
+    def width(self) -> int:
+        """Length of the row that the compiled form writes."""
+
+    @abstractmethod
+    def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
+        """Sort out what the compiled form wrote.
+
+        Parameters
+        ----------
+        time : numpy.ndarray, shape (n,), s
+            Instants.
+        rows : numpy.ndarray, shape (n, width)
+            What was written.
+
+        Returns
+        -------
+        Estimate
+        """
+
+    def run(self, measurements: ArrayLike) -> Estimate:
+        """Estimate from measurements one after another, starting at rest.
+
+        Parameters
+        ----------
+        measurements : array_like, shape (n, n_outputs)
+            One row an instant, one column each of ``outputs``: m/s^2, m and A.
+
+        Returns
+        -------
+        Estimate
+
+        Raises
+        ------
+        InputError
+            If the measurements have another shape or are not finite.
+        """
+        rows = np.ascontiguousarray(measurements, dtype=float)
+        if rows.ndim != 2 or rows.shape[1] != len(self.outputs) or not np.isfinite(rows).all():
+            raise InputError(
+                f"observer: measurements have shape {rows.shape}; accepted: finite numbers, one "
+                f"column each of {', '.join(self.outputs)}"
+            )
+        time = np.arange(len(rows)) * self.period
+        compiled = compile_decision(self.decision(), self.width())
+        pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+        kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
+        update, memory = kind(compiled.address), compiled.memory.copy()
+        written = np.empty((len(rows), self.width()))
+        constants = (compiled.settings, memory)
+        sizes = np.array([rows.shape[1], *map(len, constants), self.width()], dtype=np.int64)
+        for t, row, out in zip(time, rows, written, strict=True):
+            arrays = (row, *constants, out)
+            update(t, *(_pointer(a, pointer) for a in arrays), _pointer(sizes, kind._argtypes_[-1]))
+        return self.estimate(time, written)
+
+
+def _pointer(array: NDArray, kind: type) -> ctypes._Pointer:
+    return array.ctypes.data_as(kind)

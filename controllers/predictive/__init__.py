@@ -1,0 +1,1 @@
+"""Prediction and optimisation behind the predictive controllers."""

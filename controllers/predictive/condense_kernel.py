@@ -1,0 +1,161 @@
+"""From a prediction and its derivatives to a quadratic programme, for Numba."""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+# places in the array of weights
+ON_DISPLACEMENT, ON_ACCELERATION, ON_END = range(3)
+ON_CHANGE, ON_ROUGHNESS, ON_CURRENT, ON_PEAKS = range(3, 7)
+SMALL = 1e-6
+"""Curvature of the excess peaks, so that the programme is strictly convex."""
+
+
+def condense(
+    prediction: tuple, commands: NDArray, before: NDArray, block: NDArray, coils: NDArray,
+    step: float, sizes: tuple, units: NDArray, levels: NDArray, weights: NDArray, programme: tuple,
+) -> int:  # fmt: skip
+    """Fill in the quadratic programme of one decision.
+
+    Unknown are the change of each block of commands, in ranges of its coil, and by how much the
+    peaks of displacement and acceleration exceed their levels, in their units.
+
+    Parameters
+    ----------
+    prediction : tuple
+        ``Prediction.y``, ``dy`` and ``past``.
+    commands : numpy.ndarray, shape (n_steps, n_channels), A
+        Commands predicted with.
+    before : numpy.ndarray, shape (n_channels,), A
+        The last command given.
+    block : numpy.ndarray of int, shape (n_steps,)
+        Block of each step's command.
+    coils : numpy.ndarray, shape (n_channels, 5)
+        Lag (s), slew (A/s), lowest, highest and initial current (A).
+    step : float, s
+        Length of a step.
+    sizes : tuple of int
+        Numbers of displacements and of accelerations among the outputs.
+    units : numpy.ndarray, shape (3,)
+        Units of displacement (m), acceleration (m/s^2) and velocity (m/s).
+    levels : numpy.ndarray, shape (2,)
+        Displacement (m) and acceleration (m/s^2) above which an excess counts.
+    weights : numpy.ndarray, shape (8,)
+        On squared displacements and accelerations over the horizon, on the squared amplitude at its
+        end, on squared changes of the plan, on its roughness, on squared currents, and on both
+        excesses.
+    programme : tuple
+        Hessian, gradient, rows of the constraints and their upper and lower bounds, the bounds of
+        the unknowns first; the result.
+
+    Returns
+    -------
+    int
+        Number of rows in use.
+    """
+    y, dy, past = prediction
+    hessian, gradient, rows, upper, lower = programme
+    n_displacements, n_accelerations = sizes
+    n_steps, n_channels = commands.shape
+    width = dy.shape[2]
+    n = width + 2
+    hessian[:, :] = 0.0
+    gradient[:] = 0.0
+
+    # bounds: every command of a block stays within the coil's range
+    for j in range(n):
+        lower[j], upper[j] = (-1e30, 1e30) if j < width else (0.0, 1e30)
+    for k in range(n_steps):
+        for c in range(n_channels):
+            j = block[k] * n_channels + c
+            span = coils[c, 3] - coils[c, 2]
+            lower[j] = max(lower[j], (coils[c, 2] - commands[k, c]) / span)
+            upper[j] = min(upper[j], (coils[c, 3] - commands[k, c]) / span)
+    for j in range(width):
+        hessian[j, j] = 2.0 * weights[ON_CHANGE]
+    for k in range(n_steps):
+        for c in range(n_channels):
+            span = coils[c, 3] - coils[c, 2]
+            earlier = commands[k - 1, c] if k > 0 else before[c]
+            rise = 2.0 * weights[ON_ROUGHNESS] * (commands[k, c] - earlier) / span
+            j, i = block[k] * n_channels + c, block[k - 1] * n_channels + c
+            on_current = 2.0 * weights[ON_CURRENT] / n_steps
+            gradient[j] += on_current * (commands[k, c] - coils[c, 2]) / span
+            hessian[j, j] += on_current
+            if k == 0:
+                gradient[j] += rise
+                hessian[j, j] += 2.0 * weights[ON_ROUGHNESS]
+            elif i != j:
+                gradient[j] += rise
+                gradient[i] -= rise
+                hessian[j, j] += 2.0 * weights[ON_ROUGHNESS]
+                hessian[i, i] += 2.0 * weights[ON_ROUGHNESS]
+                hessian[j, i] -= 2.0 * weights[ON_ROUGHNESS]
+    for side in range(2):
+        gradient[width + side] = weights[ON_PEAKS + side]
+        hessian[width + side, width + side] = SMALL
+
+    row = 0
+    for k in range(n_steps + 1):
+        # what a later block does is not felt yet
+        active = (block[min(k, n_steps - 1)] + 1) * n_channels
+        for o in range(y.shape[1]):
+            kind = 0 if o < n_displacements else 1 if o < n_displacements + n_accelerations else 2
+            unit = units[kind]
+            value = y[k, o] / unit
+            for j in range(active):
+                dy[k, o, j] *= (coils[j % n_channels, 3] - coils[j % n_channels, 2]) / unit
+            weight = 0.0
+            if kind == 0:
+                weight = weights[ON_DISPLACEMENT] / n_steps
+            elif kind == 1:
+                weight = weights[ON_ACCELERATION] / (n_steps * n_accelerations)
+            if k == n_steps and kind != 1:
+                weight += weights[ON_END]
+            if weight > 0.0 and k > 0:
+                for a in range(active):
+                    scaled = 2.0 * weight * dy[k, o, a]
+                    gradient[a] += scaled * value
+                    for b in range(a + 1):
+                        hessian[a, b] += scaled * dy[k, o, b]
+            if kind == 2 or weights[ON_PEAKS + kind] == 0.0:
+                continue
+            # only what some admissible change can bring above the level
+            level = levels[kind] / unit
+            for sign in (1.0, -1.0):
+                extreme = 0.0
+                for j in range(active):
+                    slope = sign * dy[k, o, j]
+                    extreme += max(slope * upper[j], slope * lower[j])
+                if sign * value + extreme > level:
+                    for j in range(n):
+                        rows[row, j] = sign * dy[k, o, j] if j < active else 0.0
+                    rows[row, width + kind] = -1.0
+                    upper[n + row], lower[n + row] = level - sign * value, -1e30
+                    row += 1
+    for a in range(width):
+        for b in range(a):
+            hessian[b, a] = hessian[a, b]
+
+    # the coil never asks its driver for a faster change than the driver's slew
+    for c in range(n_channels):
+        lag, slew = coils[c, 0], coils[c, 1]
+        if slew < 1e30:
+            span = coils[c, 3] - coils[c, 2]
+            for k in range(n_steps):
+                for j in range(n):
+                    rows[row, j] = 0.0
+                rows[row, block[k] * n_channels + c] = span
+                if lag > 0.0:
+                    gap, most = commands[k, c] - past[k, c, width], slew * lag
+                    for j in range(width):
+                        other = coils[j % n_channels, 3] - coils[j % n_channels, 2]
+                        rows[row, j] -= past[k, c, j] * other
+                else:
+                    gap = commands[k, c] - (commands[k - 1, c] if k > 0 else before[c])
+                    most = slew * step
+                    if k > 0:
+                        rows[row, block[k - 1] * n_channels + c] -= span
+                upper[n + row], lower[n + row] = most - gap, -most - gap
+                row += 1
+    return row

@@ -1,0 +1,88 @@
+"""A structure carried exactly over one interval, device forces and ground motion interpolated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.modal import Modes
+
+_POINTS = 40
+"""Gauss points of the convolution with a mode; exact to rounding up to |eigenvalue| h = 30."""
+
+
+@dataclass(frozen=True)
+class Propagator:
+    """Modes after a time t, from those at 0: z = decay z0 + force r + ground a.
+
+    The modes are in real form: all real parts, then all imaginary ones.
+
+    Attributes
+    ----------
+    decay : (n, n) array
+        From the modes.
+    force : (n, n_elements, n_nodes) array
+        From what each device's force (N, device scale) differs by from its reference spring and
+        dashpot, at equally spaced nodes of the interval.
+    ground : (n, n_directions, 2) array
+        From the ground acceleration (m/s^2) at the interval's two ends.
+    """
+
+    decay: NDArray
+    force: NDArray
+    ground: NDArray
+
+
+def propagator(modes: Modes, h: float, t: float, n_nodes: int) -> Propagator:
+    """Carry modes from the start of an interval to a time in it.
+
+    Parameters
+    ----------
+    modes : Modes
+        Structure with the devices' reference springs.
+    h : float, s
+        Length of the interval.
+    t : float, s
+        Time from its start, up to h.
+    n_nodes : int
+        Nodes through which the force is a polynomial; 1 for a constant one.
+
+    Returns
+    -------
+    Propagator
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    at, weights = t * (nodes + 1) / 2, t * weights / 2
+    kernel = weights * np.exp(np.multiply.outer(modes.eigenvalues, t - at))
+
+    def convolved(columns: NDArray, n: int) -> NDArray:
+        shapes = kernel @ _lagrange(at / h, n).T
+        parts = columns.T[:, :, np.newaxis] * shapes[:, np.newaxis, :]
+        return np.concatenate([parts.real, parts.imag])
+
+    grown = np.exp(modes.eigenvalues * t)
+    turned = np.diag(grown.imag)
+    stretched = np.diag(grown.real)
+    return Propagator(
+        np.block([[stretched, -turned], [turned, stretched]]),
+        convolved(modes.force, n_nodes),
+        convolved(modes.ground, 2),
+    )
+
+
+def real_rows(rows: NDArray) -> NDArray:
+    """Rows over the modes' real parts and imaginary parts, from complex ones."""
+    return np.concatenate([rows.real, -rows.imag], axis=-1)
+
+
+def _lagrange(x: NDArray, n: int) -> NDArray:
+    """Lagrange polynomials of n equally spaced nodes on [0, 1], (n, len(x))."""
+    nodes = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
+    values = np.ones((n, x.size))
+    for k in range(n):
+        for j in range(n):
+            if j != k:
+                values[k] *= (x - nodes[j]) / (nodes[k] - nodes[j])
+    return values

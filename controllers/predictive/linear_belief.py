@@ -1,0 +1,58 @@
+"""A belief whose devices are springs and dashpots that follow the current."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.laws import Device
+from isolation_sim.laws.current_dependence import CurrentDependence
+from isolation_sim.laws.kelvin_voigt import LAW
+from isolation_sim.structures import IsolatedStructure
+
+_KNOTS = 13
+"""Currents at which a device is linearised; between them its numbers are interpolated."""
+
+
+def spring_and_dashpot(
+    belief: IsolatedStructure, coils: NDArray, frequency: float
+) -> IsolatedStructure:
+    """Linearise every device about rest, at every current.
+
+    The response is then linear at any fixed current, and bilinear with the current.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        Structure and devices.
+    coils : numpy.ndarray, shape (n_channels, 5)
+        Lag, slew, lowest, highest and initial current (A) of each coil.
+    frequency : float, Hz
+        At which a device's complex stiffness becomes a spring and a dashpot.
+
+    Returns
+    -------
+    IsolatedStructure
+
+    Raises
+    ------
+    InputError
+        If a device cannot be linearised about rest.
+    """
+    elements = []
+    for element in belief.elements:
+        low, high = (0.0, 0.0) if element.channel is None else coils[element.channel, 2:4]
+        currents = np.linspace(low, high, _KNOTS) if high > low else np.array([low])
+        stiffness = np.array([element.device.linearised(float(i), frequency) for i in currents])
+        damping = stiffness.imag / (2 * np.pi * frequency)
+        numbers = {"k": stiffness.real.tolist(), "c": damping.tolist()}
+        device = Device(
+            law=LAW,
+            current=CurrentDependence.table(currents.tolist(), numbers),
+            current_range=element.device.current_range,
+            name=f"{element.device.name}, linearised",
+        )
+        elements.append(replace(element, device=device))
+    return replace(belief, elements=tuple(elements))

@@ -1,0 +1,356 @@
+"""Prediction over a horizon, compiled for the laws believed in."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.criteria import quantity_rows
+from isolation_sim.laws.law import Law
+from isolation_sim.simulation.plan import modes_for
+from isolation_sim.structures import IsolatedStructure
+
+from ..compiled import collect
+from ..device_model import LAW, N_POWERS, DeviceModel, first_coefficient, model_text, polynomial
+from ..device_states import follow_states
+from .condense_kernel import condense
+from .ground_kernel import foresee, learn
+from .interval import propagator, real_rows
+from .prediction_kernel import predict
+
+_HEADER = '''"""Written by controllers.predictive.prediction; do not edit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+OPTIONS = dict(error_model="numpy", fastmath={"contract", "reassoc"})
+plain = njit(**OPTIONS)
+inline = njit(forceinline=True, **OPTIONS)'''
+
+_ENTRY = """@njit(cache=True, **OPTIONS)
+def run(z, s, i, commands, block, ground, plant, work, y, dy, past):
+    predict(z, s, i, commands, block, ground, plant, work, y, dy, past)
+
+
+@njit(cache=True, **OPTIONS)
+def programme(prediction, commands, before, block, coils, step, sizes, units, levels, weights, out):
+    return condense(
+        prediction, commands, before, block, coils, step, sizes, units, levels, weights, out
+    )
+
+
+@njit(cache=True, **OPTIONS)
+def forecast(known, teach, past, coefficients, covariance, gain, ground):
+    for d in range(len(past)):
+        if teach:
+            learn(ground[0, d], past[d], coefficients[d], covariance[d], gain)
+        foresee(known, coefficients[d], past[d], ground[:, d])
+
+
+@njit(cache=True, **OPTIONS)
+def follow(before, after, h, s, i, lengths, numbers, work):
+    for e in range(len(s)):
+        follow_states(
+            e, (before[e, 0] * lengths[e], before[e, 1] * lengths[e]),
+            (after[e, 0] * lengths[e], after[e, 1] * lengths[e]),
+            h, s[e], i[e], numbers[e], work, state_rates,
+        )"""
+
+STABLE = 0.8
+"""Largest product of step and a device state's fastest rate that Heun's rule is given."""
+
+
+class Prediction:
+    """Structure, devices and coils as the prediction's compiled loop sees them.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        The model to predict with.
+    coils : numpy.ndarray, shape (n_channels, 5)
+        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
+    step : float, s
+        Length of a step of the horizon.
+    block : numpy.ndarray of int, shape (n_steps,)
+        Block of each step's command, from 0, not decreasing; commands of a block move together.
+
+    Attributes
+    ----------
+    y : numpy.ndarray, shape (n_steps + 1, n_outputs)
+        Outputs predicted last: the displacements of the bases (m), the absolute accelerations of
+        all levels (m/s^2), then the velocities of the bases (m/s).
+    dy : numpy.ndarray, shape (n_steps + 1, n_outputs, n_blocks * n_channels)
+        Their derivatives by the commands, per A.
+    past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
+        Derivatives of the coil currents at the steps' beginnings, and these currents (A).
+    n_displacements, n_accelerations : int
+        Numbers of such outputs.
+    """
+
+    def __init__(
+        self, belief: IsolatedStructure, coils: NDArray, step: float, block: NDArray
+    ):
+        self.belief, self.block = belief, np.ascontiguousarray(block, dtype=np.int64)
+        modes, outputs = modes_for(belief)
+        self.model = DeviceModel([element.device for element in belief.elements])
+        n_devices, n_states = len(belief.elements), self.model.n_states
+        self.numbers = self.model.numbers.reshape(n_devices, -1)
+        self.lengths = np.array([e.device.length for e in belief.elements])
+        channels = [-1 if e.channel is None else e.channel for e in belief.elements]
+        self.channels = np.array(channels, dtype=np.int64)
+        self.rows = np.ascontiguousarray(real_rows(modes.deformation))
+        self._to_modes = np.linalg.inv(_square(real_rows(modes.shapes)))
+        n_sub = max(1, int(np.ceil(step * self._fastest() / STABLE)))
+        h = step / n_sub
+        carried = propagator(modes, h, h, 2)
+        m = modes.eigenvalues.size
+        grown = np.exp(modes.eigenvalues * h)
+        keep = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
+        coil_keep = np.array([[k, n_sub, h] for k in keep])
+        references = np.stack([modes.stiffness, modes.damping], axis=1)
+        self.plant = (
+            np.stack([grown.real, grown.imag]),
+            np.ascontiguousarray(carried.force.sum(axis=2).T),
+            np.ascontiguousarray(carried.force[:, :, 1].T),
+            np.ascontiguousarray(carried.ground.transpose(1, 2, 0)),
+            self.rows, references, self.channels, self.numbers, coil_keep,
+            self._output_rows(outputs, modes),
+        )  # fmt: skip
+        n_steps, width = len(block), int((self.block[-1] + 1) * len(coils))
+        n_outputs = len(self.plant[-1][0])
+        shapes = [(2 * m,)] * 2 + [(n_devices, n_states)] * 2 + [(len(coils),)] * 2
+        shapes += [(n_devices,)] * 2 + [(n_devices, n_states)] * 2
+        self.work = (
+            tuple(np.zeros(shape) for shape in shapes),
+            tuple(np.zeros((*shape, width)) for shape in shapes),
+            np.zeros((n_states + 1) * (n_states + 4)),
+        )
+        self.y = np.zeros((n_steps + 1, n_outputs))
+        self.dy = np.zeros((n_steps + 1, n_outputs, width))
+        self.past = np.zeros((n_steps, len(coils), width + 1))
+        self._scratch = np.zeros(5 * max(n_states, 1))
+        self.module = _module(self.model.laws, n_states)
+
+    def _output_rows(self, outputs: Any, modes: Any) -> tuple[NDArray, NDArray]:
+        """Rows of the outputs over the modes and over the devices' forces beyond reference."""
+        quantities = quantity_rows(self.belief, outputs.names)
+        displacement, acceleration = (
+            rows[np.any(rows, axis=-1)] for rows in
+            (quantities["base_displacement_m"], quantities["floor_acceleration_m_s2"])
+        )  # fmt: skip
+        self.n_displacements, self.n_accelerations = len(displacement), len(acceleration)
+        # an output's velocity follows its displacement by as many places as there are dofs
+        velocity = np.roll(displacement, self.belief.structure.n_dofs, axis=1)
+        rows = np.concatenate([displacement, acceleration, velocity]) @ outputs.rows
+        n, m = 2 * modes.eigenvalues.size, len(self.belief.elements)
+        x, v = np.moveaxis(self.rows, 1, 0)
+        by_force = rows[:, n : n + m]
+        reference = modes.stiffness[:, np.newaxis] * x + modes.damping[:, np.newaxis] * v
+        on_modes = rows[:, :n] + by_force @ reference
+        return np.ascontiguousarray(on_modes), np.ascontiguousarray(by_force)
+
+    def _fastest(self) -> float:
+        """Fastest decay of a device state within the tested deformation, 1/s, by differences."""
+        fastest = 0.0
+        for element in self.belief.elements:
+            device, n = element.device, len(element.device.law.states)
+            if not n:
+                continue
+            size = device.deformation_scale / device.length / 2
+            low, high = device.current_range
+            current = (low + high) / 2 if np.isfinite(high - low) else 0.0
+            parameters = device.parameters_at(current)
+            states = np.array(device.initial_states(), float) + size / 2
+            base = np.array(device.law.rates(size, 5 * size, tuple(states), parameters))
+            for k in range(n):
+                moved = states.copy()
+                moved[k] += 1e-6 * size
+                rates = np.array(device.law.rates(size, 5 * size, tuple(moved), parameters))
+                fastest = max(fastest, float(np.abs(rates - base).max() / (1e-6 * size)))
+        return fastest
+
+    def initial_states(self) -> NDArray:
+        """States of the devices at rest, (n_devices, n_states)."""
+        states = np.zeros((len(self.numbers), self.model.n_states))
+        for row, device in zip(states, self.model.devices, strict=True):
+            own = device.initial_states()
+            row[: len(own)] = own
+        return states
+
+    def modes_of(self, displacement: NDArray, velocity: NDArray) -> NDArray:
+        """Modes of a measured motion.
+
+        Parameters
+        ----------
+        displacement, velocity : numpy.ndarray, shape (n_dofs,), m and m/s
+            Of all dofs, relative to the ground.
+
+        Returns
+        -------
+        numpy.ndarray, shape (2 n_modes,)
+        """
+        return self._to_modes @ np.concatenate([displacement, velocity])
+
+    def follow(
+        self, before: NDArray, after: NDArray, h: float, states: NDArray, i: NDArray
+    ) -> None:
+        """Carry the device states along measured motion, in place.
+
+        Parameters
+        ----------
+        before, after : numpy.ndarray, shape (2 n_modes,)
+            Modes at the ends of an interval.
+        h : float, s
+            Its length.
+        states : numpy.ndarray, shape (n_devices, n_states)
+            Device states.
+        i : numpy.ndarray, shape (n_channels,), A
+            Coil currents during the interval.
+        """
+        current = np.where(self.channels < 0, 0.0, i[self.channels])
+        self.module.follow(
+            self.rows @ before, self.rows @ after, h, states, current, self.lengths, self.numbers,
+            self._scratch,
+        )  # fmt: skip
+
+    def predict(
+        self, z: NDArray, states: NDArray, i: NDArray, commands: NDArray, ground: NDArray
+    ) -> None:
+        """Predict and differentiate; see ``y``, ``dy`` and ``past``.
+
+        Parameters
+        ----------
+        z : numpy.ndarray, shape (2 n_modes,)
+            Modes now.
+        states : numpy.ndarray, shape (n_devices, n_states)
+            Device states now.
+        i : numpy.ndarray, shape (n_channels,), A
+            Coil currents now.
+        commands : numpy.ndarray, shape (n_steps, n_channels), A
+            Commands to predict with.
+        ground : numpy.ndarray, shape (n_steps + 1, n_directions), m/s^2
+            Ground acceleration now and at the steps' ends.
+        """
+        self.module.run(
+            z, states, i, commands, self.block, ground, self.plant, self.work, self.y, self.dy,
+            self.past,
+        )  # fmt: skip
+
+
+def _square(rows: NDArray) -> NDArray:
+    """Rows over the modes without the imaginary parts of real modes, which are no unknowns."""
+    # an overdamped mode's imaginary part is always zero: a unit row keeps the matrix invertible
+    n, width = rows.shape
+    if n == width:
+        return rows
+    empty = np.flatnonzero(~np.any(rows, axis=0))
+    return np.concatenate([rows, np.eye(width)[empty]])
+
+
+@lru_cache(maxsize=16)
+def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
+    from isolation_sim.simulation.kernel import cache_folder, import_text
+
+    parts: dict[str, str] = {}
+    collect(first_coefficient, parts)
+    collect(polynomial, parts)
+    parts["devices of the laws"] = model_text(laws)
+    used: tuple[Callable, ...] = (follow_states, predict, condense, learn, foresee)
+    for function in used:
+        collect(function, parts)
+    parts["device_side"] = side_text(laws, n_states)
+    text = "\n\n\n".join([_HEADER, *parts.values(), _ENTRY]) + "\n"
+    name = f"prediction_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
+    if not (cache_folder() / f"{name}.py").exists():
+        print("compiling the prediction for this law (once; about 15 s) ...", file=sys.stderr)
+    return import_text(name, text)
+
+
+def side_text(laws: Sequence[Law], n_states: int) -> str:
+    """Source of ``device_side``: force, rates and their exact derivatives, for some laws.
+
+    Parameters
+    ----------
+    laws : sequence of Law
+        Each law once.
+    n_states : int
+        Places for states that each device has.
+
+    Returns
+    -------
+    str
+        ``device_side(x, v, states, current, row, out)`` in the device's scale: for the force, then
+        each rate, its value and its derivatives by x, v, current and the states.
+    """
+    from isolation_sim.laws.emit import function_text
+
+    parts = [_slope_text()]
+    body = []
+    for tag, law in enumerate(laws):
+        parts.append(function_text(f"side_{tag}", "x, v, states, current, row, out",
+                                   _side_body(law, n_states), "@plain"))  # fmt: skip
+        body += [f"if row[{LAW}] == {tag}:", f"    side_{tag}(x, v, states, current, row, out)"]
+    parts.append(function_text("device_side", "x, v, states, current, row, out", body, "@plain"))
+    return "\n\n".join(parts)
+
+
+def _slope_text() -> str:
+    from isolation_sim.laws.emit import function_text
+
+    body = [
+        "value = 0.0",
+        "for power in range(n_powers - 1, 0, -1):",
+        "    value = value * current + power * row[at + power]",
+        "return value",
+    ]
+    return function_text("polynomial_slope", "row, at, n_powers, current", body, "@plain")
+
+
+def _side_body(law: Law, n_states: int) -> list[str]:
+    import casadi
+
+    from isolation_sim.laws.emit import straight_line, symbols
+
+    own, n = [f"s{k}" for k in range(len(law.states))], len(law.states)
+    numbered = range(len(law.parameters))
+    names = ["x", "v", *own, *(f"p{k}" for k in numbered), *(f"q{k}" for k in numbered)]
+    symbol = dict(zip(names, symbols(names), strict=True))
+    s = tuple(symbol[k] for k in own)
+    p = tuple(symbol[f"p{k}"] for k in numbered)
+    values = [law.force(symbol["x"], symbol["v"], s, p)]
+    values += law.rates(symbol["x"], symbol["v"], s, p)
+    parameters = casadi.vertcat(*p) if p else casadi.SX(0, 1)
+    slopes = casadi.vertcat(*[symbol[f"q{k}"] for k in numbered]) if p else casadi.SX(0, 1)
+    motion = casadi.vertcat(symbol["x"], symbol["v"])
+    states = casadi.vertcat(*s) if s else casadi.SX(0, 1)
+    outputs: list[Any] = []
+    places: list[int] = []
+    stride = n_states + 4
+    for k, value in enumerate(values):
+        value = casadi.SX(value)
+        row = [value, *casadi.vertsplit(casadi.gradient(value, motion))]
+        row.append(casadi.jtimes(value, parameters, slopes) if p else casadi.SX(0))
+        row += casadi.vertsplit(casadi.gradient(value, states)) if s else []
+        outputs += row
+        places += range(k * stride, k * stride + len(row))
+    _, _, statements, results = straight_line(symbol, outputs)
+    start = [
+        f"at, powers = first_coefficient(row, current), int(row[{N_POWERS}])",
+        *(f"p{k} = polynomial(row, at + {k} * powers, powers, current)" for k in numbered),
+        *(f"q{k} = polynomial_slope(row, at + {k} * powers, powers, current)" for k in numbered),
+        *(f"{name} = states[{k}]" for k, name in enumerate(own)),
+    ]
+    blank = [] if n == n_states else ["out[:] = 0.0"]
+    put = [f"out[{at}] = {result}" for at, result in zip(places, results, strict=True)]
+    return [*start, *statements, *blank, *put]

@@ -1,0 +1,215 @@
+"""The predicted response over a horizon and its derivatives by the commands, for Numba.
+
+``prediction.py`` puts this text together with the laws' and compiles it. The modes are carried
+exactly; each device's force beyond its reference spring is held over a step, then corrected to a
+line from a second evaluation at the step's end (exponential Heun), and device states follow by
+Heun's rule. The derivatives are those of exactly this recursion.
+"""
+
+from __future__ import annotations
+
+from numpy.typing import NDArray
+
+
+def motion_of(rows: NDArray, z: NDArray, n_modes: int) -> float:
+    """Output of the modes: rows over real parts, then imaginary ones."""
+    total = 0.0
+    for m in range(2 * n_modes):
+        total += rows[m] * z[m]
+    return total
+
+
+def carry(decay: NDArray, z: NDArray, out: NDArray, n_modes: int) -> None:
+    """Decay of the modes, real parts then imaginary ones."""
+    for m in range(n_modes):
+        re, im = decay[0, m], decay[1, m]
+        out[m] = re * z[m] - im * z[n_modes + m]
+        out[n_modes + m] = im * z[m] + re * z[n_modes + m]
+
+
+def carry_all(decay: NDArray, z: NDArray, out: NDArray, n_modes: int, width: int) -> None:
+    """The same for many columns."""
+    for m in range(n_modes):
+        re, im = decay[0, m], decay[1, m]
+        for j in range(width):
+            out[m, j] = re * z[m, j] - im * z[n_modes + m, j]
+            out[n_modes + m, j] = im * z[m, j] + re * z[n_modes + m, j]
+
+
+def device_side(
+    x: float, v: float, states: NDArray, current: float, row: NDArray, out: NDArray
+) -> None:
+    """Force, rates and their derivatives; ``side_text`` writes the laws' own in its place."""
+    raise NotImplementedError
+
+
+def devices(
+    z: NDArray, dz: NDArray, s: NDArray, ds: NDArray, i: NDArray, di: NDArray, plant: tuple,
+    force: NDArray, dforce: NDArray, rate: NDArray, drate: NDArray, side: NDArray, width: int,
+) -> None:  # fmt: skip
+    """Forces beyond reference and state rates of all devices, with their derivatives.
+
+    Parameters
+    ----------
+    z, s, i : numpy.ndarray
+        Modes, (2 n_modes,); states, (n_devices, n_states); coil currents, (n_channels,), A.
+    dz, ds, di : numpy.ndarray
+        Their derivatives, one more axis of ``width``.
+    plant : tuple
+        As ``Prediction.plant``.
+    force, rate : numpy.ndarray
+        Results: N in the device's scale, (n_devices,); (n_devices, n_states).
+    dforce, drate : numpy.ndarray
+        Their derivatives, one more axis.
+    side : numpy.ndarray
+        Scratch for one device's values and derivatives.
+    width : int
+        Number of columns of derivatives.
+    """
+    decay, held, _, _, rows, reference, channels, numbers, _, _ = plant
+    n_modes, n_states = decay.shape[1], s.shape[1]
+    for e in range(len(held)):
+        c = channels[e]
+        x, v = motion_of(rows[e, 0], z, n_modes), motion_of(rows[e, 1], z, n_modes)
+        current = i[c] if c >= 0 else 0.0
+        device_side(x, v, s[e], current, numbers[e], side)
+        stride = n_states + 4
+        force[e] = side[0] - reference[e, 0] * x - reference[e, 1] * v
+        for k in range(n_states):
+            rate[e, k] = side[(k + 1) * stride]
+        for k in range(n_states + 1):
+            at = k * stride
+            by_x, by_v, by_i = side[at + 1], side[at + 2], side[at + 3]
+            if k == 0:
+                by_x -= reference[e, 0]
+                by_v -= reference[e, 1]
+            target = dforce[e] if k == 0 else drate[e, k - 1]
+            for j in range(width):
+                target[j] = by_i * di[c, j] if c >= 0 else 0.0
+            for m in range(2 * n_modes):
+                weight = by_x * rows[e, 0, m] + by_v * rows[e, 1, m]
+                for j in range(width):
+                    target[j] += weight * dz[m, j]
+            for q in range(n_states):
+                weight = side[at + 4 + q]
+                for j in range(width):
+                    target[j] += weight * ds[e, q, j]
+
+
+def predict(
+    z: NDArray, s: NDArray, i: NDArray, commands: NDArray, block: NDArray, ground: NDArray,
+    plant: tuple, work: tuple, y: NDArray, dy: NDArray, past: NDArray,
+) -> None:  # fmt: skip
+    """Predict outputs over the horizon and differentiate them by the blocks of commands.
+
+    Parameters
+    ----------
+    z : numpy.ndarray, shape (2 n_modes,)
+        Modes now.
+    s : numpy.ndarray, shape (n_devices, n_states)
+        Device states now, device scale.
+    i : numpy.ndarray, shape (n_channels,), A
+        Coil currents now.
+    commands : numpy.ndarray, shape (n_steps, n_channels), A
+        Commands to predict with.
+    block : numpy.ndarray of int, shape (n_steps,)
+        Block of each step's command.
+    ground : numpy.ndarray, shape (n_steps + 1, n_directions), m/s^2
+        Ground acceleration at the steps' ends, from now on.
+    plant : tuple
+        As ``Prediction.plant``.
+    work : tuple
+        As ``Prediction.work``.
+    y : numpy.ndarray, shape (n_steps + 1, n_outputs)
+        Outputs now and at the steps' ends; the result.
+    dy : numpy.ndarray, shape (n_steps + 1, n_outputs, n_blocks * n_channels)
+        Their derivatives; the result.
+    past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
+        Coil currents at the steps' beginnings: derivatives, then values; the result.
+    """
+    decay, held, sloped, moved, _, _, _, _, coil_keep, outputs = plant
+    values, derivatives, side = work
+    za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
+    dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
+    on_modes, on_force = outputs
+    n_modes, n_channels = decay.shape[1], len(i)
+    n_steps, n_devices, n_states = len(commands), len(held), s.shape[1]
+    everything = dy.shape[2]
+    n_sub = int(coil_keep[0, 1])
+    h = coil_keep[0, 2]
+    za[:], sa[:], ia[:] = z, s, i
+    dza[:], dsa[:], dia[:] = 0.0, 0.0, 0.0
+    for k in range(n_steps + 1):
+        last = min(k, n_steps - 1)
+        # later blocks have no effect yet
+        width = (block[last] + 1) * n_channels
+        for c in range(n_channels):
+            keep = coil_keep[c, 0]
+            if k < n_steps:
+                past[k, c, :everything] = dia[c]
+                past[k, c, everything] = ia[c]
+            if keep == 0.0:
+                ia[c] = commands[last, c]
+                dia[c, :] = 0.0
+                dia[c, block[last] * n_channels + c] = 1.0
+        for sub in range(n_sub):
+            devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width)
+            if sub == 0:
+                for o in range(len(on_modes)):
+                    value = motion_of(on_modes[o], za, n_modes)
+                    for e in range(n_devices):
+                        value += on_force[o, e] * f0[e]
+                    y[k, o] = value
+                    dy[k, o, :] = 0.0
+                    for m in range(2 * n_modes):
+                        weight = on_modes[o, m]
+                        if weight != 0.0:
+                            for j in range(width):
+                                dy[k, o, j] += weight * dza[m, j]
+                    for e in range(n_devices):
+                        weight = on_force[o, e]
+                        if weight != 0.0:
+                            for j in range(width):
+                                dy[k, o, j] += weight * df0[e, j]
+                if k == n_steps:
+                    return
+            start, end = sub / n_sub, (sub + 1) / n_sub
+            carry(decay, za, zb, n_modes)
+            carry_all(decay, dza, dzb, n_modes, width)
+            for m in range(2 * n_modes):
+                for e in range(n_devices):
+                    weight = held[e, m]
+                    zb[m] += weight * f0[e]
+                    for j in range(width):
+                        dzb[m, j] += weight * df0[e, j]
+                for d in range(ground.shape[1]):
+                    a0, a1 = ground[k, d], ground[k + 1, d]
+                    first, second = a0 + start * (a1 - a0), a0 + end * (a1 - a0)
+                    zb[m] += moved[d, 0, m] * first + moved[d, 1, m] * second
+            for c in range(n_channels):
+                keep = coil_keep[c, 0]
+                ib[c] = commands[k, c] + keep * (ia[c] - commands[k, c])
+                for j in range(width):
+                    dib[c, j] = keep * dia[c, j]
+                dib[c, block[k] * n_channels + c] += 1.0 - keep
+            for e in range(n_devices):
+                for q in range(n_states):
+                    sb[e, q] = sa[e, q] + h * r0[e, q]
+                    for j in range(width):
+                        dsb[e, q, j] = dsa[e, q, j] + h * dr0[e, q, j]
+            devices(zb, dzb, sb, dsb, ib, dib, plant, f1, df1, r1, dr1, side, width)
+            for e in range(n_devices):
+                f1[e] -= f0[e]
+                for j in range(width):
+                    df1[e, j] -= df0[e, j]
+                for m in range(2 * n_modes):
+                    weight = sloped[e, m]
+                    zb[m] += weight * f1[e]
+                    for j in range(width):
+                        dzb[m, j] += weight * df1[e, j]
+                for q in range(n_states):
+                    sb[e, q] += 0.5 * h * (r1[e, q] - r0[e, q])
+                    for j in range(width):
+                        dsb[e, q, j] += 0.5 * h * (dr1[e, q, j] - dr0[e, q, j])
+            za[:], sa[:], ia[:] = zb, sb, ib
+            dza[:], dsa[:], dia[:] = dzb, dsb, dib

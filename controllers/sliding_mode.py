@@ -1,0 +1,124 @@
+"""Sliding mode control of the isolators' motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .compiled import CompiledController, Decision
+from .force_tracking import (
+    MOTION,
+    driven_elements,
+    follow_device,
+    force_tracking,
+    motion_of_driven,
+    nearest_currents,
+)
+from .settings import Number, setting
+
+# settings: these, the mass that each element carries, then the force tracking's
+SLOPE, GAIN, LAYER, MASSES = range(4)
+
+
+def decide(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
+    combined_force: Callable, state_rates: Callable,
+) -> None:  # fmt: skip
+    """Forces that lead each isolator to its surface, then the currents nearest to them.
+
+    Parameters
+    ----------
+    t : float, s
+        Instant of the decision.
+    measured : numpy.ndarray, shape (2 n_elements + n_channels,)
+        Each element's deformation (m) and velocity (m/s), then the coil currents (A).
+    settings : numpy.ndarray
+        As ``SlidingMode.decision`` lays them out.
+    memory : numpy.ndarray
+        That of the force tracking.
+    command : numpy.ndarray, shape (n_channels,), A
+        The result.
+    combined_force, state_rates : callable
+        As of ``DeviceModel``.
+    """
+    m = (len(measured) - len(command)) // 2
+    tracking = settings[MASSES + m :]
+    h = t - memory[0]
+    memory[0] = t
+    for e in range(m):
+        x, v = measured[2 * e], measured[2 * e + 1]
+        follow_device(e, x, v, h, tracking, memory, measured[2 * m :], state_rates)
+        distance = (v + settings[SLOPE] * x) / settings[LAYER]
+        reaching = settings[GAIN] * min(max(distance, -1.0), 1.0)
+        memory[MOTION + 2 * m + e] = settings[MASSES + e] * (settings[SLOPE] * v + reaching)
+    nearest_currents(tracking, memory, command, combined_force)
+
+
+class SlidingMode(CompiledController):
+    """Sliding mode control of the isolators' motion, with a boundary layer.
+
+    On the surface v + slope x = 0 an isolator's deformation dies out by itself. With the building
+    taken as rigid on its isolators, m x'' = -F - m a_g, the force F = m (slope v + gain sign(s))
+    leads to the surface wherever the gain exceeds the ground's acceleration; within a boundary
+    layer of the surface the sign is replaced by a straight line. A gain below the ground's
+    acceleration reaches it part of the time only, and shakes the building less.
+    """
+
+    name = "sliding_mode"
+    title = "Sliding mode"
+    source = "Yang, Wu and Agrawal 1995; Slotine and Li 1991, chapter 7 (boundary layer)"
+
+    slope: float = setting(
+        0.4, "of the surface: rate at which deformation dies out on it", Number(above=0), "1/s"
+    )
+    gain: float = setting(
+        0.4, "acceleration that pulls towards the surface", Number(at_least=0), "m/s^2"
+    )
+    layer: float = setting(
+        0.09, "distance from the surface within which the pull is proportional", Number(above=0),
+        "m/s",
+    )  # fmt: skip
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Deformation and velocity of each element that a coil drives."""
+        return motion_of_driven(belief, self.name)
+
+    def decision(self, situation: Situation) -> Decision:
+        """Constants, masses and devices in one array."""
+        belief = situation.belief
+        tracking = force_tracking(driven_elements(belief, self.name), situation)
+        masses = carried_masses(belief, tracking.reference(None))
+        own = [self.slope, self.gain, self.layer]
+        settings = np.concatenate([own, masses, tracking.settings])
+        return Decision(decide, settings, tracking.memory, tracking.model)
+
+
+def carried_masses(belief: IsolatedStructure, currents: NDArray) -> NDArray:
+    """Mass that each driven element carries: the whole, shared out by stiffness.
+
+    Parameters
+    ----------
+    belief : IsolatedStructure
+        The model.
+    currents : numpy.ndarray, shape (n_channels,), A
+        Coil currents at which stiffnesses are compared.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_driven,), kg
+        Of elements along one direction of the ground, they add up to the whole mass.
+    """
+    structure, driven = belief.structure, driven_elements(belief, "carried masses")
+    rows = np.array([element.direction for element in driven])
+    along = np.argmax(np.abs(rows @ structure.influence), axis=1)
+    stiffness = np.array([
+        abs(element.device.linearised(float(currents[element.channel or 0]))) for element in driven
+    ])  # fmt: skip
+    whole = np.einsum("ij,ik,kj->j", structure.influence, structure.mass, structure.influence)
+    totals = np.array([stiffness[along == direction].sum() for direction in along])
+    return whole[along] * stiffness / totals

@@ -1,0 +1,143 @@
+"""Tables written from what the program knows: effects, controllers, formats, papers, references."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from markdown import table, written
+
+from controllers import CONTROLLERS
+from isolation_sim.effects import EFFECTS
+from isolation_sim.reports.publications import PUBLICATIONS
+from isolation_sim.scenario import Scenario
+from isolation_sim.structures import reference_building, reference_isolators
+from studies.papers.study import PAPERS
+from studies.papers.table import Check, tally
+
+
+def write_tables(folder: Path) -> None:
+    """Write the tables, a file each, to be included by pages.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where to.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {
+        "effects": effects(),
+        "controllers": controllers(),
+        "references": references(),
+        "scenario": f"```toml\n{Scenario().to_toml(comments=True)}```\n",
+        "papers": papers(),
+        "periods": periods(),
+    }
+    for name, text in texts.items():
+        (folder / f"{name}.txt").write_text(text, encoding="utf-8")
+
+
+def periods() -> str:
+    """Period and damping of the reference building's isolation layer against the current.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    isolators = reference_isolators()
+    mass = float(reference_building().mass.trace())
+    rows = []
+    for current in (0.0, 1.0, 1.5, 2.0, 3.0):
+        stiffness = isolators.linearised(current, frequency_hz=0.5)
+        period = 2 * math.pi * math.sqrt(mass / stiffness.real)
+        loss = stiffness.imag / stiffness.real
+        rows.append((f"{current:g}", f"{1e-6 * stiffness.real:.2f}", f"{period:.2f}",
+                     f"{loss / 2:.2f}"))  # fmt: skip
+    headings = ("current, A", "storage stiffness, kN/mm", "period, s", "damping ratio")
+    return table(headings, rows, "Reference isolators, small motion at 0.5 Hz")
+
+
+def effects() -> str:
+    """Every form of every effect, with its parameters.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    rows = []
+    for cause, forms in EFFECTS.items():
+        for k, form in enumerate(forms):
+            parameters = "; ".join(
+                f"`{q.name}`{f' ({q.unit})' if q.unit != '1' else ''}, {written(q.meaning)}"
+                for q in form.parameters
+            )
+            rows.append((
+                f"`{cause}`" if k == 0 else "", f"`{form.form}`", parameters,
+                ", ".join(sorted(form.needs)) or "", written(form.source),
+            ))  # fmt: skip
+    headings = ("cause", "form", "parameters", "needs also", "source")
+    return table(headings, rows)
+
+
+def controllers() -> str:
+    """Every controller with its settings.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    parts = []
+    for name, kind in CONTROLLERS.items():
+        rows = [
+            (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`", written(str(s.accepts)))
+            for key, s in kind.settings.items()
+        ]
+        parts += [
+            f"## `{name}`: {kind.title}",
+            f"{written((kind.__doc__ or '').splitlines()[0])}"
+            + (f" Source: {written(kind.source)}." if kind.source else ""),
+            table(("setting", "meaning", "unit", "default", "accepts"), rows) if rows else "",
+        ]
+    return "\n\n".join(parts)
+
+
+def references() -> str:
+    """The literature, as ``isolation-sim cite`` prints it.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    return "\n".join(f"- {written(text)}" for text in sorted(set(PUBLICATIONS.values()))) + "\n"
+
+
+def papers() -> str:
+    """Every number of the four papers beside the recomputed one.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    parts = []
+    for paper, _ in PAPERS.values():
+        checks = paper.checks(True)
+        rows = [_row(check) for check in checks]
+        headings = ("number", "where", "published", "computed", "verdict", "reason")
+        parts += [f"## {written(paper.TITLE)}", f"{written(tally(checks))}.",
+                  table(headings, rows)]  # fmt: skip
+    return "\n\n".join(parts)
+
+
+def _row(check: Check) -> tuple[str, ...]:
+    unit = f" {check.unit}" if check.unit else ""
+    return (
+        written(check.what), written(check.where),
+        written(f"{check.published}{unit}") if check.published else "",
+        "" if check.computed is None else written(f"{check.computed:.5g}{unit}"),
+        check.judgement, written(check.reason),
+    )  # fmt: skip

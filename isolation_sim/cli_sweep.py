@@ -1,0 +1,282 @@
+"""``isolation-sim sweep``: run a plan, look at what came of it, write a plan to start from."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from .cli_habits import AsJson, Quiet, examples, page, progress
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .sweeps import Estimate, Sweep
+
+PLAN = """\
+# A plan of isolation-sim sweep: a scenario, and what is varied in it.
+# Cases are all combinations; each is run under every controller of the scenario.
+# Lines behind a # without a space are not in force.
+
+#energy = true  # every run's energy ledger: slower, some 20 ms a run
+#histories = [0, 5]  # keep the histories of these cases, or true for all
+
+# The scenario that every case starts from: a file, scenario = "my_scenario.toml", or its sections
+# here. What is left out is the main job's.
+[[scenario.controller]]
+name = "passive_off"
+
+[[scenario.controller]]
+name = "clipped_lqr"
+
+# A quantity over a range: low and high with count, or with step; spacing = "linear" or "log".
+# A field is a key of a section; [k] picks an item of a list, and without it all items are meant.
+# label is the column of the table; the field if left out.
+[[vary]]
+field = "ground.scale_factor"
+label = "scale_factor"
+low = 0.25
+high = 1.0
+count = 4
+
+# Over a list; with factor, of multiples of what the scenario has. Several fields may go together.
+[[vary]]
+field = ["isolator.count"]
+label = "isolators"
+factor = true
+values = [0.8, 1.0, 1.2]
+
+# Whole sections too: records, structures, laws. names are for the table.
+#[[vary]]
+#field = "ground"
+#values = [
+#{ name = "el_centro_1940_ns" },
+#{ kind = "ricker_pulse", peak_velocity_m_s = 0.5, pulse_period_s = 1.5 },
+#]
+#names = ["El Centro", "pulse"]
+
+# Quantities with low and high alone are sampled, all together.
+#[[vary]]
+#field = "driver.lag_s"
+#low = 0.005
+#high = 0.05
+
+# latin_hypercube; sobol (count a power of 2); saltelli, for Sobol indices (count times the
+# number of quantities plus 2); morris (count trajectories).
+#[sample]
+#method = "latin_hypercube"
+#count = 64
+#seed = 1
+
+# Cases of your own: a CSV file with a heading of fields.
+#[cases]
+#file = "cases.csv"
+
+# Repetitions, each with its own noise and random motion; a seed follows from the case.
+#[seeds]
+#count = 10
+"""
+
+
+class _WithDefault(TyperGroup):
+    """Take what is no command's name for a plan to run."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] != "--help":
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+sweeps = typer.Typer(
+    cls=_WithDefault,
+    help="Run a plan of many cases (isolation-sim sweep PLAN.toml), and show what came of it.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@sweeps.command(
+    "run",
+    epilog=examples(
+        "isolation-sim sweep new my_plan.toml",
+        "isolation-sim sweep my_plan.toml --out my_sweep",
+        "isolation-sim sweep my_plan.toml --out my_sweep --resume",
+        "isolation-sim sweep my_plan.toml --scheduler tcp://10.0.0.1:8786",
+    ),
+)
+def run_plan(
+    plan: Annotated[Path, typer.Argument(help="The plan, TOML.")],
+    out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with what was begun in that folder.")
+    ] = False,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes of this machine; one a processor by default.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler that runs it instead.")
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a plan; the word run may be left out."""
+    from .sweeps.design import Design
+    from .sweeps.plan import SweepPlan
+    from .sweeps.run import default_folder, run_design
+
+    design = Design(SweepPlan.read(plan), str(plan))
+    folder = default_folder(design.plan) if out is None else out
+    begun = time.perf_counter()
+    failures = 0
+
+    def announce(expected: Estimate) -> None:
+        if not (quiet or as_json):
+            print(_announced(expected, None if scheduler else workers or os.cpu_count() or 1))
+
+    def advance(done: int, failed: int) -> None:
+        nonlocal failures
+        failures += failed
+        step(f"running, {failures} failed" if failures else "running", done)
+
+    try:
+        with progress(quiet, design.n_runs) as step:
+            step("measuring")
+            result = run_design(
+                design, folder, resume=resume, workers=workers, scheduler=scheduler,
+                announce=announce, progress=advance,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)
+        raise typer.Exit(130) from None
+    except OSError as error:
+        raise InputError(
+            f"{error.filename or folder}: {error.strerror or error}; what is finished is kept: "
+            "make room and go on with --resume"
+        ) from None
+    if as_json:
+        print(json.dumps(_report(result, time.perf_counter() - begun), indent=2))
+    elif not quiet:
+        _show_failures(result)
+    print(f"results: {result.folder}", file=sys.stderr if as_json else sys.stdout)
+    if set(result.counts) - {"ok"}:
+        raise typer.Exit(1)
+
+
+@sweeps.command(
+    epilog=examples(
+        "isolation-sim sweep show my_sweep",
+        "isolation-sim sweep show my_sweep --criterion rms_drift_m --csv table.csv",
+    )
+)
+def show(
+    folder: Annotated[Path, typer.Argument(help="Folder of a sweep, finished or not.")],
+    criterion: Annotated[
+        str, typer.Option(help="Column of results to look at.")
+    ] = "peak_floor_acceleration_m_s2",
+    x: Annotated[str | None, typer.Option(help="Varied quantity across the map.")] = None,
+    y: Annotated[str | None, typer.Option(help="Varied quantity up the map.")] = None,
+    best: Annotated[int, typer.Option(help="How many of the best runs to print.")] = 5,
+    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV there.")] = None,
+    figures: Annotated[
+        Path | None,
+        typer.Option(help="Folder for report and figures; that of the sweep by default."),
+    ] = None,
+    draw: Annotated[
+        bool, typer.Option("--draw/--no-draw", help="Draw figures and write the report.")
+    ] = True,
+) -> None:
+    """Print and draw a sweep: controllers side by side, maps, sensitivities, the best runs."""
+    from .reports.style import save
+    from .results import write_contents
+    from .sweeps import Sweep
+    from .sweeps.tables import best_table, controllers_table, sensitivity_table
+
+    result = Sweep(folder)
+    paper = page()
+    paper.print(controllers_table(result))
+    paper.print(best_table(result, criterion, best))
+    sampled = result.finished and result.plan.sample is not None
+    if sampled:
+        for label in result.controllers:
+            try:
+                paper.print(sensitivity_table(result, criterion, label))
+            except InputError as error:
+                # the rest of the page is as good without
+                paper.print(f"no sensitivity: {error}")
+                sampled = False
+                break
+    _show_failures(result)
+    if csv is not None:
+        print(f"table: {result.to_csv(csv)}")
+    if not draw:
+        return
+    drawings: dict[str, Callable[[], Any]] = {"comparison": result.plot_comparison}
+    numbers = [name for name in result.parameters if result.table[name].dtype.kind in "if"]
+    if len(numbers) > 1 or x or y:
+        drawings["map"] = lambda: result.plot_map(x, y, criterion)
+    if sampled:
+        drawings["sensitivity"] = lambda: result.plot_sensitivity(criterion)
+    for name, drawn in drawings.items():
+        for path in save(drawn(), folder / "figures" if figures is None else figures, name):
+            print(f"figure: {path}")
+    print(f"report: {result.to_html((figures or folder) / 'report.html', criterion)}")
+    write_contents(figures or folder, f"Sweep {result.plan.name}")
+
+
+@sweeps.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))
+def new_plan(
+    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("sweep.toml"),
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
+) -> None:
+    """Write a commented plan to start from."""
+    from .results import write_text
+
+    if path.exists() and not force:
+        raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
+    write_text(PLAN, path)
+    print(f"wrote {path}; run it with: isolation-sim sweep {path}")
+
+
+def _announced(expected: Estimate, processes: int | None) -> str:
+    """What a sweep will take, in one line."""
+    where = "of one processor; the cluster divides that"
+    if processes is not None:
+        where = f"on {processes} process{'es' * (processes > 1)}"
+    return (
+        f"{expected.n_runs:,} runs ({expected.n_cases:,} cases): about "
+        f"{_spoken_time(expected.seconds / (processes or 1))} {where}, "
+        f"{expected.size / 1e6:.1f} MB"
+    )
+
+
+def _spoken_time(seconds: float) -> str:
+    if seconds < 90:
+        return f"{max(seconds, 1):.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+def _report(result: Sweep, seconds: float) -> dict[str, Any]:
+    return {
+        "name": result.plan.name,
+        "folder": str(result.folder),
+        "runs": sum(result.counts.values()),
+        "status": result.counts,
+        "seconds": round(seconds, 3),
+    }
+
+
+def _show_failures(result: Sweep) -> None:
+    """Print how many runs failed, and the commonest reasons."""
+    if not set(result.counts) - {"ok"}:
+        return
+    print(f"{len(result.failed)} of {len(result.table)} runs failed:", file=sys.stderr)
+    groups = sorted(result.failed.groupby(["status", "reason"]), key=lambda one: -len(one[1]))
+    for (status, reason), rows in groups[:5]:
+        more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
+        print(f"  case {rows['case'].iloc[0]}{more}: {status}: {reason}", file=sys.stderr)

@@ -1,0 +1,144 @@
+"""Fit the law alone to measured runs, as the start of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..identification.campaign import Campaign
+from ..identification.current_basis import currents_of
+from ..identification.least_squares import Optimum
+from ..identification.multistart import promising
+from ..identification.sensitivities import Simulator
+from ..identification.unknowns import Unknowns
+from ..laws.law import Law
+from .candidates import Fitted, fitted
+from .measured import Measured
+from .model import Model
+
+STARTS = 20
+_ROUGH = 5000
+"""Samples on which starts are sorted out."""
+
+
+def law_model(campaign: Campaign, law: Law, data: Measured, degree: int | None = None) -> Model:
+    """Put a law's unknowns and measured runs together.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Where the runs are from.
+    law : Law
+        The law.
+    data : Measured
+        The runs.
+    degree : int, optional
+        Degree of the parameters' polynomials of the current; the highest that the fitted runs
+        determine, 2 at most, by default.
+
+    Returns
+    -------
+    Model
+        Without effects.
+    """
+    kept = data.fitted
+    x, v, force = (float(np.sqrt(np.mean(y[kept] ** 2))) for y in (data.x, data.v, data.force))
+    fitted_runs = campaign.fitted
+    unknowns = Unknowns(law, currents_of(campaign, fitted_runs, degree), (force, x, x / v))
+    return Model(data, unknowns, 1)
+
+
+def fitted_law(
+    model: Model, pool: ThreadPoolExecutor, seed: int, advance: Callable[[], None]
+) -> Fitted:
+    """Fit the law from many starts.
+
+    Starts are sorted out on a part of the samples and with parameters that do not depend on the
+    current; the best few then get their dependence, and the best two of these all samples.
+
+    Parameters
+    ----------
+    model : Model
+        Without effects.
+    pool : concurrent.futures.ThreadPoolExecutor
+        Who computes.
+    seed : int
+        Of the random starts.
+    advance : callable
+        Called after each start.
+
+    Returns
+    -------
+    Fitted
+
+    Raises
+    ------
+    InputError
+        If no start gives finite forces.
+    """
+    u = model.unknowns
+    every = max(1, len(model.data.x) // _ROUGH)
+    data = model.data.thinned(min(every, 6))
+
+    def minimised(
+        unknowns: Unknowns, start: NDArray, most: int = 25, expected: NDArray | None = None
+    ) -> Optimum:
+        for n_steps in (2, 8):
+            here = Model(data, unknowns, n_steps, expected=expected)
+            found = here.minimised(start, most, 1e-4)
+            if np.isfinite(found.cost):
+                break
+        advance()
+        return found
+
+    begin = promising(u, minimised, pool, STARTS, seed)
+    model = replace(model, expected=begin[0])
+    tried = pool.map(lambda s: minimised(u, s, 40, begin[0]), begin)
+    ready = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
+    if not ready:
+        raise InputError(f"no start gives {u.law.name} finite forces under these data")
+    stepped = resolved(model, ready[0].x)
+    last = pool.map(lambda o: fitted(stepped, o.x, 100, 1e-8), ready[:2])
+    return min(last, key=lambda f: f.cost)
+
+
+def given_law(model: Model, start: NDArray) -> Fitted:
+    """Fit the law from given numbers.
+
+    Parameters
+    ----------
+    model : Model
+        Without effects.
+    start : (n_unknowns,) array
+        The numbers.
+
+    Returns
+    -------
+    Fitted
+    """
+    return fitted(resolved(replace(model, expected=start), start), start, 100, 1e-8)
+
+
+def resolved(model: Model, values: NDArray) -> Model:
+    """Take as many integration steps a sample as the law needs.
+
+    Parameters
+    ----------
+    model : Model
+        Without effects.
+    values : (n_unknowns,) array
+        Where to look.
+
+    Returns
+    -------
+    Model
+    """
+    u = model.unknowns
+    simulator = Simulator(u.law, model.data.motion, u.owner, u.power, 1)
+    fine = simulator.resolved(u.coefficients(values), 2e-4, most=16)
+    return replace(model, n_steps=fine.n_steps)

@@ -1,0 +1,346 @@
+"""The engineer's building with what it may lack, and what it predicts for a record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.open_loop import OpenLoop
+from controllers.passive_off import PassiveOff
+from ground_motions import Record
+
+from ..effects import Effect, extend
+from ..errors import Diverged, InputError
+from ..laws import Device
+from ..simulation.control import CoilDriver
+from ..simulation.run import simulate
+from ..structures import IsolatedStructure, Structure
+from .building_effects import ISOLATOR_EFFECTS, absent
+from .building_record import DISPLACEMENT, BuildingRecord
+
+GROUND = "ground_acceleration_m_s2"
+FOUNDATION = "foundation"
+STOREY_HEIGHT = 3.5
+"""m, where a structure does not tell its own."""
+TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Soil:
+    """Sway or rocking of a foundation on its soil.
+
+    Attributes
+    ----------
+    stiffness : float, N/m or N m
+    damping : float, N s/m or N m s
+    mass : float, kg or kg m^2
+        Of the foundation and of the soil that moves with it.
+    rocking : bool
+        Whether it turns about its own level, instead of moving sideways.
+    """
+
+    stiffness: float
+    damping: float
+    mass: float
+    rocking: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingModel:
+    """A building on isolators, changed by causes.
+
+    Attributes
+    ----------
+    nominal : IsolatedStructure
+        As the engineer gave it; its first element is the isolation layer.
+    structure : Structure
+        Linear part.
+    effects : mapping of Effect to dict of str to float
+        What stands around the isolators' law, with its parameters in the device's scale.
+    soil : Soil or None
+        None for a rigid soil.
+    delay : float, s
+        Age of the recorded current when the isolators get it.
+    lag : float, s
+        Time constant with which they follow it.
+    slew : float, A/s
+        Fastest change of the current that the supply brings about.
+    supply_limit : float, A
+        Highest current that reaches them.
+    biases : mapping of str to numpy.ndarray
+        Error of a channel as Legendre coefficients over the record's duration, in its unit.
+    """
+
+    nominal: IsolatedStructure
+    structure: Structure
+    effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
+    soil: Soil | None = None
+    delay: float = 0.0
+    lag: float = 0.0
+    slew: float = np.inf
+    supply_limit: float = np.inf
+    biases: Mapping[str, NDArray] = field(default_factory=dict)
+
+    @property
+    def device(self) -> Device:
+        """The isolation layer's device, with the effects around it."""
+        device = self.nominal.elements[0].device
+        if not self.effects:
+            return device
+        size = device.deformation_scale / device.length
+        around = ISOLATOR_EFFECTS.values()
+        return extend(device, [(e, self.effects.get(e) or absent(e, size)) for e in around])
+
+    def assembled(self) -> IsolatedStructure:
+        """Put structure, isolators and soil together.
+
+        Returns
+        -------
+        IsolatedStructure
+            With a last dof ``foundation`` where the soil gives way.
+        """
+        first, *others = self.nominal.elements
+        elements = (replace(first, device=self.device), *others)
+        if self.soil is None:
+            return IsolatedStructure(self.structure, elements)
+        founded, carried = _founded(self.structure, self.soil)
+        # deformations are those of the building seen from its foundation
+        return IsolatedStructure(
+            founded, tuple(replace(e, direction=e.direction @ carried) for e in elements)
+        )
+
+    def predict(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
+        """Simulate what a record's channels show.
+
+        Parameters
+        ----------
+        record : BuildingRecord
+            Ground motion and current.
+        ground : Record, optional
+            Another ground motion, m/s^2, on the same samples.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n, n_channels)
+            In the order of the record's channels; not a number where the model diverges.
+        """
+        return self.simulated(record, ground) + self.bias(record)
+
+    def simulated(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
+        """Simulate the building's motion, without the errors of its sensors; see ``predict``.
+
+        Parameters
+        ----------
+        record : BuildingRecord
+            Ground motion and current.
+        ground : Record, optional
+            Another ground motion, m/s^2, on the same samples.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n, n_channels)
+        """
+        motion = record.ground if ground is None else ground
+        if GROUND in self.biases:
+            error = _legendre(self.biases[GROUND], len(motion))
+            motion = replace(motion, acceleration=motion.acceleration - error)
+        isolated = self.assembled()
+        driver = CoilDriver()
+        if record.current is not None and (self.lag or np.isfinite(self.slew)):
+            start = float(np.clip(record.current[0], *isolated.current_range()))
+            driver = CoilDriver(lag=self.lag, slew=self.slew, initial=start)
+        try:
+            run = simulate(
+                isolated, motion, self._control(record), driver=driver, tolerance=TOLERANCE,
+                current_outside="clamp",
+            )
+        except Diverged:
+            return np.full((len(motion), len(record.channels)), np.nan)
+        columns = _columns(isolated, record.channels, run.outputs.names)
+        return run.values[:, columns]
+
+    def bias(self, record: BuildingRecord) -> NDArray:
+        """Error of the sensors.
+
+        Parameters
+        ----------
+        record : BuildingRecord
+            For its channels and length.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n, n_channels)
+            In each channel's unit.
+        """
+        n = len(record.ground)
+        error = np.zeros((n, len(record.channels)))
+        for k, channel in enumerate(record.channels):
+            if channel in self.biases:
+                error[:, k] = _legendre(self.biases[channel], n)
+        return error
+
+    def _control(self, record: BuildingRecord) -> OpenLoop:
+        if record.current is None:
+            return PassiveOff()
+        return RecordedCurrent(
+            record.ground.time, np.minimum(record.current, self.supply_limit), self.delay
+        )
+
+
+class RecordedCurrent(OpenLoop):
+    """The current of a record, linear between samples, perhaps late.
+
+    Held over half a sample's step about each sample and about each middle between two.
+    """
+
+    name = "recorded"
+    title = "Recorded current"
+
+    def __init__(self, time: NDArray, current: NDArray, delay: float) -> None:
+        super().__init__()
+        between = (current[1:] + current[:-1]) / 2
+        values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
+        quarter = (time[1] - time[0]) / 4
+        starts = np.arange(values.size) * 2 * quarter - quarter + delay
+        changes = np.append(False, np.diff(values) != 0)
+        self._table = np.append(0.0, starts[changes]), np.append(values[0], values[changes])
+
+    def commands(self, situation: Any) -> tuple[NDArray, NDArray]:
+        """Return what falls within the run."""
+        time, current = self._table
+        within = time < situation.duration
+        return time[within], np.repeat(current[within, np.newaxis], len(situation.low), axis=1)
+
+
+def building_model(
+    isolated: IsolatedStructure, records: Sequence[BuildingRecord]
+) -> BuildingModel:
+    """Check that a structure can stand for the building of some records.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The engineer's model: one direction, one base, its first element the isolation layer.
+    records : sequence of BuildingRecord
+        With channels of its floors.
+
+    Returns
+    -------
+    BuildingModel
+        Without any cause.
+
+    Raises
+    ------
+    InputError
+        If the structure has several directions or bases, no isolation layer, or fewer floors than
+        a record, or isolators that need a current that was not measured.
+    """
+    structure = isolated.structure
+    if len(structure.directions) != 1 or len(structure.base) != 1:
+        raise InputError(
+            f"{structure.name} has {len(structure.directions)} directions and "
+            f"{len(structure.base)} base dofs; accepted for a building record: one of each"
+        )
+    base = np.eye(structure.n_dofs)[structure.base[0]]
+    if not isolated.elements or not np.array_equal(isolated.elements[0].direction != 0, base != 0):
+        raise InputError(
+            f"{structure.name}: the first element must be the isolation layer, between ground "
+            "and base"
+        )
+    lowest = isolated.current_range()[0] if isolated.n_channels else 0.0
+    for record in records:
+        if max(record.floors, default=0) > len(structure.superstructure):
+            raise InputError(
+                f"{record.name} has floor{max(record.floors)}; {structure.name} has "
+                f"{len(structure.superstructure)} floors above its base"
+            )
+        if record.current is None and lowest > 0:
+            raise InputError(
+                f"{record.name} has no column current_A, and the isolators of {structure.name} "
+                f"need a current of {lowest:g} A or more"
+            )
+    return BuildingModel(isolated, structure)
+
+
+def shear_stiffness(structure: Structure) -> NDArray:
+    """Stiffness of each storey, by least squares if the building is no pure shear building.
+
+    Parameters
+    ----------
+    structure : Structure
+        With storeys.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_storeys,), N/m
+    """
+    rows = structure.drift_rows
+    patterns = np.array([np.outer(row, row).ravel() for row in rows]).T
+    return np.linalg.lstsq(patterns, structure.stiffness.ravel(), rcond=None)[0]
+
+
+def _founded(structure: Structure, soil: Soil) -> tuple[Structure, NDArray]:
+    """Structure with a foundation's motion as its last dof, and the structure's motion less that.
+
+    Spring and dashpots between floors, and whatever ties the building to its foundation, see only
+    what ``carried`` leaves: displacements less those with which the foundation carries it.
+    """
+    n = structure.n_dofs
+    lever = _levels(structure) if soil.rocking else structure.influence[:, 0]
+    carried = np.column_stack([np.eye(n), -lever])
+    corner = np.zeros((n + 1, n + 1))
+    corner[-1, -1] = 1.0
+    shaken = 0.0 if soil.rocking else 1.0
+    founded = replace(
+        structure,
+        mass=np.pad(structure.mass, ((0, 1), (0, 1))) + soil.mass * corner,
+        damping=carried.T @ structure.damping @ carried + soil.damping * corner,
+        stiffness=carried.T @ structure.stiffness @ carried + soil.stiffness * corner,
+        influence=np.append(structure.influence, [[shaken]], axis=0),
+        names=(*structure.names, FOUNDATION),
+        drift_rows=structure.drift_rows @ carried,
+    )
+    return founded, carried
+
+
+def _levels(structure: Structure) -> NDArray:
+    """Height of base and floors above the foundation, (n,), m; the base one storey above it."""
+    heights = structure.heights
+    storeys = np.full(len(structure.superstructure), STOREY_HEIGHT) if heights is None else heights
+    levels = np.zeros(structure.n_dofs)
+    levels[structure.base[0]] = storeys[0]
+    levels[list(structure.superstructure)] = storeys[0] + np.cumsum(storeys)
+    return levels
+
+
+def _columns(
+    isolated: IsolatedStructure, channels: tuple[str, ...], names: tuple[str, ...]
+) -> list[int]:
+    structure = isolated.structure
+    base = structure.base[0]
+    above = [i for i in structure.superstructure if structure.names[i] != FOUNDATION]
+    wanted = []
+    for channel in channels:
+        where = channel.split("_")[0]
+        if channel == DISPLACEMENT:
+            wanted.append(f"{isolated.elements[0].name}_deformation_m")
+        elif where == "base":
+            wanted.append(f"{structure.names[base]}_acceleration_m_s2")
+        else:
+            floor = int(where.removeprefix("floor"))
+            wanted.append(f"{structure.names[above[floor - 1]]}_acceleration_m_s2")
+    return [names.index(name) for name in wanted]
+
+
+def _legendre(coefficients: NDArray, n: int) -> NDArray:
+    return _legendre_rows(n, len(coefficients)) @ np.asarray(coefficients)
+
+
+@lru_cache(maxsize=16)
+def _legendre_rows(n: int, terms: int) -> NDArray:
+    return np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), terms - 1)

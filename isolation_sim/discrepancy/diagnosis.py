@@ -1,0 +1,300 @@
+"""What a diagnosis says: the verdict, the causes with their numbers, and how it came to them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..laws import Device
+
+Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
+
+MEANINGS: dict[Verdict, str] = {
+    "adequate": "The simulation reproduces the data to within their noise: nothing is missing.",
+    "explained": "What the simulation gets wrong is explained, down to the noise of the data.",
+    "partly_explained": "Part of what the simulation gets wrong is explained; a remainder is not.",
+    "unexplained": "The simulation gets something wrong that none of the known causes explains.",
+}
+"""What each verdict says, in a sentence."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number with its 95 % interval.
+
+    Attributes
+    ----------
+    value, low, high : float
+        In ``unit``.
+    unit : str
+        SI unit.
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One cause of what the simulation gets wrong.
+
+    Attributes
+    ----------
+    name : str
+        As in the catalogue, or what the residual depends on where it is outside of it.
+    share : float
+        Part of the misfit above the noise that it removes, 0 to 1, on data not fitted.
+    p_value : float
+        Chance of such an improvement if the cause were absent.
+    parameters : mapping of str to Interval
+        Its numbers.
+    evidence : str
+        One sentence.
+    confusable_with : tuple of str
+        Causes that the data do not tell from it.
+    form : str
+        Form of the effect that was chosen, or the law of a term outside the catalogue.
+    """
+
+    name: str
+    share: float
+    p_value: float
+    parameters: Mapping[str, Interval]
+    evidence: str
+    confusable_with: tuple[str, ...] = ()
+    form: str = ""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step on the way to the diagnosis, for the report.
+
+    Attributes
+    ----------
+    title : str
+        What was done.
+    text : str
+        What came out, in plain sentences.
+    headings : tuple of str
+        Of the table, if there is one.
+    rows : tuple of tuple of str
+        The table.
+    figure : str
+        Name of the figure that belongs to it, if there is one; see ``Diagnosis.plot``.
+    """
+
+    title: str
+    text: str
+    headings: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    figure: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A run as measured, and as simulated before and after.
+
+    Attributes
+    ----------
+    name : str
+        Of the run.
+    held_out : bool
+        Whether it was kept from fitting.
+    time, across : (n,) array
+        Time (s), and what the run is drawn against.
+    across_label, label : str
+        Names and units of ``across`` and of the rest.
+    measured, before, after : (n,) array
+        In the unit that ``label`` says.
+    """
+
+    name: str
+    held_out: bool
+    time: NDArray
+    across: NDArray
+    across_label: str
+    label: str
+    measured: NDArray
+    before: NDArray
+    after: NDArray
+
+
+@dataclass(frozen=True)
+class Errors:
+    """RMS of the residual over RMS of what was measured, pooled over runs.
+
+    Attributes
+    ----------
+    fit, held_out : float
+        On the fitted and on the held-out runs; not a number where there are none.
+    """
+
+    fit: float
+    held_out: float
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What the simulation gets wrong, and why.
+
+    Attributes
+    ----------
+    data : str
+        What was diagnosed.
+    model : str
+        The simulation that was judged.
+    verdict : str
+        "adequate", "explained", "partly_explained" or "unexplained".
+    noise_floor : float
+        Error that noise alone leaves, relative like the errors.
+    error_before, error_after : Errors
+        Of the simulation as it was, and with the causes in it.
+    causes : tuple of Cause
+        Those that remove most first.
+    unexplained_share : float
+        Part of the misfit above the noise that remains, 0 to 1.
+    depends_on : tuple of str
+        Variables that the residual depends on, before any cause was found.
+    next_test : str or None
+        The test that would best tell apart what these data do not.
+    steps : tuple of Step
+        How it was found.
+    extended : Device or None
+        The device with the causes in it; None where nothing was found in the device.
+    gain : (float, float) or None
+        95 % interval of the held-out error's reduction, as a fraction.
+    traces : tuple of Trace
+        The runs, to draw.
+    details : mapping of str to object
+        More plain numbers, for the JSON.
+    """
+
+    data: str
+    model: str
+    verdict: Verdict
+    noise_floor: float
+    error_before: Errors
+    error_after: Errors
+    causes: tuple[Cause, ...]
+    unexplained_share: float
+    depends_on: tuple[str, ...]
+    next_test: str | None
+    steps: tuple[Step, ...]
+    extended: Device | None = None
+    gain: tuple[float, float] | None = None
+    traces: tuple[Trace, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but steps and traces as plain numbers and text.
+
+        Returns
+        -------
+        dict
+            As ``diagnose --json`` prints it; None where a number does not exist.
+        """
+        return {
+            "data": self.data,
+            "model": self.model,
+            "verdict": self.verdict,
+            "noise_floor": _number(self.noise_floor),
+            "error_before": _errors(self.error_before),
+            "error_after": _errors(self.error_after),
+            "gain_held_out": list(self.gain) if self.gain else None,
+            "causes": [
+                {
+                    "name": cause.name,
+                    "form": cause.form,
+                    "share": _number(cause.share),
+                    "p_value": _number(cause.p_value),
+                    "parameters": {
+                        name: {
+                            "value": _number(one.value),
+                            "low": _number(one.low),
+                            "high": _number(one.high),
+                            "unit": one.unit,
+                        }
+                        for name, one in cause.parameters.items()
+                    },
+                    "confusable_with": list(cause.confusable_with),
+                    "evidence": cause.evidence,
+                }
+                for cause in self.causes
+            ],
+            "unexplained_share": _number(self.unexplained_share),
+            "depends_on": list(self.depends_on),
+            "next_test": self.next_test,
+            **self.details,
+        }
+
+    def to_json(self) -> str:
+        """Return ``to_dict`` as JSON text.
+
+        Returns
+        -------
+        str
+        """
+        return json.dumps(self.to_dict(), indent=2, allow_nan=False)
+
+    def report(self) -> None:
+        """Print the diagnosis."""
+        from ..reports.diagnosis import print_diagnosis
+
+        print_diagnosis(self)
+
+    def plot(self) -> Figure:
+        """Measured against simulated, before and after, and the errors of all runs.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ..reports.diagnosis_figures import overview
+
+        return overview(self)
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write ``diagnosis.json``, ``extended_law.toml``, the report and the figures.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Made if it does not exist.
+
+        Returns
+        -------
+        list of pathlib.Path
+            The files, each written under a temporary name and renamed.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
+        """
+        from ..reports.diagnosis import save_diagnosis
+
+        try:
+            return save_diagnosis(self, Path(folder))
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _errors(errors: Errors) -> dict[str, float | None]:
+    return {"fit": _number(errors.fit), "held_out": _number(errors.held_out)}

@@ -1,0 +1,409 @@
+"""Diagnosis of a loop table."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import EFFECTS, Effect, extend
+from ..identification.least_squares import Optimum
+from ..identification.unknowns import Unknowns
+from ..laws import Device
+from ..laws.law import Law
+from .diagnosis import MEANINGS, Cause, Diagnosis, Errors, Interval, Step, Trace, Verdict
+from .loop_model import ACCURACY, CYCLES, SAMPLES, LoopModel, loop_motion
+from .loop_table import LoopTable
+
+BETTER = 0.8
+"""An effect has to lower the error on rows left out to less than this part."""
+MOST_EFFECTS = 3
+FOLDS = 6
+N_STEPS = 2
+"""Integration steps a sample."""
+_STARTS = 4
+# effects that a steady loop cannot show
+_UNSEEN = (
+    "force_offset", "sensor_delay", "stress_softening", "self_heating", "ambient_temperature",
+    "cyclic_degradation", "current_lag", "tension_compression_asymmetry",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    model: LoopModel
+    optimum: Optimum
+    left_out: float
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        return tuple(stage.effect.cause for stage in self.model.stages)
+
+
+def diagnose_loop_table(
+    table: LoopTable,
+    law: Law,
+    device: Device | None = None,
+    *,
+    current_degree: int | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Find what a law lacks to reproduce a loop table.
+
+    Parameters
+    ----------
+    table : LoopTable
+        Measured loops.
+    law : Law
+        The law to judge.
+    device : Device, optional
+        Numbers with which to judge it; fitted to the table if not given.
+    current_degree : int, optional
+        Degree of the parameters' polynomials of the current; 2, or what the currents determine.
+    seed : int, default 0
+        Of the random starts.
+    threads : int, optional
+        As many as there are processors by default.
+    progress : callable, optional
+        Called with the name of what is being done.
+
+    Returns
+    -------
+    Diagnosis
+        Errors are the RMS of the relative errors of stiffness and damping. Held-out errors are of
+        the rows that the table holds out; without any, of six groups of rows, each left out of the
+        fit in turn.
+    """
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        work = _Work(table, law, pool, seed, progress or (lambda name: None))
+        return work.diagnosed(device, current_degree)
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    table: LoopTable
+    law: Law
+    pool: ThreadPoolExecutor
+    seed: int
+    tell: Callable[[str], None]
+
+    def diagnosed(self, device: Device | None, degree: int | None) -> Diagnosis:
+        base = self.base(device, degree)
+        given = None if device is None else base.model.unknowns.of(device)
+        best, rounds = base, []
+        while len(best.model.stages) < MOST_EFFECTS and best.left_out > ACCURACY / 2:
+            tried = self.tried(best)
+            rounds.append((best, tried))
+            if not tried or tried[0].left_out > BETTER * best.left_out:
+                break
+            best = tried[0]
+        return self.told(base, given, best, rounds)
+
+    def base(self, device: Device | None, degree: int | None) -> _Fitted:
+        """The law alone, with the current's degree that errs least on rows left out."""
+        currents = np.unique(self.table.current[~self.table.held_out])
+        highest = min(len(currents) - 1, 2)
+        degrees = range(min(1, highest), highest + 1) if degree is None else (degree,)
+        found = [self.base_of(device, currents, one) for one in degrees]
+        return min(found, key=lambda f: f.left_out)
+
+    def base_of(self, device: Device | None, currents: NDArray, degree: int) -> _Fitted:
+        """The law alone, its parameters polynomials of a degree."""
+        at = np.linspace(currents[0], currents[-1], degree + 1) if degree else currents[:1]
+        force = float(np.median(self.table.stiffness * self.table.amplitude))
+        x = float(np.median(self.table.amplitude))
+        time = 1 / (2 * np.pi * float(np.median(self.table.frequency)))
+        unknowns = Unknowns(self.law, at, (force, x, time))
+        model = LoopModel(loop_motion(self.table), unknowns, N_STEPS, table=self.table)
+        starts = unknowns.starts(16, self.seed)
+        if device is not None:
+            starts.insert(0, unknowns.of(device))
+        found = list(self.pool.map(lambda s: self.minimised(model, s), starts))
+        best = min(found, key=lambda o: o.cost)
+        # the same law is looked for wherever rows or effects change
+        return self.judged(replace(model, expected=best.x), best)
+
+    def minimised(self, model: LoopModel, start: NDArray, most: int = 40) -> Optimum:
+        self.tell("fitting loops")
+        return model.minimised(start, most, 1e-6)
+
+    def judged(self, model: LoopModel, optimum: Optimum) -> _Fitted:
+        """The error on rows left out."""
+        table = self.table
+        if table.held_out.any():
+            ratios = model.loops(optimum.x)[0]
+            return _Fitted(model, optimum, _rms((ratios - 1)[np.tile(table.held_out, 2)]))
+        n, squares = len(table.amplitude), 0.0
+        group = np.random.default_rng(self.seed).permutation(n) % FOLDS
+        for fold in range(FOLDS):
+            part = replace(model, table=replace(table, held_out=group == fold))
+            ratios = part.loops(self.minimised(part, optimum.x).x)[0]
+            squares += float(np.sum((ratios - 1)[np.tile(group == fold, 2)] ** 2))
+        left_out = float(np.sqrt(squares / (2 * n))) if np.isfinite(squares) else np.inf
+        return _Fitted(model, optimum, left_out)
+
+    def tried(self, base: _Fitted) -> list[_Fitted]:
+        """Effects fitted together with the model, the best four judged on rows left out."""
+        left = [
+            effect
+            for cause, forms in EFFECTS.items()
+            if cause not in (*base.causes, *_UNSEEN)
+            for effect in forms
+            if np.ptp(self.table.current) > 0 or effect.current is None
+        ]
+        found = list(self.pool.map(lambda e: self.with_effect(base, e), left))
+        found.sort(key=lambda pair: pair[1].cost)
+        chosen: list[tuple[LoopModel, Optimum]] = []
+        for model, optimum in found:
+            causes = [m.stages[-1].effect.cause for m, _ in chosen]
+            if model.stages[-1].effect.cause not in causes and len(chosen) < 4:
+                chosen.append((model, optimum))
+        judged = list(self.pool.map(lambda pair: self.judged(*pair), chosen))
+        return sorted(judged, key=lambda f: f.left_out)
+
+    def with_effect(self, base: _Fitted, effect: Effect) -> tuple[LoopModel, Optimum]:
+        model: LoopModel = base.model.with_effects(effect)
+        choices = [
+            [min(max(s * model.size(q), q.lower), q.upper) for s in q.starts]
+            for q in effect.parameters
+        ]
+        starts = list(product(*choices))[:_STARTS]
+        found = [
+            self.minimised(model, np.concatenate([base.optimum.x, np.array(s)]), 25)
+            for s in starts
+        ]
+        best = min(found, key=lambda o: o.cost)
+        return model, self.minimised(model, best.x, 60)
+
+    def told(
+        self, base: _Fitted, given: NDArray | None, best: _Fitted,
+        rounds: list[tuple[_Fitted, list[_Fitted]]],
+    ) -> Diagnosis:  # fmt: skip
+        """Put the outcome together."""
+        start = base.optimum.x if given is None else given
+        before, after = base.model.loops(start)[0], best.model.loops(best.optimum.x)[0]
+        kept = np.tile(~self.table.held_out, 2)
+        errors = (
+            Errors(_rms((before - 1)[kept]), base.left_out if given is None else _rms(before - 1)),
+            Errors(_rms((after - 1)[kept]), best.left_out),
+        )
+        first = errors[0].held_out**2 - min(ACCURACY, errors[0].held_out) ** 2
+        rest = max(errors[1].held_out**2 - ACCURACY**2, 0.0)
+        unexplained = rest / first if first > 0 else 0.0
+        causes = self.causes(base, best, rounds, unexplained)
+        adequate = errors[0].held_out <= ACCURACY
+        verdict: Verdict
+        if adequate and not causes:
+            verdict = "adequate"
+        elif not causes:
+            verdict = "unexplained"
+        else:
+            verdict = "explained" if unexplained < 0.1 else "partly_explained"
+        model = best.model
+        extended = extend(
+            Device(
+                self.law,
+                model.unknowns.dependence(best.optimum.x[: model.n_law]),
+                (float(self.table.current.min()), float(self.table.current.max()))
+                if np.ptp(self.table.current) > 0
+                else (-np.inf, np.inf),
+                float(self.table.amplitude.max()),
+                source=f"diagnosed from {self.table.name}",
+            ),
+            _applied(best),
+        )
+        return Diagnosis(
+            data=self.table.name,
+            model=self.law.title,
+            verdict=verdict,
+            noise_floor=float("nan"),
+            error_before=errors[0],
+            error_after=errors[1],
+            causes=causes,
+            unexplained_share=float(min(unexplained, 1.0)),
+            depends_on=self.depends_on(before),
+            next_test=None,
+            steps=self.steps(base, given, before, after, rounds, verdict),
+            extended=extended,
+            traces=self.traces(base, start, best),
+            details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
+        )
+
+    def causes(
+        self, base: _Fitted, best: _Fitted, rounds: list[tuple[_Fitted, list[_Fitted]]],
+        unexplained: float,
+    ) -> tuple[Cause, ...]:  # fmt: skip
+        from scipy.stats import f as f_distribution
+
+        found = []
+        m = 2 * int(np.sum(~self.table.held_out))
+        drops = [r[0].left_out ** 2 for r in rounds[: len(best.model.stages)]]
+        drops.append(best.left_out**2)
+        total = max(drops[0] - drops[-1], 1e-300)
+        for k, stage in enumerate(best.model.stages):
+            without, tried = rounds[k]
+            given = next(f for f in tried if f.causes == best.causes[: k + 1])
+            p = len(stage.effect.parameters)
+            free = max(m - len(given.optimum.x), 1)
+            ratio = (without.optimum.cost - given.optimum.cost) / p / (given.optimum.cost / free)
+            near = [f.causes[-1] for f in tried[1:] if f.left_out < 1.1 * tried[0].left_out]
+            share = (drops[k] - drops[k + 1]) / total * (1 - unexplained)
+            found.append(
+                Cause(
+                    name=stage.effect.cause,
+                    share=float(share),
+                    p_value=float(min(1.0, len(EFFECTS) * f_distribution.sf(ratio, p, free))),
+                    parameters=_intervals(best, k),
+                    evidence=(
+                        f"With {stage.effect.title.lower()} the error on rows left out falls from "
+                        f"{100 * without.left_out:.1f} to {100 * given.left_out:.1f} %."
+                    ),
+                    confusable_with=tuple(near),
+                    form=stage.effect.form,
+                )
+            )
+        return tuple(sorted(found, key=lambda c: -c.share))
+
+    def depends_on(self, before: NDArray) -> tuple[str, ...]:
+        """Conditions that the errors go with: rank correlation above 0.5."""
+        from scipy.stats import spearmanr
+
+        found = []
+        n = len(self.table.amplitude)
+        for name, values in (
+            ("amplitude", self.table.amplitude),
+            ("frequency", self.table.frequency),
+            ("current", self.table.current),
+        ):
+            if np.ptp(values) > 0:
+                parts = [abs(spearmanr(values, r)[0]) for r in (before[:n], before[n:])]
+                if max(parts) > 0.5:
+                    found.append(name)
+        return tuple(found)
+
+    def steps(
+        self, base: _Fitted, given: NDArray | None, before: NDArray, after: NDArray,
+        rounds: list[tuple[_Fitted, list[_Fitted]]], verdict: Verdict,
+    ) -> tuple[Step, ...]:  # fmt: skip
+        table, n = self.table, len(self.table.amplitude)
+        how = "as given" if given is not None else "fitted"
+        refit = "" if given is None else (
+            " Fitted to the table it errs by "
+            f"{100 * _rms(base.model.loops(base.optimum.x)[0] - 1):.1f} %."
+        )
+        told = [
+            Step(
+                "The data",
+                f"{n} loops, amplitudes {1e3 * table.amplitude.min():g} to "
+                f"{1e3 * table.amplitude.max():g} mm, {table.frequency.min():g} to "
+                f"{table.frequency.max():g} Hz, {table.current.min():g} to {table.current.max():g} "
+                f"A. A table does not tell its noise; {100 * ACCURACY:.0f} % counts as agreement.",
+            ),
+            Step(
+                "The law",
+                f"{self.law.title}, {how}: stiffness wrong by {100 * _rms(before[:n] - 1):.1f} %, "
+                f"damping by {100 * _rms(before[n:] - 1):.1f} % (RMS).{refit} On rows left out of "
+                f"its fit it errs by {100 * base.left_out:.1f} %.",
+            ),
+        ]
+        for k, (_, tried) in enumerate(rounds, start=1):
+            told.append(
+                Step(
+                    f"Effects tried, round {k}",
+                    "The effects that fit best, judged on rows left out:",
+                    ("effect", "form", "error on rows left out"),
+                    tuple(
+                        (f.model.stages[-1].effect.title, f.model.stages[-1].effect.form,
+                         f"{100 * f.left_out:.1f} %")
+                        for f in tried
+                    ),
+                )
+            )  # fmt: skip
+        told.append(
+            Step(
+                "The verdict",
+                f"{MEANINGS[verdict]} After: stiffness wrong by {100 * _rms(after[:n] - 1):.1f} %, "
+                f"damping by {100 * _rms(after[n:] - 1):.1f} % (RMS).",
+            )
+        )
+        return tuple(told)
+
+    def traces(self, base: _Fitted, start: NDArray, best: _Fitted) -> tuple[Trace, ...]:
+        """Simulated loops; of the measured ones the table keeps only ellipses."""
+        table, data = self.table, base.model.data
+        before = base.model.forces(start, False)[0]
+        after = best.model.forces(best.optimum.x, False)[0]
+        found = []
+        for k in range(len(table.amplitude)):
+            end = (k + 1) * CYCLES * SAMPLES
+            at = slice(end - SAMPLES, end)
+            phase = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
+            # the ellipse of the same stiffness and energy
+            measured = table.stiffness[k] * table.amplitude[k] * (
+                np.sin(phase) + 2 * table.damping[k] * np.cos(phase)
+            )
+            found.append(
+                Trace(
+                    name=(
+                        f"{1e3 * table.amplitude[k]:g} mm, {table.frequency[k]:g} Hz, "
+                        f"{table.current[k]:g} A"
+                    ),
+                    held_out=bool(table.held_out[k]),
+                    time=np.arange(SAMPLES) * data.dt[k],
+                    across=1e3 * data.x[at],
+                    across_label="deformation, mm",
+                    label="force, N",
+                    measured=measured,
+                    before=before[at],
+                    after=after[at],
+                )
+            )
+        return tuple(found)
+
+
+def _applied(best: _Fitted) -> list[tuple[Effect, dict[str, float]]]:
+    found = []
+    for stage, place in zip(best.model.stages, best.model.slices(), strict=True):
+        numbers = best.optimum.x[place].tolist()
+        found.append((stage.effect, dict(zip(stage.effect.parameter_names, numbers, strict=True))))
+    return found
+
+
+def _intervals(best: _Fitted, k: int) -> dict[str, Interval]:
+    residual, jacobian = best.model.residuals(best.optimum.x, True)
+    variance = float(residual @ residual) / max(len(residual) - len(best.optimum.x), 1)
+    norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    norm[norm == 0] = 1.0
+    scaled = jacobian / norm
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
+    half = 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
+    place = best.model.slices()[k]
+    return {
+        q.name: Interval(
+            float(value), float(max(value - h, q.lower)), float(min(value + h, q.upper)), q.unit
+        )
+        for q, value, h in zip(
+            best.model.stages[k].effect.parameters, best.optimum.x[place], half[place], strict=True
+        )
+    }
+
+
+def _rms(values: NDArray) -> float:
+    """Root mean square; infinite where a value is no number."""
+    size = float(np.sqrt(np.mean(values**2)))
+    return size if np.isfinite(size) else np.inf
+
+
+def _largest(ratios: NDArray) -> dict[str, float]:
+    n = len(ratios) // 2
+    return {
+        "stiffness": float(np.max(np.abs(ratios[:n] - 1))),
+        "damping": float(np.max(np.abs(ratios[n:] - 1))),
+    }

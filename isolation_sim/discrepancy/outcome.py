@@ -1,0 +1,81 @@
+"""What a search for effects came to, before it is put into words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..identification.campaign import Campaign
+from .candidates import Fitted
+from .evidence import Dependence
+from .interference import Interference
+from .measured import Measured
+from .selection import Search
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What the search came to, before it is put into words.
+
+    Attributes
+    ----------
+    campaign : Campaign
+        The runs.
+    data : Measured
+        All their samples, any interference removed.
+    given : (n_samples,) array or None
+        Force with the numbers given, N; None where the law was fitted.
+    base, final : Fitted
+        The law, and the law with the effects found, on all samples.
+    search : Search
+        What was tried, on a part of the samples.
+    evidence : list of Dependence
+        What the law's residual depends on.
+    disturbance : Interference or None
+        Removed from the force.
+    floor : float
+        RMS of what noise leaves over RMS of the force.
+    noise_cost : float
+        Its cost on ``chosen``.
+    chosen : (n_samples,) bool array
+        Samples on which the outcome is judged.
+    notes : list of str
+        About the data.
+    """
+
+    campaign: Campaign
+    data: Measured
+    given: NDArray | None
+    base: Fitted
+    final: Fitted
+    search: Search
+    evidence: list[Dependence]
+    disturbance: Interference | None
+    floor: float
+    noise_cost: float
+    chosen: NDArray
+    notes: list[str]
+
+    @property
+    def before(self) -> NDArray:
+        """Force of the simulation that was judged, N."""
+        if self.given is not None:
+            return self._bounded(self.given)
+        return self._bounded(self.base.model.forces(self.base.values, False)[0])
+
+    @property
+    def after(self) -> NDArray:
+        """Force with all that was found, N."""
+        return self._bounded(self.final.model.forces(self.final.values, False)[0])
+
+    def _bounded(self, force: NDArray) -> NDArray:
+        """Ten times the largest measured force in place of what is beyond or no number."""
+        most = 10 * float(np.max(np.abs(self.data.force)))
+        return np.clip(np.nan_to_num(force, nan=most), -most, most)
+
+    def misfit(self, force: NDArray) -> float:
+        """Cost of a force above that of noise, on the samples on which it is judged."""
+        residual = (force - self.data.force) * self.data.weight
+        return max(float(np.sum(residual[self.chosen] ** 2)) - self.noise_cost, 0.0)

@@ -1,0 +1,189 @@
+"""Numbers of a diagnosis: intervals, shares, chances, and what the data cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..identification.noise import correlation_time
+from .candidates import Fitted
+from .diagnosis import Interval
+from .selection import SIGNIFICANT
+from .terms import OUTSIDE
+
+_NEAR = 0.1
+"""Part of a cause's gain by which a rival may fall short and still count as confusable."""
+
+
+def intervals(final: Fitted) -> list[dict[str, Interval]]:
+    """95 % intervals of each effect's parameters, fitted together with everything else.
+
+    Parameters
+    ----------
+    final : Fitted
+        The model on all samples.
+
+    Returns
+    -------
+    list of dict of str to Interval
+        One an effect; an interval ends at the parameter's bounds.
+    """
+    model = final.model
+    residual, jacobian = model.residuals(final.values, True)
+    norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    norm[~(norm > 0)] = 1.0
+    scaled = np.nan_to_num(jacobian / norm)
+    kept_starts = _starts_of_fitted(final)
+    variance = float(residual @ residual) / max(len(residual) - len(final.values), 1)
+    variance *= correlation_time(residual, kept_starts)
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
+    spread = 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
+    found = []
+    for stage, place in zip(model.stages, model.slices(), strict=True):
+        own = {}
+        for quantity, value, half in zip(
+            stage.effect.parameters, final.values[place], spread[place], strict=True
+        ):
+            own[quantity.name] = Interval(
+                value=float(value),
+                low=float(max(value - half, quantity.lower)),
+                high=float(min(value + half, quantity.upper)),
+                unit=quantity.unit,
+            )
+        found.append(own)
+    return found
+
+
+def _starts_of_fitted(final: Fitted) -> NDArray:
+    data = final.model.data
+    counts = [
+        int(np.sum(data.fitted[a:b]))
+        for a, b in zip(data.starts[:-1], data.starts[1:], strict=True)
+    ]
+    return np.concatenate([[0], np.cumsum([c for c in counts if c])])
+
+
+def shares(costs_without: Sequence[float], cost: float, explained: float) -> list[float]:
+    """Split the explained part of a misfit among its causes.
+
+    Parameters
+    ----------
+    costs_without : sequence of float
+        Cost without each cause, the others fitted again.
+    cost : float
+        Cost with all of them.
+    explained : float
+        Part of the misfit that they remove together.
+
+    Returns
+    -------
+    list of float
+        In proportion to what each one's absence costs; a model that fails without one needs it
+        above all.
+    """
+    costs = np.array(costs_without, dtype=float)
+    finite = costs[np.isfinite(costs)]
+    costs[~np.isfinite(costs)] = 10 * max([cost, *finite])
+    worth = np.maximum(costs - cost, 0.0)
+    total = float(worth.sum())
+    if total == 0.0:
+        return [explained / len(worth)] * len(worth)
+    return [float(explained * w / total) for w in worth]
+
+
+def p_value(without: Fitted, given: Fitted, noise: NDArray, tried: int) -> float:
+    """Chance that noise alone brings the improvement, over all forms that were tried.
+
+    Parameters
+    ----------
+    without, given : Fitted
+        The model without and with the cause.
+    noise : (n_fitted, n_examples) array
+        Residuals that noise alone leaves.
+    tried : int
+        Number of forms that could have been chosen.
+
+    Returns
+    -------
+    float
+        From the chi-squared distribution, times ``tried``; 1 at most.
+    """
+    from scipy.stats import chi2
+
+    step = given.residual - without.residual
+    length = float(step @ step)
+    inflation = float(np.mean((step @ noise) ** 2)) / length if length > 0 else 1.0
+    gain = max(without.cost - given.cost, 0.0) / max(inflation, 1.0)
+    freedom = max(len(given.values) - len(without.values), 1)
+    return float(min(1.0, tried * chi2.sf(gain, freedom)))
+
+
+def confusable(
+    given: Fitted, rivals: Sequence[Fitted], without: Fitted, cause: str
+) -> tuple[str, ...]:
+    """Causes that would serve nearly as well in place of one.
+
+    Parameters
+    ----------
+    given : Fitted
+        The model with the cause.
+    rivals : sequence of Fitted
+        The same model with other causes in its place.
+    without : Fitted
+        The model without it.
+    cause : str
+        Its name.
+
+    Returns
+    -------
+    tuple of str
+        Names, the nearest first.
+    """
+    gain = without.cost - given.cost
+    allowance = max(SIGNIFICANT, _NEAR * gain)
+    found: list[str] = []
+    for rival in sorted(rivals, key=lambda f: f.cost):
+        name = rival.causes[-1]
+        if name not in (cause, OUTSIDE, *found) and rival.cost < given.cost + allowance:
+            found.append(name)
+    return tuple(found)
+
+
+def gain_interval(
+    before: NDArray, after: NDArray, starts: NDArray, chosen: NDArray, seed: int
+) -> tuple[float, float] | None:
+    """95 % interval of the relative decrease of the error, by resampling pieces of the runs.
+
+    Parameters
+    ----------
+    before, after : (n_samples,) array
+        Residuals, N.
+    starts : (n_runs + 1,) int array
+        First sample of each run, and the end.
+    chosen : (n_samples,) bool array
+        Samples on which it is judged.
+    seed : int
+        Of the resampling.
+
+    Returns
+    -------
+    tuple of float or None
+        None where there is nothing to resample.
+    """
+    sums = []
+    for a, b in pairwise(starts):
+        for part in np.array_split(np.arange(a, b), 4):
+            at = part[chosen[part]]
+            if at.size:
+                sums.append((float(before[at] @ before[at]), float(after[at] @ after[at])))
+    if len(sums) < 4:
+        return None
+    table = np.array(sums)
+    random = np.random.default_rng(seed)
+    drawn = table[random.integers(0, len(table), (2000, len(table)))].sum(axis=1)
+    decrease = 1 - np.sqrt(drawn[:, 1] / drawn[:, 0])
+    low, high = np.quantile(decrease, [0.025, 0.975])
+    return float(low), float(high)

@@ -1,0 +1,169 @@
+"""Payne effect: filled rubber softens with the present amplitude and recovers when it falls.
+
+Forms:
+
+    kraus            1 - d r^m / (1 + r^m),   r = A / A_c
+    power            (1 + A / A_c)^-n
+    power_by_current (1 + A / A_c)^-n(1 + m I): the field's part softens more, or less
+    mean_square      Kraus' factor with the amplitude from a moving mean square
+    instantaneous    Kraus' factor with |x| in place of the amplitude
+
+A is sensed from the motion: a peak of |x| is followed at once (2 ms) and forgotten over the time
+`memory`, or A = sqrt(2 <x^2>) with the mean over `memory`.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+from .followers import amplitude, positive, rise_and_fade
+
+TINY = 1e-9
+"""Keeps the power's derivatives finite at zero amplitude."""
+
+
+def _kraus(amplitude: Any, loss: Any, half: Any, m: Any) -> Any:
+    ratio = (amplitude / half + TINY) ** m
+    return 1 - loss * ratio / (1 + ratio)
+
+
+def kraus(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, half, m, _ = parameters
+    return _kraus(positive(states[0]), loss, half, m)
+
+
+def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    n, half, _ = parameters
+    return (1 + positive(states[0]) / half) ** (-n)
+
+
+def power_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    n, by_current, half, _ = parameters
+    return (1 + states[0] / half) ** (-n * (1 + by_current * signals.current))
+
+
+def mean_square(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, half, m, _ = parameters
+    return _kraus(amplitude(states[0]), loss, half, m)
+
+
+def instantaneous(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, half, m = parameters
+    return _kraus(np.fabs(signals.x), loss, half, m)
+
+
+def rates_peak(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Amplitude up at once, down over the memory."""
+    return (rise_and_fade(np.fabs(signals.x), states[0], parameters[-1]),)
+
+
+def start_peak(signals: Signals, parameters: tuple) -> tuple:
+    """The first deformation is all that is known."""
+    return (np.fabs(signals.x),)
+
+
+def rates_mean(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Moving mean of the square."""
+    return ((signals.x**2 - states[0]) / parameters[-1],)
+
+
+def start_mean(signals: Signals, parameters: tuple) -> tuple:
+    """The first deformation is all that is known."""
+    return (signals.x**2,)
+
+
+LOSS = EffectParameter(
+    "loss", "1", "largest share of the force lost", lower=0.0, upper=0.95, strength=True,
+    starts=(0.3, 0.6),
+)  # fmt: skip
+HALF = EffectParameter(
+    "half", "m", "amplitude at which half of that is lost", lower=1e-7, upper=100.0, divides=True,
+    starts=(0.1, 0.4, 1.0),
+)  # fmt: skip
+EXPONENT = EffectParameter(
+    "exponent", "1", "of the amplitude; Kraus' 2 m", lower=0.5, upper=4.0, starts=(1.2,)
+)
+POWER = EffectParameter(
+    "exponent", "1", "power of the amplitude lost", lower=0.0, upper=2.0, strength=True,
+    starts=(0.2, 0.5),
+)  # fmt: skip
+KNEE = EffectParameter(
+    "half", "m", "amplitude from which it holds", lower=1e-7, upper=100.0, divides=True,
+    starts=(0.05, 0.3),
+)  # fmt: skip
+MEMORY = EffectParameter(
+    "memory", "s", "over which an amplitude is forgotten", lower=0.02, upper=100.0, divides=True,
+    starts=(0.5, 3.0),
+)  # fmt: skip
+PEAK = Quantity("amplitude", "m", "present amplitude")
+
+FORMS = (
+    Effect(
+        cause="amplitude_softening",
+        form="kraus",
+        title="Amplitude softening (Payne)",
+        parameters=(LOSS, HALF, EXPONENT, MEMORY),
+        states=(PEAK,),
+        start=start_peak,
+        rates=rates_peak,
+        factor=kraus,
+        source="Payne (1962); Kraus (1984)",
+    ),
+    Effect(
+        cause="amplitude_softening",
+        form="power",
+        title="Amplitude softening (Payne), power law",
+        parameters=(POWER, KNEE, MEMORY),
+        states=(PEAK,),
+        start=start_peak,
+        rates=rates_peak,
+        factor=power,
+        source="power law of the amplitude, flat below its knee",
+    ),
+    Effect(
+        cause="amplitude_softening",
+        form="power_by_current",
+        title="Amplitude softening (Payne), power law that follows the current",
+        parameters=(
+            POWER,
+            EffectParameter(
+                "by_current", "1/A", "growth of the exponent with the current", lower=-1.0,
+                upper=10.0, starts=(0.2,),
+            ),
+            KNEE,
+            MEMORY,
+        ),
+        states=(PEAK,),
+        start=start_peak,
+        rates=rates_peak,
+        factor=power_by_current,
+        needs=frozenset({"current"}),
+        source="Li & Li, Table 1: the loss with amplitude grows with the current",
+    ),
+    Effect(
+        cause="amplitude_softening",
+        form="mean_square",
+        title="Amplitude softening (Payne) by mean square",
+        parameters=(LOSS, HALF, EXPONENT, MEMORY),
+        states=(Quantity("mean_square", "m^2", "moving mean square of the deformation"),),
+        start=start_mean,
+        rates=rates_mean,
+        factor=mean_square,
+        source="Kraus (1984), amplitude from the mean square",
+    ),
+    Effect(
+        cause="amplitude_softening",
+        form="instantaneous",
+        title="Amplitude softening by the deformation itself",
+        parameters=(LOSS, HALF, EXPONENT),
+        factor=instantaneous,
+        source="Kraus (1984), deformation in place of amplitude",
+    ),
+)  # fmt: skip

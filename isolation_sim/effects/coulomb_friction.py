@@ -1,0 +1,99 @@
+"""Dry friction in guides or bearings of the test rig or between the layers.
+
+Forms:
+
+    smooth      level tanh(v / velocity)
+    stribeck    level (1 + rise exp(-(v / v_s)^2)) tanh(10 v / v_s)      more at low velocity
+    dahl        level z,   z' = (v - |v| z) / length                     elastic before it slides
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+
+
+def smooth(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Friction that sets in over a small velocity."""
+    level, velocity = parameters
+    return level * np.tanh(signals.v / velocity)
+
+
+def stribeck(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Friction that falls from its static to its sliding value."""
+    level, rise, velocity = parameters
+    ratio = signals.v / velocity
+    return level * (1 + rise * np.exp(-(ratio**2))) * np.tanh(10 * ratio)
+
+
+def dahl(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Friction of bristles."""
+    return parameters[0] * states[0]
+
+
+def rates_dahl(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Bristles bend, up to their sliding value."""
+    return ((signals.v - np.fabs(signals.v) * states[0]) / parameters[1],)
+
+
+def stored_energy_dahl(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the bent bristles."""
+    level, length = parameters
+    return level * length * states[0] ** 2 / 2
+
+
+LEVEL = EffectParameter("level", "N", "sliding friction", lower=0.0, strength=True, starts=(0.1,))
+
+FORMS = (
+    Effect(
+        cause="coulomb_friction",
+        form="smooth",
+        title="Coulomb friction",
+        parameters=(
+            LEVEL,
+            EffectParameter(
+                "velocity", "m/s", "over which friction sets in", lower=1e-6, divides=True,
+                starts=(0.02, 0.2),
+            ),
+        ),
+        force=smooth,
+        source="Coulomb (1785)",
+    ),
+    Effect(
+        cause="coulomb_friction",
+        form="stribeck",
+        title="Coulomb friction with Stribeck's rise",
+        parameters=(
+            LEVEL,
+            EffectParameter(
+                "rise", "1", "static over sliding friction, less one", lower=0.0, upper=2.0,
+                starts=(0.3,),
+            ),
+            EffectParameter(
+                "velocity", "m/s", "over which the rise is gone", lower=1e-5, divides=True,
+                starts=(0.1, 0.5),
+            ),
+        ),
+        force=stribeck,
+        source="Stribeck (1902)",
+    ),
+    Effect(
+        cause="coulomb_friction",
+        form="dahl",
+        title="Coulomb friction with presliding",
+        parameters=(
+            LEVEL,
+            EffectParameter(
+                "length", "m", "over which friction sets in", lower=1e-6, divides=True,
+                starts=(0.02, 0.1),
+            ),
+        ),
+        states=(Quantity("bent", "1", "friction over its sliding value"),),
+        force=dahl,
+        rates=rates_dahl,
+        stored_energy=stored_energy_dahl,
+        source="Dahl (1968)",
+    ),
+)  # fmt: skip

@@ -1,0 +1,75 @@
+"""The field follows the coil current late: inductance of the coil, eddy currents in the core.
+
+Forms:
+
+    first_order      field' = (I - field) / lag
+    second_order     two such lags of lag / 2 one after the other, so that the field starts gently
+"""
+
+from typing import Any
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+
+SHORTEST = 1e-4
+"""s: a shorter lag makes no difference to a structure, and would only make the steps small."""
+
+
+def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """The current whose field is there."""
+    return states[-1]
+
+
+def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """First-order lag."""
+    (lag,) = parameters
+    return ((signals.current - states[0]) / (lag + SHORTEST),)
+
+
+def start(signals: Signals, parameters: tuple) -> tuple:
+    """The current has been on for long."""
+    return (signals.current,)
+
+
+def rates_second(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Two equal lags."""
+    core, field = states
+    each = parameters[0] / 2 + SHORTEST
+    return (signals.current - core) / each, (core - field) / each
+
+
+def start_second(signals: Signals, parameters: tuple) -> tuple:
+    """The current has been on for long."""
+    return signals.current, signals.current
+
+
+LAG = EffectParameter(
+    "lag", "s", "time constant of the field, of both stages together", lower=0.0, upper=5.0,
+    strength=True, starts=(0.02, 0.1, 0.5),
+)  # fmt: skip
+FIELD = Quantity("field", "A", "current whose field is there")
+
+FORMS = (
+    Effect(
+        cause="current_lag",
+        form="first_order",
+        title="Current lag",
+        parameters=(LAG,),
+        states=(FIELD,),
+        start=start,
+        current=current,
+        rates=rates,
+        source="first-order lag of an R-L coil",
+    ),
+    Effect(
+        cause="current_lag",
+        form="second_order",
+        title="Current lag, second order",
+        parameters=(LAG,),
+        states=(Quantity("core", "A", "current seen by the core"), FIELD),
+        start=start_second,
+        current=current,
+        rates=rates_second,
+        source="R-L coil and eddy currents in series",
+    ),
+)

@@ -1,0 +1,91 @@
+"""Cycles wear the device: its force falls with the way travelled or the work done, for good.
+
+Forms:
+
+    exponential    1 - d (1 - exp(-S / S0)),     S' = |v|
+    logarithmic    1 / (1 + c ln(1 + S / S0))
+    work           1 - d (1 - exp(-W / W0)),     W' = max(F v, 0)
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+from .followers import positive
+
+
+def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, scale = parameters
+    return 1 + loss * np.expm1(-positive(states[0]) / scale)
+
+
+def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, scale = parameters
+    return 1 / (1 + loss * np.log1p(positive(states[0]) / scale))
+
+
+def rates_travel(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Way travelled."""
+    return (np.fabs(signals.v),)
+
+
+def rates_work(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work done on the device, by the force that is left."""
+    return (positive(signals.force * signals.v) * exponential(signals, states, parameters),)
+
+
+TRAVEL = Quantity("travel", "m", "way travelled")
+LOSS = EffectParameter(
+    "loss", "1", "share of the force lost in the end", lower=0.0, upper=0.95, strength=True,
+    starts=(0.2, 0.5),
+)  # fmt: skip
+
+
+def _scale(unit: str, meaning: str) -> EffectParameter:
+    return EffectParameter(
+        "scale", unit, meaning, lower=1e-6, divides=True, starts=(5.0, 30.0, 200.0)
+    )
+
+
+FORMS = (
+    Effect(
+        cause="cyclic_degradation",
+        form="exponential",
+        title="Cyclic degradation",
+        parameters=(LOSS, _scale("m", "way over which force is lost")),
+        states=(TRAVEL,),
+        factor=exponential,
+        rates=rates_travel,
+        source="exponential decay towards a stable cycle",
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="logarithmic",
+        title="Cyclic degradation, logarithmic",
+        parameters=(
+            EffectParameter(
+                "loss", "1", "loss over e-fold travel", lower=0.0, upper=10.0, strength=True,
+                starts=(0.1,),
+            ),
+            _scale("m", "way after which it shows"),
+        ),
+        states=(TRAVEL,),
+        factor=logarithmic,
+        rates=rates_travel,
+        source="loss with the logarithm of the number of cycles",
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="work",
+        title="Cyclic degradation by work",
+        parameters=(LOSS, _scale("J", "work over which force is lost")),
+        states=(Quantity("work", "J", "work done on the device"),),
+        factor=exponential,
+        rates=rates_work,
+        source="damage by absorbed energy",
+    ),
+)  # fmt: skip

@@ -1,0 +1,137 @@
+"""The contract of an effect: something that a law may lack, written once.
+
+An effect stands around a law. It may change the motion or the current that the law sees, multiply
+the law's force, or add a force of its own; each of these is a function of the same form, and all
+may use the effect's own states. ``extend`` puts effects and a law together into a law again, which
+is simulated, traced and fitted like any other; the diagnosis evaluates the same functions, stage
+by stage, along measured runs.
+
+The functions take what ``isolation_sim.laws.law`` says that laws may use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ..laws.law import Quantity
+
+REFERENCE_TEMPERATURE = 20.0
+"""deg C: where an effect of the temperature leaves the law as it is."""
+
+
+class Signals(NamedTuple):
+    """What an effect sees at an instant.
+
+    Attributes
+    ----------
+    x, v, a : float, m, m/s, m/s^2
+        Deformation of the device, its velocity and acceleration.
+    current : float, A
+        Coil current.
+    force : float, N
+        Force of the law before any effect multiplies it; 0 where an effect changes what the law
+        sees.
+    temperature : float, deg C
+        Of the surroundings.
+    """
+
+    x: Any
+    v: Any
+    a: Any
+    current: Any
+    force: Any
+    temperature: Any
+
+
+@dataclass(frozen=True)
+class EffectParameter(Quantity):
+    """A parameter of an effect.
+
+    Attributes
+    ----------
+    strength : bool
+        Whether the law is left as it is where this parameter is zero; every effect has one such.
+    starts : tuple of float
+        Values from which a fit may start: in the unit itself for times (s) and pure numbers, else
+        as multiples of the data's size of that unit (largest deformation, RMS force, ...).
+    """
+
+    strength: bool = False
+    starts: tuple[float, ...] = (1.0,)
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """One form of one cause; an effect is equal to itself alone.
+
+    Every function below takes ``(signals, states, parameters)``; those left None do nothing.
+
+    Attributes
+    ----------
+    cause : str
+        What it is called in a diagnosis.
+    form : str
+        Which way of writing the cause it is.
+    title : str
+        Name to print.
+    parameters : tuple of EffectParameter
+        One of them its strength.
+    states : tuple of Quantity
+        Internal states; zero at rest without current.
+    start : callable or None
+        ``start(signals, parameters)`` -> states at the start of a test, from its first signals;
+        zeros where None.
+    rates : callable or None
+        -> tuple of the states' time derivatives.
+    motion : callable or None
+        -> (x, v) that the law sees, m and m/s.
+    current : callable or None
+        -> current that the law sees, A.
+    factor : callable or None
+        -> what multiplies the law's force, 1.
+    force : callable or None
+        -> force added, N.
+    stored_energy : callable or None
+        ``stored_energy(x, states, parameters)`` -> J, of an added force that could give some back.
+    needs : frozenset of str
+        What it uses beyond motion and force: "acceleration", "temperature"; "current" where a
+        factor or an added force depends on it, which makes a device without coil ask for one.
+    of_device : bool
+        False for what happens in the instruments of a test and not in the device: it belongs to
+        the measured data and is left out of a law that is used elsewhere.
+    source : str
+        Publication behind it.
+    """
+
+    cause: str
+    form: str
+    title: str
+    parameters: tuple[EffectParameter, ...]
+    states: tuple[Quantity, ...] = ()
+    start: Callable[..., tuple] | None = None
+    rates: Callable[..., tuple] | None = None
+    motion: Callable[..., tuple] | None = None
+    current: Callable[..., Any] | None = None
+    factor: Callable[..., Any] | None = None
+    force: Callable[..., Any] | None = None
+    stored_energy: Callable[..., Any] | None = None
+    needs: frozenset[str] = frozenset()
+    of_device: bool = True
+    source: str = ""
+
+    @property
+    def name(self) -> str:
+        """Cause and form."""
+        return f"{self.cause}.{self.form}"
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters, in order."""
+        return tuple(quantity.name for quantity in self.parameters)
+
+    @property
+    def strength(self) -> int:
+        """Place of the strength among the parameters."""
+        return next(k for k, q in enumerate(self.parameters) if q.strength)

@@ -1,0 +1,95 @@
+"""Beyond a gap the device meets a stop, or its rubber locks.
+
+Forms, with u = max(|x| - gap, 0):
+
+    power          k u (u / w)^(n - 1),   w = gap / 10: k is the secant stiffness at u = w
+    exponential    k w (exp(u / w) - 1),  linear from u = 20 w on, so that it stays finite
+"""
+
+from typing import Any
+
+import numpy as np
+
+from .effect import Effect, EffectParameter, Signals
+from .followers import positive
+
+STEEPEST = 20.0
+"""u / w beyond which the exponential goes on linearly."""
+
+
+def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Contact force."""
+    k, gap, n = parameters
+    u, w = positive(np.fabs(signals.x) - gap), gap / 10
+    return k * w * (u / w) ** n * np.sign(signals.x)
+
+
+def stored_energy_power(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential."""
+    k, gap, n = parameters
+    u, w = positive(np.fabs(x) - gap), gap / 10
+    return k * w**2 * (u / w) ** (n + 1) / (n + 1)
+
+
+def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Contact force."""
+    k, gap, w = parameters
+    ratio = positive(np.fabs(signals.x) - gap) / w
+    beyond = positive(ratio - STEEPEST)
+    steep = np.expm1(ratio - beyond) + np.exp(STEEPEST) * beyond
+    return k * w * steep * np.sign(signals.x)
+
+
+def stored_energy_exponential(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential."""
+    k, gap, w = parameters
+    ratio = positive(np.fabs(x) - gap) / w
+    beyond = positive(ratio - STEEPEST)
+    within = ratio - beyond
+    steep = np.expm1(within) - within
+    more = beyond * np.expm1(STEEPEST) + np.exp(STEEPEST) * beyond**2 / 2
+    return k * w**2 * (steep + more)
+
+
+def _stiffness(meaning: str) -> EffectParameter:
+    return EffectParameter("stiffness", "N/m", meaning, lower=0.0, strength=True, starts=(1.0,))
+
+
+GAP = EffectParameter(
+    "gap", "m", "deformation at which it begins", lower=1e-6, upper=100.0, divides=True,
+    starts=(0.5, 0.7, 0.9),
+)  # fmt: skip
+
+FORMS = (
+    Effect(
+        cause="end_stop",
+        form="power",
+        title="End stop",
+        parameters=(
+            _stiffness("secant stiffness a tenth of the gap beyond it"),
+            GAP,
+            EffectParameter(
+                "exponent", "1", "power of the overrun", lower=1.0, upper=3.0, starts=(1.0, 2.0)
+            ),
+        ),
+        force=power,
+        stored_energy=stored_energy_power,
+        source="Hertz (1882) for an exponent of 1.5",
+    ),
+    Effect(
+        cause="end_stop",
+        form="exponential",
+        title="End stop, exponential",
+        parameters=(
+            _stiffness("tangent stiffness where it begins"),
+            GAP,
+            EffectParameter(
+                "depth", "m", "overrun over which it grows e-fold", lower=1e-4, upper=100.0,
+                divides=True, starts=(0.1, 0.3),
+            ),
+        ),
+        force=exponential,
+        stored_energy=stored_energy_exponential,
+        source="Fung (1967)",
+    ),
+)  # fmt: skip

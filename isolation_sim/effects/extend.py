@@ -1,0 +1,377 @@
+"""Put effects around a law: the result is a law again.
+
+In the order given, effects change the motion and the current that the law sees; the law's force is
+multiplied by all factors; added forces come last. Each effect sees the true motion and current.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from ..laws.current_dependence import CurrentDependence
+from ..laws.device import Device
+from ..laws.law import Law, Quantity
+from .effect import REFERENCE_TEMPERATURE, Effect, Signals
+
+ACCELERATION_LAG = 2e-3
+"""s: in a law, acceleration is the velocity's rate through a first-order filter of this lag."""
+
+CURRENT = "coil_current"
+TEMPERATURE = "temperature"
+
+
+@dataclass(frozen=True, eq=False)
+class ExtendedLaw(Law):
+    """A law with effects around it.
+
+    Attributes
+    ----------
+    base : Law
+        The law inside.
+    effects : tuple of Effect
+        In the order in which they act.
+    breaks : tuple of float or None, A
+        Breaks of the base parameters' current dependence where the law itself evaluates it, since
+        an effect changes the current that it sees; None where it does not.
+    """
+
+    base: Law | None = None
+    effects: tuple[Effect, ...] = ()
+    breaks: tuple[float, ...] | None = None
+
+
+def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]) -> Device:
+    """Put effects around a device's law.
+
+    Parameters
+    ----------
+    device : Device
+        The device, not extended yet.
+    applied : sequence of (Effect, mapping of str to float)
+        Effects in the order in which they act, each with all of its parameters in SI units.
+
+    Returns
+    -------
+    Device
+        With the same scales and range of current; its law's last parameters are those of the
+        effects, named ``cause_parameter``.
+
+    Raises
+    ------
+    InputError
+        If a parameter is missing, unknown or out of bounds, a cause is given twice, or the device
+        is extended already.
+    """
+    if isinstance(device.law, ExtendedLaw):
+        raise InputError(f"{device.name} has effects already; accepted: a law without effects")
+    effects = tuple(effect for effect, _ in applied)
+    causes = [effect.cause for effect in effects]
+    for cause in causes:
+        if causes.count(cause) > 1:
+            raise InputError(f"effect {cause!r} given twice; accepted: each cause once")
+    law = extended_law(device.law, effects, device.current)
+    rows: dict[str, Any] = {}
+    for effect, values in applied:
+        for name in values:
+            if name not in effect.parameter_names:
+                raise unknown_name(f"parameter of {effect.name}", name, effect.parameter_names)
+        for quantity in effect.parameters:
+            if quantity.name not in values:
+                needed = ", ".join(effect.parameter_names)
+                raise InputError(
+                    f"{effect.name}: parameter {quantity.name!r} is missing; needed: {needed}"
+                )
+            rows[f"{effect.cause}_{quantity.name}"] = (values[quantity.name],)
+    # without this, a damper with friction would ask for a coil
+    by_current = device.depends_on_current or any("current" in e.needs for e in effects)
+    rows[CURRENT] = (0.0, 1.0) if by_current else (0.0,)
+    rows[TEMPERATURE] = (REFERENCE_TEMPERATURE,)
+    names = law.parameter_names
+    outer = CurrentDependence.polynomial({n: rows[n] for n in names if n in rows})
+    if law.breaks is None:
+        current = _joined(device.current, outer)
+    else:
+        flat = device.current.coefficients.ravel()
+        inner = {name: (float(c),) for name, c in zip(names, flat, strict=False)}
+        own = {name: rows[name] for name in names if name in rows}
+        current = CurrentDependence.polynomial(inner | own)
+    return replace(
+        device,
+        law=law,
+        current=current,
+        name=f"{device.name} with {', '.join(causes)}" if causes else device.name,
+    )
+
+
+def _joined(inner: CurrentDependence, outer: CurrentDependence) -> CurrentDependence:
+    """Parameters of two dependences side by side; the second has one piece."""
+    pieces, _, n_in = inner.coefficients.shape
+    powers = max(n_in, outer.coefficients.shape[2])
+
+    def padded(c: Any) -> Any:
+        return np.pad(c, ((0, 0), (0, 0), (0, powers - c.shape[2])))
+
+    repeated = np.repeat(padded(outer.coefficients), pieces, axis=0)
+    both = np.concatenate([padded(inner.coefficients), repeated], axis=1)
+    return CurrentDependence((*inner.names, *outer.names), inner.breaks, both)
+
+
+def separate(device: Device) -> tuple[Device, list[tuple[Effect, dict[str, float]]]]:
+    """Take a device apart again: the one inside and its effects with their numbers.
+
+    Parameters
+    ----------
+    device : Device
+        Any device.
+
+    Returns
+    -------
+    base : Device
+        Without effects.
+    applied : list of (Effect, dict of str to float)
+        As ``extend`` takes them; empty where the device has no effects.
+    """
+    law = device.law
+    if not isinstance(law, ExtendedLaw) or law.base is None:
+        return device, []
+    names = device.current.names
+    coefficients = device.current.coefficients
+    applied = [
+        (
+            effect,
+            {
+                q.name: float(coefficients[0, names.index(f"{effect.cause}_{q.name}"), 0])
+                for q in effect.parameters
+            },
+        )
+        for effect in law.effects
+    ]
+    n = len(law.base.parameters)
+    if law.breaks is None:
+        inner = CurrentDependence(names[:n], device.current.breaks, coefficients[:, :n])
+    else:
+        pieces = len(law.breaks) + 1
+        n_inner = len(law.parameters) - len(_outer_parameters(law.effects))
+        flat = coefficients[0, :n_inner, 0]
+        breaks = np.array([-np.inf, *law.breaks, np.inf])
+        inner = CurrentDependence(law.base.parameter_names, breaks, flat.reshape(pieces, n, -1))
+    name = device.name.split(" with ")[0]
+    return replace(device, law=law.base, current=inner, name=name), applied
+
+
+def extended_law(law: Law, effects: Sequence[Effect], dependence: CurrentDependence) -> ExtendedLaw:
+    """Write the law that effects make of another.
+
+    Parameters
+    ----------
+    law : Law
+        The law inside.
+    effects : sequence of Effect
+        In the order in which they act.
+    dependence : CurrentDependence
+        How the law's parameters depend on the current. Its shape matters where an effect changes
+        the current: then its coefficients become parameters.
+
+    Returns
+    -------
+    ExtendedLaw
+        Parameters: the law's (or their coefficients), the coil current and the temperature where
+        an effect uses them, then each effect's.
+    """
+    if not any(effect.current is not None for effect in effects):
+        return _extended_law(law, tuple(effects), None, 0)
+    breaks = tuple(dependence.breaks[1:-1].tolist())
+    return _extended_law(law, tuple(effects), breaks, dependence.coefficients.shape[2])
+
+
+@lru_cache(maxsize=256)
+def _extended_law(
+    law: Law, effects: tuple[Effect, ...], breaks: tuple[float, ...] | None, n_powers: int
+) -> ExtendedLaw:
+    evaluate, inner = _evaluation(law, breaks, n_powers)
+    sizes = tuple((len(effect.parameters), len(effect.states)) for effect in effects)
+    hooks = tuple((e.motion, e.current, e.factor, e.force, e.rates) for e in effects)
+    outer = _outer_parameters(effects)
+    has_temperature = TEMPERATURE in [q.name for q in outer]
+    filtered = any("acceleration" in effect.needs for effect in effects)
+    n_inner, n_states = len(inner), len(law.states)
+    inner_force, inner_rates = law.force, law.rates
+
+    def unpack(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
+        """Signals, and each effect's states and parameters; then what the law sees."""
+        at = n_inner + 1
+        temperature = parameters[at] if has_temperature else REFERENCE_TEMPERATURE
+        at, at_state = at + has_temperature, n_states
+        a = (v - states[-1]) / ACCELERATION_LAG if filtered else 0.0
+        signals = Signals(x, v, a, parameters[n_inner], 0.0, temperature)
+        own = []
+        for n_parameters, n_own in sizes:
+            own.append((states[at_state : at_state + n_own], parameters[at : at + n_parameters]))
+            at, at_state = at + n_parameters, at_state + n_own
+        seen_x, seen_v, seen_current = x, v, parameters[n_inner]
+        for (motion, current, _, _, _), (z, p) in zip(hooks, own, strict=True):
+            if motion is not None:
+                here = Signals(seen_x, seen_v, a, parameters[n_inner], 0.0, temperature)
+                seen_x, seen_v = motion(here, z, p)
+            if current is not None:
+                here = Signals(x, v, a, seen_current, 0.0, temperature)
+                seen_current = current(here, z, p)
+        numbers = evaluate(seen_current, parameters[:n_inner])
+        law_force = inner_force(seen_x, seen_v, states[:n_states], numbers)
+        seen = (seen_x, seen_v, states[:n_states], numbers)
+        return signals._replace(force=law_force), own, seen
+
+    def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
+        signals, own, _ = unpack(x, v, states, parameters)
+        total = signals.force
+        for (_, _, factor, _, _), (z, p) in zip(hooks, own, strict=True):
+            if factor is not None:
+                total = total * factor(signals, z, p)
+        for (_, _, _, added, _), (z, p) in zip(hooks, own, strict=True):
+            if added is not None:
+                total = total + added(signals, z, p)
+        return total
+
+    def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
+        signals, own, seen = unpack(x, v, states, parameters)
+        found = tuple(inner_rates(*seen))
+        for (_, _, _, _, own_rates), (z, p) in zip(hooks, own, strict=True):
+            if own_rates is not None:
+                found = (*found, *own_rates(signals, z, p))
+        return (*found, (v - states[-1]) / ACCELERATION_LAG) if filtered else found
+
+    starts = tuple((e.start, *size) for e, size in zip(effects, sizes, strict=True))
+
+    def rest(parameters: tuple) -> tuple:
+        current = parameters[n_inner]
+        temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
+        signals = Signals(0.0, 0.0, 0.0, current, 0.0, temperature)
+        found: tuple = (0.0,) * n_states
+        if law.rest is not None:
+            found = tuple(law.rest(evaluate(current, parameters[:n_inner])))
+        at = n_inner + 1 + has_temperature
+        for start, n_parameters, n_own in starts:
+            p = parameters[at : at + n_parameters]
+            found = (*found, *((0.0,) * n_own if start is None else start(signals, p)))
+            at += n_parameters
+        return (*found, 0.0) if filtered else found
+
+    all_states = [*law.states]
+    for effect in effects:
+        all_states += [replace(q, name=f"{effect.cause}_{q.name}") for q in effect.states]
+    if filtered:
+        all_states.append(Quantity("followed_velocity", "m/s", "velocity, with a short lag"))
+    return ExtendedLaw(
+        name="+".join([law.name, *(effect.name for effect in effects)]),
+        title=", ".join([law.title, *(effect.title.lower() for effect in effects)]),
+        parameters=(*inner, *outer),
+        force=force,
+        states=tuple(all_states),
+        rates=rates,
+        stored_energy=_stored_energy(law, effects, n_inner, 1 + has_temperature),
+        field_power=_field_power(law, effects, n_inner),
+        rest=rest,
+        source="; ".join(s for s in [law.source, *(e.source for e in effects)] if s),
+        base=law,
+        effects=effects,
+        breaks=breaks,
+    )
+
+
+def _outer_parameters(effects: Sequence[Effect]) -> list[Quantity]:
+    """Parameters beside the base law's: current, temperature, the effects' own."""
+    outer = [Quantity(CURRENT, "A", "coil current")]
+    if any("temperature" in effect.needs for effect in effects):
+        outer.append(Quantity(TEMPERATURE, "degC", "temperature of the surroundings"))
+    for effect in effects:
+        for q in effect.parameters:
+            outer.append(
+                Quantity(f"{effect.cause}_{q.name}", q.unit, q.meaning, q.lower, q.upper, q.divides)
+            )
+    return outer
+
+
+def _evaluation(
+    law: Law, breaks: tuple[float, ...] | None, powers: int
+) -> tuple[Callable[..., tuple], list[Quantity]]:
+    """Function of the current and the first parameters that gives the base law's; these first."""
+    if breaks is None:
+        return _as_given, list(law.parameters)
+    pieces, n = len(breaks) + 1, len(law.parameters)
+
+    def evaluate(current: Any, flat: tuple) -> tuple:
+        values = []
+        for k in range(n):
+            total = 0.0
+            for piece in range(pieces):
+                at = (piece * n + k) * powers
+                value = flat[at + powers - 1]
+                for power in range(powers - 2, -1, -1):
+                    value = value * current + flat[at + power]
+                if piece > 0:
+                    value = value * (current >= breaks[piece - 1])
+                if piece < pieces - 1:
+                    value = value * (current < breaks[piece])
+                total = total + value
+            values.append(total)
+        return tuple(values)
+
+    inner = []
+    for piece in range(pieces):
+        mark = f"_piece{piece}" if pieces > 1 else ""
+        for q in law.parameters:
+            inner += [
+                Quantity(f"{q.name}{mark}_{power}", f"{q.unit}/A^{power}", q.meaning)
+                for power in range(powers)
+            ]
+    return evaluate, inner
+
+
+def _as_given(current: Any, flat: tuple) -> tuple:
+    return tuple(flat)
+
+
+def _stored_energy(
+    law: Law, effects: Sequence[Effect], n_inner: int, skipped: int
+) -> Callable[..., Any] | None:
+    """Stored energy of the whole, where all that effects do is to add forces; else None."""
+    if law.stored_energy is None or not _only_add(effects):
+        return None
+    inner = law.stored_energy
+    n_states = len(law.states)
+    own = tuple((e.stored_energy, len(e.parameters), len(e.states)) for e in effects)
+
+    def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+        total = inner(x, states[:n_states], parameters[:n_inner])
+        at, at_state = n_inner + skipped, n_states
+        for energy, n_parameters, n_own in own:
+            if energy is not None:
+                z = states[at_state : at_state + n_own]
+                total = total + energy(x, z, parameters[at : at + n_parameters])
+            at, at_state = at + n_parameters, at_state + n_own
+        return total
+
+    return stored_energy
+
+
+def _field_power(law: Law, effects: Sequence[Effect], n_inner: int) -> Callable[..., Any] | None:
+    """What a change of the field does on the stored energy, where effects only add forces."""
+    if law.field_power is None or not _only_add(effects):
+        return None
+    inner, n_states = law.field_power, len(law.states)
+
+    def field_power(x: Any, states: tuple, parameters: tuple) -> Any:
+        return inner(x, states[:n_states], parameters[:n_inner])
+
+    return field_power
+
+
+def _only_add(effects: Sequence[Effect]) -> bool:
+    """Whether the law's force stays as it is, and others are added."""
+    return not any(e.motion or e.current or e.factor for e in effects)

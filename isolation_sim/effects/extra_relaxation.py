@@ -1,0 +1,90 @@
+"""A relaxation that the law lacks: springs in series with dashpots beside it.
+
+Forms:
+
+    one_arm     k q,                               q' = v - q / time
+    two_arms    k ((1 - share) q1 + share q2),     with a time each
+"""
+
+from typing import Any
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+
+
+def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of the arm's spring."""
+    return parameters[0] * states[0]
+
+
+def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The spring's extension relaxes."""
+    return (signals.v - states[0] / parameters[1],)
+
+
+def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of the spring."""
+    return parameters[0] * states[0] ** 2 / 2
+
+
+def force_two(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of both springs."""
+    k, share, _, _ = parameters
+    return k * ((1 - share) * states[0] + share * states[1])
+
+
+def rates_two(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Both springs' extensions relax."""
+    _, _, time, second_time = parameters
+    return signals.v - states[0] / time, signals.v - states[1] / second_time
+
+
+def stored_energy_two(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Energy of both springs."""
+    k, share, _, _ = parameters
+    return k * ((1 - share) * states[0] ** 2 + share * states[1] ** 2) / 2
+
+
+STIFFNESS = EffectParameter(
+    "stiffness", "N/m", "of the arms' springs together", lower=0.0, strength=True, starts=(0.2,)
+)
+
+
+def _time(name: str, meaning: str, *starts: float) -> EffectParameter:
+    return EffectParameter(name, "s", meaning, lower=1e-3, upper=1e4, divides=True, starts=starts)
+
+
+FORMS = (
+    Effect(
+        cause="extra_relaxation",
+        form="one_arm",
+        title="Extra relaxation",
+        parameters=(STIFFNESS, _time("time", "of relaxation", 0.05, 0.3, 2.0, 10.0)),
+        states=(Quantity("extension", "m", "of the arm's spring"),),
+        force=force,
+        rates=rates,
+        stored_energy=stored_energy,
+        source="Maxwell (1867)",
+    ),
+    Effect(
+        cause="extra_relaxation",
+        form="two_arms",
+        title="Extra relaxation, two arms",
+        parameters=(
+            STIFFNESS,
+            EffectParameter(
+                "share", "1", "of the second arm", lower=0.0, upper=1.0, starts=(0.5,)
+            ),
+            _time("time", "of relaxation of the first arm", 0.05, 0.3),
+            _time("second_time", "of relaxation of the second arm", 1.0, 10.0),
+        ),
+        states=(
+            Quantity("extension", "m", "of the first arm's spring"),
+            Quantity("second_extension", "m", "of the second arm's spring"),
+        ),
+        force=force_two,
+        rates=rates_two,
+        stored_energy=stored_energy_two,
+        source="Wiechert (1893)",
+    ),
+)  # fmt: skip

@@ -1,0 +1,63 @@
+"""The field weakens as the device deforms: the magnetic circuit opens (001, Section 4.2).
+
+Forms:
+
+    field          I' = I max(1 - e |x|, 0)
+    reluctance     I' = I / (1 + (e x)^2)          a longer path in series with the rest
+    whole_force    factor max(1 - e |x|, 0)        Li & Li, Eq 15: every parameter shrinks alike
+"""
+
+from typing import Any
+
+import numpy as np
+
+from .effect import Effect, EffectParameter, Signals
+from .followers import positive
+
+
+def field(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """The current that gives the same field without deformation."""
+    return signals.current * positive(1 - parameters[0] * np.fabs(signals.x))
+
+
+def reluctance(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """The current that gives the same field without deformation."""
+    return signals.current / (1 + (parameters[0] * signals.x) ** 2)
+
+
+def whole_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    return positive(1 - parameters[0] * np.fabs(signals.x))
+
+
+STRENGTH = EffectParameter(
+    "loss", "1/m", "loss of field with deformation", lower=0.0, upper=1e4, strength=True,
+    starts=(0.1, 0.4),
+)  # fmt: skip
+
+FORMS = (
+    Effect(
+        cause="field_gap_coupling",
+        form="field",
+        title="Field-gap coupling",
+        parameters=(STRENGTH,),
+        current=field,
+        source="Li & Li, Section 4.2",
+    ),
+    Effect(
+        cause="field_gap_coupling",
+        form="reluctance",
+        title="Field-gap coupling by reluctance",
+        parameters=(STRENGTH,),
+        current=reluctance,
+        source="magnetic circuit with a gap that grows as x^2",
+    ),
+    Effect(
+        cause="field_gap_coupling",
+        form="whole_force",
+        title="Field-gap coupling of the whole force",
+        parameters=(STRENGTH,),
+        factor=whole_force,
+        source="Li & Li, Eq 15",
+    ),
+)

@@ -1,0 +1,103 @@
+"""The field remembers larger currents: remanence of the steel and of the particles.
+
+Forms:
+
+    play       I' = I + share (y - I),   y the play (backlash) of half-width `coercive`: y stays
+               while |I - y| < coercive and is dragged along otherwise
+    largest    I' = I + share (I_max - I)      I_max the largest current so far
+    fading     the same, with I_max forgotten over a time (magnetic viscosity)
+
+The states follow the current within a lag of 2 ms.
+"""
+
+from typing import Any
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+from .followers import RISE, positive, rise, rise_and_fade
+
+
+def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Between the current and the one remembered."""
+    return signals.current + parameters[0] * (states[0] - signals.current)
+
+
+def rates_play(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Dragged along at the ends of the play."""
+    (kept,), coercive = states, parameters[1]
+    ahead = signals.current - kept
+    return ((positive(ahead - coercive) - positive(-ahead - coercive)) / RISE,)
+
+
+def current_largest(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Never below the present current: the state is some milliseconds late."""
+    return signals.current + parameters[0] * positive(states[0] - signals.current)
+
+
+def rates_largest(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Upwards only."""
+    return (rise(signals.current, states[0]),)
+
+
+def rates_fading(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Upwards at once, downwards over the time of memory."""
+    return (rise_and_fade(signals.current, states[0], parameters[1]),)
+
+
+def start(signals: Signals, parameters: tuple) -> tuple:
+    """The first current is all that there was."""
+    return (signals.current,)
+
+
+SHARE = EffectParameter(
+    "share", "1", "of the memory in the field", lower=0.0, upper=1.0, strength=True,
+    starts=(0.1, 0.4),
+)  # fmt: skip
+
+FORMS = (
+    Effect(
+        cause="magnetic_remanence",
+        form="play",
+        title="Magnetic remanence",
+        parameters=(
+            SHARE,
+            EffectParameter(
+                "coercive", "A", "half-width of the play", lower=0.0, upper=10.0,
+                starts=(0.1, 0.3),
+            ),
+        ),
+        states=(Quantity("kept", "A", "current in the play"),),
+        start=start,
+        current=current,
+        rates=rates_play,
+        source="play operator: Visintin (1994), Differential Models of Hysteresis",
+    ),
+    Effect(
+        cause="magnetic_remanence",
+        form="largest",
+        title="Magnetic remanence after the largest current",
+        parameters=(SHARE,),
+        states=(Quantity("largest", "A", "largest current so far"),),
+        start=start,
+        current=current_largest,
+        rates=rates_largest,
+        source="remanence of the major loop, linear",
+    ),
+    Effect(
+        cause="magnetic_remanence",
+        form="fading",
+        title="Magnetic remanence that fades",
+        parameters=(
+            SHARE,
+            EffectParameter(
+                "memory", "s", "over which it fades", lower=0.01, upper=1e4, divides=True,
+                starts=(1.0, 10.0),
+            ),
+        ),
+        states=(Quantity("largest", "A", "largest current, fading"),),
+        start=start,
+        current=current_largest,
+        rates=rates_fading,
+        source="magnetic viscosity: Street & Woolley (1949)",
+    ),
+)  # fmt: skip

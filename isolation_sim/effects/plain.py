@@ -1,0 +1,67 @@
+"""A device with its effects as an ``[isolator]`` section of a scenario."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import InputError
+from ..laws.device import Device
+from ..laws.plain import to_dict
+from .extend import separate
+
+
+def device_section(device: Device, *comments: str) -> str:
+    """Write a device as the ``[isolator]`` section of a scenario.
+
+    Effects of the instruments, which are none of the device's, are left out and named in a comment.
+
+    Parameters
+    ----------
+    device : Device
+        In the tested device's own scale; with effects or without.
+    *comments : str
+        Lines to put on top.
+
+    Returns
+    -------
+    str
+        TOML; the scales say that one device of the tested size carries the building, which is
+        what to change.
+
+    Raises
+    ------
+    InputError
+        If the parameters follow the current piecewise, which a scenario cannot say.
+    """
+    import tomlkit
+
+    base, applied = separate(device)
+    data = to_dict(base)
+    if "current_breaks" in data:
+        raise InputError(
+            f"{base.name}: parameters are given piecewise in the current; accepted in a scenario: "
+            "one polynomial for all currents"
+        )
+    section = tomlkit.table()
+    left_out = [effect.name for effect, _ in applied if not effect.of_device]
+    if left_out:
+        comments = (*comments, f"without what happened in the instruments: {', '.join(left_out)}")
+    for line in comments:
+        section.add(tomlkit.comment(line))
+    section["law"] = data["law"]
+    if np.isfinite(data["current_range"]).all():
+        section["current_range_A"] = data["current_range"]
+    if np.isfinite(data["tested_deformation"]):
+        section["tested_deformation_m"] = data["tested_deformation"]
+    section["length_scale"] = data["length"]
+    section["force_scale"] = data["force_scale"]
+    section["parameters"] = data["parameters"]
+    tables = tomlkit.aot()
+    for effect, values in applied:
+        if effect.of_device:
+            tables.append(tomlkit.item({"name": effect.cause, "form": effect.form} | values))
+    if tables:
+        section["effect"] = tables
+    document = tomlkit.document()
+    document["isolator"] = section
+    return tomlkit.dumps(document)

@@ -1,0 +1,98 @@
+"""Mullins effect: rubber is softer below the largest deformation that it has seen.
+
+Forms:
+
+    ogden_roxburgh    1 - r tanh((X - |x|) / s)        soft below X, stiff again on the virgin path
+    exponential       1 - r (1 - exp(-X / s))          damaged by X wherever it is now
+    hyperbolic        1 / (1 + c X)
+
+X is the largest |x| so far, followed within a lag of 2 ms; it never falls.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+from .followers import positive, rise
+
+
+def ogden_roxburgh(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, length = parameters
+    return 1 - loss * np.tanh(positive(states[0] - np.fabs(signals.x)) / length)
+
+
+def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, length = parameters
+    return 1 + loss * np.expm1(-positive(states[0]) / length)
+
+
+def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    return 1 / (1 + parameters[0] * positive(states[0]))
+
+
+def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The largest deformation grows."""
+    return (rise(np.fabs(signals.x), states[0]),)
+
+
+def start(signals: Signals, parameters: tuple) -> tuple:
+    """A test begins on rubber that has seen its first deformation alone."""
+    return (np.fabs(signals.x),)
+
+
+LARGEST = Quantity("largest", "m", "largest deformation so far")
+LOSS = EffectParameter(
+    "loss", "1", "largest share of the force lost", lower=0.0, upper=0.95, strength=True,
+    starts=(0.2, 0.5),
+)  # fmt: skip
+
+
+def _length(meaning: str) -> EffectParameter:
+    return EffectParameter(
+        "length", "m", meaning, lower=1e-6, upper=100.0, divides=True, starts=(0.1, 0.3, 1.0)
+    )
+
+
+_COMMON: dict[str, Any] = {
+    "cause": "stress_softening",
+    "states": (LARGEST,),
+    "start": start,
+    "rates": rates,
+}
+
+FORMS = (
+    Effect(
+        form="ogden_roxburgh",
+        title="Stress softening (Mullins)",
+        parameters=(LOSS, _length("below the largest deformation, over which force is lost")),
+        factor=ogden_roxburgh,
+        source="Ogden & Roxburgh (1999), with deformation in place of energy",
+        **_COMMON,
+    ),
+    Effect(
+        form="exponential",
+        title="Stress softening (Mullins), exponential damage",
+        parameters=(LOSS, _length("largest deformation over which force is lost")),
+        factor=exponential,
+        source="Miehe (1995), discontinuous damage",
+        **_COMMON,
+    ),
+    Effect(
+        form="hyperbolic",
+        title="Stress softening (Mullins), hyperbolic damage",
+        parameters=(
+            EffectParameter(
+                "loss", "1/m", "loss with largest deformation", lower=0.0, upper=1e6,
+                strength=True, starts=(0.2, 1.0),
+            ),
+        ),
+        factor=hyperbolic,
+        source="damage 1 / (1 + c X) of the largest deformation",
+        **_COMMON,
+    ),
+)  # fmt: skip

@@ -1,0 +1,59 @@
+"""The device is stiffer one way than the other: preload, a tilted stack, one-sided plates.
+
+Forms:
+
+    step            factor 1 + a tanh(x / w)
+    proportional    factor 1 + a x / sqrt(1 + (a x)^2)      1 + a x where that is small
+"""
+
+from typing import Any
+
+import numpy as np
+
+from .effect import Effect, EffectParameter, Signals
+
+
+def step(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over the symmetric one."""
+    asymmetry, width = parameters
+    return 1 + asymmetry * np.tanh(signals.x / width)
+
+
+def proportional(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over the symmetric one."""
+    ratio = parameters[0] * signals.x
+    return 1 + ratio / np.sqrt(1 + ratio**2)
+
+
+FORMS = (
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="step",
+        title="Asymmetry",
+        parameters=(
+            EffectParameter(
+                "asymmetry", "1", "half of the difference between both ways", lower=-0.95,
+                upper=0.95, strength=True, starts=(0.1,),
+            ),
+            EffectParameter(
+                "width", "m", "deformation over which it sets in", lower=1e-7, upper=10.0,
+                divides=True, starts=(0.05, 0.5),
+            ),
+        ),
+        factor=step,
+        source="smoothed step between two stiffnesses",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="proportional",
+        title="Asymmetry that grows with deformation",
+        parameters=(
+            EffectParameter(
+                "asymmetry", "1/m", "relative change of force with deformation", lower=-1e5,
+                upper=1e5, strength=True, starts=(0.1,),
+            ),
+        ),
+        factor=proportional,
+        source="first even term of the force's series, kept positive",
+    ),
+)  # fmt: skip

@@ -1,0 +1,162 @@
+"""Stiffness and loss grow slowly with the rate: over decades, not around one relaxation time.
+
+Forms:
+
+    spring_pot     adds a fractional spring-pot, k (i f / 1 Hz)^a, from 0.02 to 50 Hz
+    frequency      factor (f / 1 Hz)^n,   f from the moving mean squares of velocity and deformation
+    power          factor (1 + (v / v0)^2)^(n / 2)
+    logarithmic    factor 1 + a ln(1 + (v / v0)^2) / 2
+    thinning       adds a viscosity that thins with the rate, c v (1 + (v / v0)^2)^((n - 1) / 2)
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..laws.law import Quantity
+from ..laws.spring_pot import LAW as SPRING_POT
+from .effect import Effect, EffectParameter, Signals
+from .followers import positive
+
+REST = 1e-6
+"""m/s: well below this RMS velocity the frequency is taken to be the reference one."""
+
+
+def force_spring_pot(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of the spring-pot."""
+    return SPRING_POT.force(signals.x, signals.v, states, parameters)
+
+
+def rates_spring_pot(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Its branches'."""
+    return SPRING_POT.rates(signals.x, signals.v, states, parameters)
+
+
+def frequency(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that at 1 Hz."""
+    x_square, v_square = positive(states[0]), positive(states[1])
+    squared = (v_square + REST**2) / ((2 * np.pi) ** 2 * x_square + REST**2)
+    return squared ** (parameters[0] / 2)
+
+
+def rates_frequency(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Moving means of the squares."""
+    window = parameters[1]
+    return (signals.x**2 - states[0]) / window, (signals.v**2 - states[1]) / window
+
+
+def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that of slow motion."""
+    n, velocity = parameters
+    return (1 + (signals.v / velocity) ** 2) ** (n / 2)
+
+
+def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that of slow motion."""
+    rise, velocity = parameters
+    return positive(1 + rise * np.log1p((signals.v / velocity) ** 2) / 2)
+
+
+def thinning(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Viscous force that grows with a small power of the velocity."""
+    viscosity, velocity, n = parameters
+    return viscosity * signals.v * (1 + (signals.v / velocity) ** 2) ** ((n - 1) / 2)
+
+
+VELOCITY = EffectParameter(
+    "velocity", "m/s", "below which the rate does not matter", lower=1e-7, divides=True,
+    starts=(0.02, 0.1, 0.5),
+)  # fmt: skip
+_K, _A = SPRING_POT.parameters
+
+FORMS = (
+    Effect(
+        cause="weak_rate_dependence",
+        form="spring_pot",
+        title="Weak rate dependence",
+        parameters=(
+            EffectParameter(
+                "stiffness", _K.unit, _K.meaning, lower=0.0, strength=True, starts=(0.3,)
+            ),
+            EffectParameter(
+                "exponent", _A.unit, _A.meaning, _A.lower, _A.upper, divides=True,
+                starts=(0.1, 0.3),
+            ),
+        ),
+        states=SPRING_POT.states,
+        force=force_spring_pot,
+        rates=rates_spring_pot,
+        stored_energy=SPRING_POT.stored_energy,
+        source="Scott Blair (1947); laws.spring_pot",
+    ),
+    Effect(
+        cause="weak_rate_dependence",
+        form="frequency",
+        title="Weak dependence on frequency",
+        parameters=(
+            EffectParameter(
+                "exponent", "1", "power of the frequency", lower=-0.5, upper=1.0, strength=True,
+                starts=(0.05,),
+            ),
+            EffectParameter(
+                "window", "s", "over which the frequency is taken", lower=0.02, upper=100.0,
+                divides=True, starts=(0.3, 1.0),
+            ),
+        ),
+        states=(
+            Quantity("x_square", "m^2", "moving mean square of the deformation"),
+            Quantity("v_square", "m^2/s^2", "moving mean square of the velocity"),
+        ),
+        rates=rates_frequency,
+        factor=frequency,
+        source="power law of the dynamic modulus",
+    ),
+    Effect(
+        cause="weak_rate_dependence",
+        form="power",
+        title="Weak rate dependence, power of the velocity",
+        parameters=(
+            EffectParameter(
+                "exponent", "1", "power of the velocity", lower=-0.9, upper=1.0, strength=True,
+                starts=(0.05,),
+            ),
+            VELOCITY,
+        ),
+        factor=power,
+        source="Carreau (1972)",
+    ),
+    Effect(
+        cause="weak_rate_dependence",
+        form="logarithmic",
+        title="Weak rate dependence, logarithm of the velocity",
+        parameters=(
+            EffectParameter(
+                "rise", "1", "growth of force over e-fold velocity", lower=-0.2, upper=1.0,
+                strength=True, starts=(0.05,),
+            ),
+            VELOCITY,
+        ),
+        factor=logarithmic,
+        source="Eyring (1936), Johnson & Cook (1983)",
+    ),
+    Effect(
+        cause="weak_rate_dependence",
+        form="thinning",
+        title="Weak rate dependence, thinning viscosity",
+        parameters=(
+            EffectParameter(
+                "viscosity", "N s/m", "of slow motion", lower=0.0, strength=True, starts=(0.2,)
+            ),
+            EffectParameter(
+                "velocity", "m/s", "from which the viscosity falls", lower=1e-6, divides=True,
+                starts=(0.01, 0.1),
+            ),
+            # friction's own power is 0
+            EffectParameter(
+                "exponent", "1", "power of the velocity", lower=0.1, upper=0.8, starts=(0.2, 0.5)
+            ),
+        ),
+        force=thinning,
+        source="Carreau (1972)",
+    ),
+)  # fmt: skip

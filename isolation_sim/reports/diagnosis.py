@@ -1,0 +1,227 @@
+"""A diagnosis in a terminal and in files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
+from ..results import write_contents, write_text
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def print_diagnosis(diagnosis: Diagnosis) -> None:
+    """Print a diagnosis to standard output.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+    """
+    from ..cli_habits import page
+
+    console = page()
+    console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
+    console.print()
+    console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
+    console.print(errors_table(diagnosis))
+    if diagnosis.causes:
+        console.print(causes_table(diagnosis))
+        for cause in diagnosis.causes:
+            console.print(f"{cause.name}: {cause.evidence}")
+            if cause.confusable_with:
+                console.print(f"  hardly to be told from {', '.join(cause.confusable_with)}")
+    if diagnosis.depends_on:
+        console.print(f"The residual depends on {', '.join(diagnosis.depends_on)}.")
+    if diagnosis.unexplained_share > 0.005:
+        console.print(f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit.")
+    if diagnosis.next_test:
+        console.print(f"Next test. {diagnosis.next_test}")
+
+
+def errors_table(diagnosis: Diagnosis) -> Table:
+    """Errors before and after, for a terminal.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    table = _table("Residual over what was measured (RMS)", "", "before, %", "after, %")
+    for row in error_rows(diagnosis):
+        table.add_row(*row)
+    return table
+
+
+def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Errors before and after, %, the noise floor and the held-out error's decrease, as text.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+
+    Returns
+    -------
+    list of tuple of str
+        What it is, before, after.
+    """
+    rows = [
+        (name, f"{100 * before:.2f}", f"{100 * after:.2f}")
+        for name, before, after in (
+            ("fitted runs", diagnosis.error_before.fit, diagnosis.error_after.fit),
+            ("held-out runs", diagnosis.error_before.held_out, diagnosis.error_after.held_out),
+        )
+        if np.isfinite(before)
+    ]
+    if np.isfinite(diagnosis.noise_floor):
+        rows.append(("noise floor", "", f"{100 * diagnosis.noise_floor:.2f}"))
+    if diagnosis.gain:
+        low, high = (100 * g for g in diagnosis.gain)
+        rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}"))
+    return rows
+
+
+def causes_table(diagnosis: Diagnosis) -> Table:
+    """Causes with their numbers, for a terminal.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    table = _table("Causes", "cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
+    for cause in diagnosis.causes:
+        for row in cause_rows(cause):
+            table.add_row(*row)
+    return table
+
+
+def cause_rows(cause: Cause) -> list[list[str]]:
+    """A cause's name, form, share, p and parameters with their intervals, as text.
+
+    Parameters
+    ----------
+    cause : Cause
+        The cause.
+
+    Returns
+    -------
+    list of list of str
+        A row a parameter, one at least; name, form, share (%) and p are in the first alone.
+    """
+    first = [cause.name, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
+    rows: list[list[str]] = []
+    for name, one in cause.parameters.items():
+        value = f"{one.value:.4g} ({one.low:.3g} to {one.high:.3g})"
+        rows.append([*(first if not rows else [""] * 4), name, value, one.unit])
+    return rows or [[*first, "", "", ""]]
+
+
+def _chance(p: float) -> str:
+    return f"{p:.2g}" if p > 1e-9 else "< 1e-9"
+
+
+def _table(title: str, *headings: str) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
+    for heading in headings:
+        numeric = "%" in heading or heading == "p"
+        table.add_column(heading, justify="right" if numeric else "left")
+    return table
+
+
+def markdown(diagnosis: Diagnosis) -> str:
+    """The diagnosis as a readable text.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+
+    Returns
+    -------
+    str
+        Markdown, step by step.
+    """
+    parts = [
+        f"# {diagnosis.model} against {diagnosis.data}",
+        f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {MEANINGS[diagnosis.verdict]}",
+    ]
+    if diagnosis.causes:
+        headings = ("cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
+        rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
+        parts.append(_grid(headings, rows))
+        parts += [f"- **{cause.name}**: {cause.evidence}" for cause in diagnosis.causes]
+    for number, step in enumerate(diagnosis.steps, start=1):
+        parts.append(f"## {number}. {step.title}\n\n{step.text}")
+        if step.rows:
+            parts.append(_grid(step.headings, step.rows))
+    if diagnosis.next_test:
+        parts.append(f"## Next test\n\n{diagnosis.next_test}")
+    return "\n\n".join(parts) + "\n"
+
+
+def _grid(headings: Any, rows: Any) -> str:
+    lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
+    """Write everything that a diagnosis found.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis.
+    folder : pathlib.Path
+        Made if it does not exist.
+
+    Returns
+    -------
+    list of pathlib.Path
+        ``report.html``, ``diagnosis.json``, ``report.md``, figures, ``README.txt``, and
+        ``extended_law.toml`` where the data are of a device.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written to.
+    """
+    from ..effects.plain import device_section
+    from . import diagnosis_figures
+    from .html.diagnosis_report import diagnosis_report
+    from .style import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
+    section = ""
+    if diagnosis.extended is not None:
+        comment = f"{diagnosis.model}, extended by a diagnosis of {diagnosis.data}"
+        section = texts["extended_law.toml"] = device_section(diagnosis.extended, comment)
+    written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
+    written += [write_text(text, folder / name) for name, text in texts.items()]
+    if diagnosis.traces:
+        for stem, draw in (
+            ("loops", diagnosis_figures.overview),
+            ("residuals", diagnosis_figures.residuals),
+            ("errors", diagnosis_figures.errors_by_run),
+        ):
+            written += save(draw(diagnosis), folder, stem)
+    written.append(write_contents(folder, f"Diagnosis of {diagnosis.data}"))
+    return written

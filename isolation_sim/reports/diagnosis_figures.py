@@ -1,0 +1,179 @@
+"""Figures of a diagnosis: measured against simulated before and after, and the errors by run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .style import DOUBLE_COLUMN, legend, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ..discrepancy.diagnosis import Diagnosis, Trace
+
+_SHOWN = 6
+_SAMPLES = 1500
+
+
+def overview(diagnosis: Diagnosis) -> Figure:
+    """Loops of the runs that the simulation reproduced worst, before and after.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        A diagnosis with traces.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Six runs at most; titles give the error before and after, and whether a run was held out.
+    """
+    traces = diagnosis.traces[:_SHOWN]
+    across = min(3, len(traces))
+    down = -(-len(traces) // across)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.5 + 2.3 * down)
+        panels = figure.subplots(down, across, squeeze=False).ravel()
+        for panel, trace in zip(panels, traces, strict=False):
+            _loop(panel, trace)
+        for panel in panels[len(traces) :]:
+            panel.remove()
+        label_left(list(panels[: len(traces)]), across)
+        legend(figure, panels[0], "outside upper center")
+    return figure
+
+
+def _loop(panel: Axes, trace: Trace) -> None:
+    # the end of a run, where what builds up has built up
+    shown = slice(-min(len(trace.time), _SAMPLES), None)
+    x = trace.across[shown]
+    panel.plot(x, trace.measured[shown], color="0.7", lw=1.6, label="measured")
+    panel.plot(x, trace.before[shown], color="#D55E00", ls=(0, (4, 1.2)), lw=0.8, label="before")
+    panel.plot(x, trace.after[shown], color="black", lw=0.7, label="after")
+    panel.set_xlabel(heading(trace.across_label))
+    panel.set_ylabel(heading(trace.label))
+    held = ", held out" if trace.held_out else ""
+    before, after = (100 * relative_error(trace, f) for f in (trace.before, trace.after))
+    panel.set_title(f"{trace.name}{held}\n{before:.1f} % → {after:.1f} %", fontsize=6.5)
+
+
+def residuals(diagnosis: Diagnosis) -> Figure:
+    """Residuals in time of the runs that the simulation reproduced worst, before and after.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        A diagnosis with traces.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Six runs at most.
+    """
+    traces = diagnosis.traces[:_SHOWN]
+    across = min(2, len(traces))
+    down = -(-len(traces) // across)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.5 + 1.5 * down)
+        panels = figure.subplots(down, across, squeeze=False).ravel()
+        for panel, trace in zip(panels, traces, strict=False):
+            before, after = trace.before - trace.measured, trace.after - trace.measured
+            panel.plot(trace.time, before, color="0.65", lw=0.8, label="residual before")
+            panel.plot(trace.time, after, color="black", lw=0.5, label="residual after")
+            panel.set_xlabel("Time (s)")
+            panel.set_ylabel(heading(trace.label))
+            panel.set_title(trace.name + (", held out" if trace.held_out else ""), fontsize=6.5)
+        for panel in panels[len(traces) :]:
+            panel.remove()
+        label_left(list(panels[: len(traces)]), across)
+        legend(figure, panels[0], "outside upper center")
+    return figure
+
+
+def label_left(panels: list[Axes], across: int) -> None:
+    """Keep the axes' names at the left and where no panel is below.
+
+    Parameters
+    ----------
+    panels : list of matplotlib.axes.Axes
+        Row by row.
+    across : int
+        How many are in a row.
+    """
+    for k, panel in enumerate(panels):
+        panel.set_ylabel(panel.get_ylabel() if k % across == 0 else "")
+        panel.set_xlabel(panel.get_xlabel() if k + across >= len(panels) else "")
+
+
+def errors_by_run(diagnosis: Diagnosis) -> Figure:
+    """Error of every run before and after.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        A diagnosis with traces.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A row a run, the noise floor beside them.
+    """
+    traces = diagnosis.traces[::-1]
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.9 + 0.16 * len(traces))
+        panel = figure.subplots()
+        rows = np.arange(len(traces))
+        before = [100 * relative_error(t, t.before) for t in traces]
+        after = [100 * relative_error(t, t.after) for t in traces]
+        panel.hlines(rows, after, before, color="0.8", lw=1.0)
+        panel.plot(before, rows, "o", color="#D55E00", mfc="white", label="before")
+        panel.plot(after, rows, "o", color="black", label="after")
+        floor = 100 * diagnosis.noise_floor
+        if np.isfinite(floor) and floor > 0:
+            panel.axvline(floor, color="0.4", ls=(0, (1, 1)), lw=0.9, label="noise floor, pooled")
+        panel.set_yticks(rows, [t.name + (" *" if t.held_out else "") for t in traces])
+        panel.tick_params(axis="y", labelsize=6)
+        panel.set_xscale("log")
+        panel.xaxis.set_major_formatter("{x:g}")
+        panel.set_xlabel("Residual over what was measured, RMS (%); * held out")
+        legend(figure, panel, "outside upper center")
+    return figure
+
+
+def relative_error(trace: Trace, simulated: np.ndarray) -> float:
+    """RMS of a run's residual over RMS of what was measured.
+
+    Parameters
+    ----------
+    trace : Trace
+        The run.
+    simulated : (n,) array
+        Its ``before`` or ``after``.
+
+    Returns
+    -------
+    float
+        Not a number where nothing was measured.
+    """
+    size = float(np.sum(trace.measured**2))
+    return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
+
+
+def heading(label: str) -> str:
+    """Write a trace's label as an axis's title.
+
+    Parameters
+    ----------
+    label : str
+        Such as ``"force, N"``.
+
+    Returns
+    -------
+    str
+        Such as ``"Force (N)"``.
+    """
+    name, _, unit = label.partition(", ")
+    return f"{name.capitalize()} ({unit})"

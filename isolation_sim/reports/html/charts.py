@@ -1,0 +1,246 @@
+"""What charts are made of: lines that stay apart in grey, axes with units, compact numbers."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..style import line_styles
+
+_WIDTH = 1.5
+_SYMBOLS = {
+    "o": ("circle", "●"), "s": ("square", "■"), "^": ("triangle-up", "▲"), "D": ("diamond", "◆"),
+    "v": ("triangle-down", "▼"), "P": ("cross", "✚"), "X": ("x", "✖"),
+}  # fmt: skip
+_MARKS_A_LINE = 12
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a line looks in charts and in the legend: as in the figures for print.
+
+    Attributes
+    ----------
+    colour : str
+        Colour, as HTML writes it.
+    dashes : str
+        Lengths of dashes and gaps, px; empty for a solid line.
+    symbol, glyph : str
+        Marker, in plotly's words and as a letter.
+    """
+
+    colour: str
+    dashes: str
+    symbol: str
+    glyph: str
+
+    def line(self, **more: Any) -> dict[str, Any]:
+        """Keys of a trace that is drawn this way.
+
+        Parameters
+        ----------
+        **more
+            More keys of the line, such as ``shape="hv"``.
+
+        Returns
+        -------
+        dict
+        """
+        return {
+            "type": "scatter",
+            "mode": "lines+markers",
+            "line": {"color": self.colour, "dash": self.dashes or "solid", "width": _WIDTH} | more,
+            "marker": {"symbol": self.symbol, "size": 6, "maxdisplayed": _MARKS_A_LINE},
+        }
+
+
+def looks(names: Sequence[str]) -> dict[str, Look]:
+    """Give each name a look that differs from the others by more than colour.
+
+    Parameters
+    ----------
+    names : sequence of str
+        What is drawn.
+
+    Returns
+    -------
+    dict of str to Look
+    """
+    found = {}
+    for name, style in zip(names, line_styles(len(names), markers=True), strict=True):
+        dashes = style["linestyle"]
+        lengths = [] if dashes == "-" else [f"{_WIDTH * length:g}px" for length in dashes[1]]
+        found[name] = Look(style["color"], ",".join(lengths), *_SYMBOLS[style["marker"]])
+    return found
+
+
+def points(rows: Sequence[str], x: ArrayLike, y: ArrayLike, look: Look) -> dict[str, Any]:
+    """Trace of points, each of which stands for a row of the page's filtered table.
+
+    Parameters
+    ----------
+    rows : sequence of str
+        Labels of the rows.
+    x, y : array_like, shape (n,)
+        A point a row.
+    look : Look
+        Colour and symbol.
+
+    Returns
+    -------
+    dict
+        A trace; points whose rows the reader filters out fade.
+    """
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "ids": list(rows),
+        "x": numbers(x),
+        "y": numbers(y),
+        "marker": {"symbol": look.symbol, "size": 7, "color": look.colour},
+        "unselected": {"marker": {"opacity": 0.07}},
+        "text": list(rows),
+        "hovertemplate": "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
+    }
+
+
+def numbers(values: ArrayLike) -> dict[str, str]:
+    """Numbers as plotly.js reads them without parsing: base64 of single precision.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Numbers; NaN leaves a gap.
+
+    Returns
+    -------
+    dict
+        For a trace's ``x`` or ``y``.
+    """
+    packed = np.asarray(values, dtype="<f4").tobytes()
+    return {"dtype": "f4", "bdata": base64.b64encode(packed).decode("ascii")}
+
+
+def over(x: NDArray, y: NDArray) -> dict[str, Any]:
+    """Abscissa and ordinate of a trace; an even abscissa takes no room.
+
+    Parameters
+    ----------
+    x, y : (n,) array
+        Numbers to draw.
+
+    Returns
+    -------
+    dict
+    """
+    steps = np.diff(x)
+    if len(steps) and np.ptp(steps) < 1e-6 * abs(steps[0]):
+        return {"x0": float(x[0]), "dx": float(steps.mean()), "y": numbers(y)}
+    return {"x": numbers(x), "y": numbers(y)}
+
+
+def thinned(most: int, *series: NDArray) -> NDArray:
+    """Pick samples to draw so that no peak is lost.
+
+    Parameters
+    ----------
+    most : int
+        About how many samples to keep.
+    *series : (n,) array
+        What is drawn over or beside each other.
+
+    Returns
+    -------
+    array of int
+        Samples, increasing: all where there are no more than ``most``; else the first, the last
+        and, of equal pieces, the smallest and the largest of each series.
+    """
+    n = len(series[0])
+    if n <= most:
+        return np.arange(n)
+    size = -(-n * 2 * len(series) // max(most, 4))
+    starts = np.arange(0, n, size)
+    kept = [np.array([0, n - 1])]
+    for values in series:
+        # the last piece is filled up with its own last value
+        pieces = np.pad(values, (0, len(starts) * size - n), mode="edge").reshape(-1, size)
+        kept += [starts + pieces.argmin(axis=1), starts + pieces.argmax(axis=1)]
+    return np.unique(np.minimum(np.concatenate(kept), n - 1))
+
+
+def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
+    """Layout of a chart with one pair of axes.
+
+    Parameters
+    ----------
+    x_title, y_title : str
+        Titles with units.
+    **more
+        ``xaxis``, ``yaxis`` or ``margin``, each a mapping of keys to add; any other key of a
+        layout.
+
+    Returns
+    -------
+    dict
+    """
+    axis = {"gridcolor": "#e4e4e4", "linecolor": "#777", "showline": True, "zeroline": False}
+    made: dict[str, Any] = {
+        "xaxis": {"title": {"text": x_title, "standoff": 6}, **axis},
+        "yaxis": {"title": {"text": y_title, "standoff": 8}, **axis},
+        "margin": {"l": 64, "r": 14, "t": 24, "b": 44},
+        "font": {"size": 12, "color": "#1b1b1b", "family": "system-ui, DejaVu Sans, sans-serif"},
+        "showlegend": False,
+        "dragmode": "zoom",
+        "autosize": True,
+    }
+    for key, value in more.items():
+        made[key] = {**made[key], **value} if isinstance(made.get(key), dict) else value
+    return made
+
+
+def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:
+    """Interval that holds all values, for axes that have to be alike.
+
+    Parameters
+    ----------
+    values : iterable of array_like
+        Numbers.
+    margin : float
+        What is added at either end, as a share of the interval's length.
+
+    Returns
+    -------
+    list of float
+        Lower and upper end, in the values' unit.
+    """
+    arrays = [np.asarray(each) for each in values]
+    low = min(float(np.nanmin(each)) for each in arrays)
+    high = max(float(np.nanmax(each)) for each in arrays)
+    room = margin * (high - low) if high > low else 1.0
+    return [low - room, high + room]
+
+
+def peaks(values: Mapping[str, ArrayLike], unit: str) -> str:
+    """Largest absolute value of each line, in words.
+
+    Parameters
+    ----------
+    values : mapping of str to array_like
+        Numbers by the name of their line.
+    unit : str
+        Their unit.
+
+    Returns
+    -------
+    str
+    """
+    told = [
+        f"{name} {np.max(np.abs(np.asarray(each)), initial=0.0):.3g} {unit}"
+        for name, each in values.items()
+    ]
+    return f"Largest absolute values: {', '.join(told)}."

@@ -1,0 +1,262 @@
+"""The report of a diagnosis, which tells its story in order."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace
+from ..diagnosis import cause_rows, error_rows
+from ..diagnosis_figures import relative_error
+from ..references import cited
+from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
+from .page import (
+    Block,
+    Bullets,
+    Cell,
+    Facts,
+    Gallery,
+    LineChoice,
+    Listing,
+    Page,
+    Prose,
+    Row,
+    Section,
+    Table,
+    TimeRange,
+)
+from .run_report import versions
+
+if TYPE_CHECKING:
+    from ...effects import Effect
+    from ...laws.law import Law
+
+_DEPENDENCE = "What the residual depends on"
+_SENTENCE = 30
+_FUNCTIONS = ("motion", "current", "factor", "force", "rates")
+
+
+def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
+    """Report of a diagnosis.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        The diagnosis; without traces, the charts are left out.
+    section : str
+        TOML of the extended law, to be copied into a scenario.
+
+    Returns
+    -------
+    Page
+    """
+    worst_first = sorted(diagnosis.traces, key=lambda t: -relative_error(t, t.before))
+    parts: list[tuple[str, Sequence[Block]]] = [
+        ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
+        ("Measured against simulated", [*_measured(worst_first)]),
+        ("Where it is wrong", [*_where(diagnosis, worst_first)]),
+        ("Evidence", [
+            block for step in diagnosis.steps if step.title != _DEPENDENCE for block in told(step)
+        ]),
+        ("Causes", [*_causes(diagnosis)]),
+        ("Extended law", [*_extended(diagnosis, section)]),
+        ("Gain", [*_gain(diagnosis)]),
+        ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
+        ("What it changes for control", [*_consequence(diagnosis)]),
+        ("What was diagnosed", [
+            Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, "Versions": versions()})
+        ]),
+        ("References", [*_references(diagnosis)]),
+    ]  # fmt: skip
+    return Page(
+        f"Diagnosis: {diagnosis.data}",
+        f"{diagnosis.model} against what was measured",
+        [Section(title, blocks) for title, blocks in parts if blocks],
+    )
+
+
+def told(step: Step) -> list[Block]:
+    """A step in words, with its table.
+
+    Parameters
+    ----------
+    step : Step
+        The step.
+
+    Returns
+    -------
+    list of Block
+    """
+    if not step.rows:
+        return [Facts({step.title: step.text})]
+    rows = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in step.rows)
+    short = all(len(text) < _SENTENCE for _, *rest in step.rows for text in rest)
+    return [Prose((step.text,)), Table(step.title, step.headings, rows, numeric=short)]
+
+
+def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
+    before, after = (
+        (errors.held_out, "on data held out") if np.isfinite(errors.held_out)
+        else (errors.fit, "on the fitted data")
+        for errors in (diagnosis.error_before, diagnosis.error_after)
+    )  # fmt: skip
+    floor = diagnosis.noise_floor
+    alone = f"; noise alone leaves {100 * floor:.2g} %" if np.isfinite(floor) else ""
+    first = (
+        f"{diagnosis.model[:1].upper()}{diagnosis.model[1:]} misses what was measured by "
+        f"{100 * before[0]:.3g} % (RMS) {before[1]}{alone}."
+    )
+    if not diagnosis.causes:
+        return first, MEANINGS[diagnosis.verdict]
+    names = ", ".join(
+        cause.name.replace("_", " ")
+        + (f" ({cause.form})" if cause.form and cause.name.startswith("outside") else "")
+        for cause in diagnosis.causes
+    )
+    left = diagnosis.unexplained_share
+    rest = f"; {100 * left:.0f} % of the misfit stays unexplained" if left > 0.005 else ""
+    return first, (
+        f"{diagnosis.verdict.replace('_', ' ').capitalize()} by {names}: with "
+        f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {100 * after[0]:.3g} %"
+        f"{rest}."
+    )
+
+
+def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
+    if not traces:
+        return
+    charts = loops(traces)
+    yield Prose((
+        f"The {len(charts)} of {len(traces)} runs that were worst before, each on its own axes; "
+        "titles give the error before and after.",
+    ))  # fmt: skip
+    yield LineChoice(LOOKS, "Lines of all charts")
+    yield Gallery(charts)
+    drawn = over_time(traces, residual=False)
+    yield TimeRange(0.0, drawn[0].figure["layout"]["xaxis"]["range"][1])
+    yield from drawn
+
+
+def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
+    if traces:
+        yield from errors_by_run(traces, diagnosis.noise_floor)
+        yield runs_table(traces)
+        yield from over_time(traces, residual=True)
+    for step in diagnosis.steps:
+        if step.title == _DEPENDENCE:
+            yield from told(step)
+    if diagnosis.depends_on:
+        yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
+
+
+def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
+    if not diagnosis.causes:
+        return
+    rows = []
+    for cause in diagnosis.causes:
+        for name, *cells in cause_rows(cause):
+            rows.append(Row(name, tuple(map(Cell, cells))))
+    yield Table(
+        caption="Causes, those that remove most first, with 95 % intervals of their parameters",
+        headings=("Cause", "Form", "Share of the misfit, %", "p", "Parameter", "Value (95 %)",
+                  "Unit"),
+        rows=tuple(rows),
+        note="p: the chance of such an improvement if the cause were absent.",
+    )  # fmt: skip
+    yield Facts({cause.name: cause.evidence for cause in diagnosis.causes})
+    rivals = tuple(
+        f"These data hardly tell {cause.name} from {', '.join(cause.confusable_with)}."
+        for cause in diagnosis.causes
+        if cause.confusable_with
+    )
+    if rivals:
+        yield Prose(rivals, "warning")
+
+
+def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
+    base, applied = _parts(diagnosis)
+    if base is None or not applied:
+        return
+    yield Facts({
+        "Law": f"{base.title} ({base.name}); {base.source}",
+        **{
+            f"Effect {effect.cause}": f"{effect.title} ({effect.form})"
+            + ("" if effect.of_device else "; in the instruments, so not in the law below")
+            for effect in applied
+        },
+    })  # fmt: skip
+    yield Listing(f"Equations of {base.name}, as they are computed", equations(base))
+    for effect in applied:
+        yield Listing(f"Equations of {effect.cause}, as they are computed", equations(effect))
+    if section:
+        yield Listing("The extended law, as a scenario's [isolator] section", section)
+
+
+def equations(part: Law | Effect) -> str:
+    """What a law or an effect computes: its file's description and its functions.
+
+    Parameters
+    ----------
+    part : Law or Effect
+        The law or the effect.
+
+    Returns
+    -------
+    str
+        The functions that are simulated, traced and fitted, so that nothing else can be meant.
+    """
+    functions = [f for name in _FUNCTIONS if (f := getattr(part, name, None)) is not None]
+    module = sys.modules[functions[0].__module__]
+    # what all laws or all effects share, such as having no states, says nothing
+    own = [f for f in functions if f.__module__ == module.__name__]
+    return "\n\n\n".join(
+        [inspect.cleandoc(module.__doc__ or ""), *(inspect.getsource(f).rstrip() for f in own)]
+    )
+
+
+def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
+    rows = tuple(Row(name, (Cell(b), Cell(a))) for name, b, a in error_rows(diagnosis))
+    yield Table(
+        "Residual over what was measured (RMS)", ("", "Before, %", "After, %"), rows,
+        note="Nothing was fitted to the data held out." * bool(diagnosis.gain),
+    )  # fmt: skip
+
+
+def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
+    records: list[dict[str, Any]] = diagnosis.details.get("consequence") or []
+    if not records:
+        return
+    headings = tuple(records[0])
+    rows = [[_text(record[heading]) for heading in headings] for record in records]
+    yield Table(
+        "A scenario run with the law as it was and with the extended one",
+        tuple(heading.replace("_", " ") for heading in headings),
+        tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows),
+    )
+
+
+def _text(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _references(diagnosis: Diagnosis) -> Iterator[Block]:
+    base, applied = _parts(diagnosis)
+    if base is None:
+        return
+    used = [(f"law {base.name}", base.source)]
+    used += [(f"effect {effect.cause}", effect.source) for effect in applied]
+    yield Bullets(tuple(citation.line for citation in cited(used)))
+
+
+def _parts(diagnosis: Diagnosis) -> tuple[Law | None, list[Effect]]:
+    """The law that was judged, and the effects found in it."""
+    from ...effects.extend import separate
+
+    if diagnosis.extended is None:
+        return None, []
+    device, applied = separate(diagnosis.extended)
+    return device.law, [effect for effect, _ in applied]

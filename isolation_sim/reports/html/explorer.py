@@ -1,0 +1,167 @@
+"""What the reader of a sweep's report chooses from; ``explorer.js`` draws it."""
+
+from __future__ import annotations
+
+import base64
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...sweeps.tables import heading, is_gain, told
+from ..units import unit_of
+from .charts import layout, looks
+from .page import Chart, Explorer
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ...sweeps import Sweep
+
+# what keeps a report of tens of thousands of runs small
+_MOST_NUMBERS = 150_000
+_MOST_LINES = 150
+_MOST_VALUES, _INTERVALS = 12, 8
+_BEST = 12
+_AGAINST = "peak_base_displacement_m"
+
+
+def explorer(sweep: Sweep, criterion: str) -> Explorer:
+    """Runs of a sweep by what was varied: paths over all quantities, a trade-off, a map, the best.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        A sweep of which a run at least ended well.
+    criterion : str
+        Column of results to begin with.
+
+    Returns
+    -------
+    Explorer
+        Of all runs that ended well; where they are too many for a page, of every so many cases
+        and of those that are best by the criterion.
+    """
+    names = [name for name in sweep.criteria if not name.startswith("energy_")]
+    names += [criterion] * (criterion not in names)
+    runs = sweep.table[sweep.table["status"] == "ok"]
+    kept, every = _kept(sweep, runs, criterion, len(names))
+    fields = ["controller", *sweep.parameters]
+    described = [_field(kept[name]) for name in fields]
+    look = looks(described[0]["groups"])
+    # a map over what varies most finely; the controllers only where nothing else varies
+    order = [k for k in range(1, len(fields)) if len(described[k]["groups"]) > 1]
+    pair = [*order, 0][:2] if order else []
+    against = names.index(_AGAINST) if _AGAINST in names else 0
+    data = {
+        "fields": described,
+        "controller": 0,
+        "looks": [vars(each) for each in look.values()],
+        "criteria": [
+            {"name": heading(name), "more": is_gain(name),
+             "values": _packed(kept[name] * unit_of(name)[1])}
+            for name in names
+        ],
+        "paths": [k for k, name in enumerate(names) if name.startswith("peak_")],
+        "cases": _packed(kept["case"]),
+        "criterion": names.index(criterion),
+        "against": against,
+        "across": pair[0] if len(pair) > 1 else None,
+        "up": pair[1] if len(pair) > 1 else None,
+        "best": _BEST,
+        "lines": _MOST_LINES,
+        "shades": _shades(),
+        "note": _note(every, len(runs), len(kept)),
+    }  # fmt: skip
+    shown = sum(name.startswith("peak_") for name in names) + len(fields)
+    return Explorer(data, _charts(shown, len(pair) > 1))
+
+
+def _kept(
+    sweep: Sweep, runs: pandas.DataFrame, criterion: str, n_criteria: int
+) -> tuple[pandas.DataFrame, int]:
+    """Rows to show, and of how many cases one is among them."""
+    most = _MOST_NUMBERS // (n_criteria + len(sweep.parameters) + 1)
+    every = -(-len(runs) // most)
+    chosen = runs["case"] % every == 0
+    for label in sweep.controllers:
+        own = runs.loc[runs["controller"] == label, criterion]
+        found = own.nlargest(_BEST) if is_gain(criterion) else own.nsmallest(_BEST)
+        chosen |= runs.index.isin(found.index)
+    return runs[chosen], every
+
+
+def _field(column: pandas.Series) -> dict[str, Any]:
+    """Values of a varied quantity to choose from, and which of them each run has."""
+    number = column.dtype.kind in "if"
+    values = column.unique().tolist()
+    if number:
+        values.sort()
+    if len(values) <= _MOST_VALUES or not number:
+        groups = [told(value) for value in values]
+        places = {value: place for place, value in enumerate(values)}
+        codes = column.map(places).to_numpy()
+    else:
+        edges = np.linspace(values[0], values[-1], _INTERVALS + 1)
+        groups = [f"{low:.3g} to {high:.3g}" for low, high in pairwise(edges)]
+        codes = np.clip(np.searchsorted(edges, column, side="right") - 1, 0, _INTERVALS - 1)
+    return {
+        "name": str(column.name),
+        "groups": groups,
+        "codes": base64.b64encode(codes.astype("u1").tobytes()).decode("ascii"),
+        "values": _packed(column) if number else None,
+    }
+
+
+def _packed(values: ArrayLike) -> str:
+    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+
+
+def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
+    bare: dict[str, Any] = {"visible": False, "range": [-0.03, 1.03], "fixedrange": True}
+    paths = layout(
+        "", "", xaxis=bare, yaxis={"visible": False, "fixedrange": True},
+        margin={"l": 10, "r": 10, "t": 6, "b": 6}, hovermode=False,
+    )  # fmt: skip
+    charts = [
+        Chart(
+            "Runs over all quantities, a line a run, the best one bold",
+            {"data": [], "layout": paths},
+            "Each axis lies across the page, its least value at the left; the table names the "
+            "best runs.",
+            height=50 * axes + 40,
+        ),
+        Chart(
+            "One criterion against another, a point a run",
+            {"data": [], "layout": layout("", "", hovermode="closest")},
+            "The table names the best runs.", height=400,
+        ),
+    ]  # fmt: skip
+    if mapped:
+        charts.append(
+            Chart(
+                "Median over two quantities",
+                {"data": [], "layout": layout("", "", hovermode="closest")},
+                "A cell a pair of values, over all other quantities.", height=400,
+            )
+        )  # fmt: skip
+    return tuple(charts)
+
+
+def _shades() -> list[list[Any]]:
+    """The light part of a map's colours, on which black numbers can be read, in grey too."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    places = np.linspace(0.0, 1.0, 7)
+    return [[float(at), to_hex(colormaps["cividis"](0.4 + 0.6 * at))] for at in places]
+
+
+def _note(every: int, total: int, kept: int) -> str:
+    if every == 1:
+        return f"All {total:,} runs that ended well."
+    return (
+        f"{kept:,} of the {total:,} runs that ended well: one of {every} cases, and the {_BEST} "
+        "best of each controller."
+    )

@@ -1,0 +1,190 @@
+"""The report of a fit: loops measured and modelled, errors, parameters with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..references import cited
+from .charts import Look, layout, numbers, span
+from .page import (
+    Bullets,
+    Cell,
+    Chart,
+    Facts,
+    Gallery,
+    LineChoice,
+    Listing,
+    Page,
+    Prose,
+    Row,
+    Section,
+    Table,
+)
+from .run_report import versions
+
+if TYPE_CHECKING:
+    from ...identification.fitted import Fit, RunError
+
+_MOST_CHARTS = 24
+# a few cycles tell as much as many, and the file stays small
+_MOST_POINTS = 1200
+_LOOKS = {
+    "measured": Look("#8a8a8a", "", "", ""),
+    "modelled": Look("#0072B2", "6px,2px", "", ""),
+}
+
+
+def fit_report(fit: Fit) -> Page:
+    """Report of a fit.
+
+    Parameters
+    ----------
+    fit : Fit
+        A fitted law.
+
+    Returns
+    -------
+    Page
+    """
+    law, errors = fit.device.law, fit.errors
+    shown = errors[:: -(-len(errors) // _MOST_CHARTS)]
+    some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
+    sections = [
+        Section("Verdict", [
+            Prose(_verdict(fit), "verdict"),
+            *([Prose(fit.notes, "warning")] if fit.notes else []),
+        ]),
+        Section("Loops", [
+            Prose((f"Force over deformation, the last {_MOST_POINTS} samples of each run at "
+                   f"most; the title gives the error.{some}",)),
+            LineChoice(_LOOKS, "Lines of all charts"),
+            Gallery(_loops(shown)),
+        ]),
+        Section("Errors", [errors_table(fit)]),
+        Section("Parameters", [parameters_table(fit)]),
+        Section("What was fitted", [
+            Facts({
+                "Law": f"{law.title} ({law.name}); {law.source}",
+                "Campaign": f"{fit.campaign.name}; {fit.campaign.source or 'no source given'}",
+                "Runs": f"{sum(not e.run.hold_out for e in errors)} fitted, "
+                        f"{sum(e.run.hold_out for e in errors)} held out",
+                "Search": "converged" if fit.converged else "did not converge",
+                "Versions": versions(),
+            }),
+            Listing("The fitted law, as a scenario's [isolator] section", fit.scenario_section()),
+        ]),
+        Section("References", [Bullets(tuple(
+            citation.line for citation in cited([(f"law {law.name}", law.source)])
+        ))]),
+    ]  # fmt: skip
+    return Page(f"Fit report: {law.title}", f"Fitted to {fit.campaign.name}", sections)
+
+
+def errors_table(fit: Fit) -> Table:
+    """Errors run by run, held-out runs marked, with the pooled ones below.
+
+    Parameters
+    ----------
+    fit : Fit
+        A fitted law.
+
+    Returns
+    -------
+    Table
+    """
+    rows = [
+        Row(e.run.name, (Cell("held out" if e.run.hold_out else "fitted"), _percent(e.relative)))
+        for e in fit.errors
+    ]
+    rows.append(Row("all fitted runs, pooled", (Cell("fitted"), _percent(fit.error))))
+    if any(e.run.hold_out for e in fit.errors):
+        rows.append(
+            Row("all held-out runs, pooled", (Cell("held out"), _percent(fit.held_out_error)))
+        )
+    return Table(
+        caption="Force residual over measured force, both RMS",
+        headings=("Run", "Used as", "Error, %"),
+        rows=tuple(rows),
+        filters=("Used as",) if any(e.run.hold_out for e in fit.errors) else (),
+    )
+
+
+def parameters_table(fit: Fit) -> Table:
+    """Fitted numbers with their intervals; those that the data do not determine are marked.
+
+    Parameters
+    ----------
+    fit : Fit
+        A fitted law.
+
+    Returns
+    -------
+    Table
+    """
+    rows = tuple(
+        Row(e.name, (
+            Cell("any" if e.current is None else f"{e.current:.3g}"),
+            Cell(f"{e.value:.5g}", "" if e.determined else "not determined"),
+            Cell(f"{e.low:.4g} to {e.high:.4g}"), Cell(e.unit or "-"),
+        ))
+        for e in fit.estimates
+    )  # fmt: skip
+    return Table(
+        caption="Parameters with 95 % intervals",
+        headings=("Parameter", "Current, A", "Value", "95 % interval", "Unit"),
+        rows=rows,
+        note="* the data do not determine it."
+        if any(not e.determined for e in fit.estimates)
+        else "The data determine every parameter.",
+    )
+
+
+def _verdict(fit: Fit) -> tuple[str, str]:
+    name = fit.device.law.title
+    held = fit.held_out_error
+    tested = (
+        "no run was held out to test it"
+        if np.isnan(held)
+        else f"on runs that it had not seen the error is {100 * held:.2g} %"
+    )
+    first = f"{name} misses the measured force by {100 * fit.error:.2g} % (RMS); {tested}."
+    loose = [e.label for e in fit.estimates if not e.determined]
+    second = (
+        f"The data do not determine {', '.join(loose)}."
+        if loose
+        else f"The data determine all {len(fit.estimates)} fitted numbers."
+    )
+    return first, second if fit.converged else f"{second} The search did not converge."
+
+
+def _loops(errors: Sequence[RunError]) -> tuple[Chart, ...]:
+    peak = max(float(np.abs(e.run.force).max()) for e in errors)
+    unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
+    axes = layout(
+        "Deformation (mm)", f"Force ({unit})",
+        xaxis={"range": span(1e3 * e.run.displacement for e in errors)},
+        yaxis={"range": span(scale * each for e in errors for each in (e.run.force, e.force))},
+        hovermode="closest",
+    )  # fmt: skip
+    return tuple(_loop(e, scale, axes) for e in errors)
+
+
+def _loop(error: RunError, scale: float, axes: dict[str, Any]) -> Chart:
+    run = error.run
+    drawn = slice(-min(len(run.time), _MOST_POINTS), None)
+    traces = [
+        {**_LOOKS[name].line(), "mode": "lines", "name": name, "meta": name,
+         "x": numbers(1e3 * run.displacement[drawn]), "y": numbers(scale * force[drawn])}
+        for name, force in (("measured", run.force), ("modelled", error.force))
+    ]  # fmt: skip
+    held = ", held out" if run.hold_out else ""
+    title = f"{run.name}: {100 * error.relative:.1f} %{held}"
+    summary = f"Error of the modelled force {100 * error.relative:.2g} % of the measured, RMS."
+    return Chart(title, {"data": traces, "layout": axes}, summary, "loop", 280)
+
+
+def _percent(share: float) -> Cell:
+    return Cell(f"{100 * share:.2f}")

@@ -1,0 +1,398 @@
+"""A page of sections made of blocks, written as one HTML file that needs no network."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any, ClassVar, TypeAlias
+
+from ... import __version__
+from .charts import Look
+
+
+@dataclass(frozen=True)
+class Prose:
+    """Paragraphs.
+
+    Attributes
+    ----------
+    paragraphs : tuple of str
+        Plain text.
+    role : {"", "verdict", "warning"}
+        How it is set off from the rest.
+    """
+
+    kind: ClassVar[str] = "prose"
+    paragraphs: tuple[str, ...]
+    role: str = ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What something is called, and what it is, pair by pair.
+
+    Attributes
+    ----------
+    items : mapping of str to str
+        Text by its heading.
+    """
+
+    kind: ClassVar[str] = "facts"
+    items: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list.
+
+    Attributes
+    ----------
+    items : tuple of str
+        Plain text.
+    """
+
+    kind: ClassVar[str] = "bullets"
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Text shown as it stands, folded away until it is asked for.
+
+    Attributes
+    ----------
+    title, text : str
+        What it is, and the text.
+    """
+
+    kind: ClassVar[str] = "listing"
+    title: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Cell of a table.
+
+    Attributes
+    ----------
+    text : str
+        What to print.
+    mark : str
+        Why it stands out, such as ``"best"``; empty if it does not.
+    """
+
+    text: str
+    mark: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Row of a table.
+
+    Attributes
+    ----------
+    label : str
+        Its heading.
+    cells : tuple of Cell
+        One a column; none for a heading of the rows that follow.
+    """
+
+    label: str
+    cells: tuple[Cell, ...] = ()
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    caption : str
+        What it shows.
+    headings : tuple of str
+        Columns, that of the row labels first.
+    rows : tuple of Row
+        Rows.
+    note : str
+        What a mark means.
+    filters : tuple of str
+        Headings of columns by whose values the reader can choose rows; points of charts that name
+        a row (`isolation_sim.reports.html.charts.points`) follow.
+    numeric : bool, default True
+        Whether the cells line up at the right.
+    """
+
+    kind: ClassVar[str] = "table"
+    caption: str
+    headings: tuple[str, ...]
+    rows: tuple[Row, ...]
+    note: str = ""
+    filters: tuple[str, ...] = ()
+    numeric: bool = True
+
+    @property
+    def choices(self) -> list[tuple[str, int, list[str]]]:
+        """Heading, column and values of each filter."""
+        found = []
+        for heading in self.filters:
+            column = self.headings.index(heading)
+            texts = [row.label if column == 0 else row.cells[column - 1].text for row in self.rows]
+            found.append((heading, column, list(dict.fromkeys(texts))))
+        return found
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A Plotly figure.
+
+    Attributes
+    ----------
+    title : str
+        What it shows, with units; printed above it.
+    figure : mapping of str to object
+        ``data`` and ``layout`` of plotly.js; see `isolation_sim.reports.html.charts`.
+    summary : str
+        What it shows, in words, for those who cannot see it.
+    link : str
+        Charts with the same link follow each other's zoom: ``"time"`` along x, ``"loop"`` along
+        both axes; others do not.
+    height : int
+        Pixels.
+    """
+
+    kind: ClassVar[str] = "chart"
+    title: str
+    figure: Mapping[str, Any]
+    summary: str
+    link: str = ""
+    height: int = 230
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure for publication, as it was saved.
+
+    Attributes
+    ----------
+    title : str
+        What it shows.
+    path : pathlib.Path
+        SVG or PNG file, read when the page is made.
+    """
+
+    kind: ClassVar[str] = "picture"
+    title: str
+    path: Path
+
+    @property
+    def address(self) -> str:
+        """The file itself, as an address."""
+        form = "svg+xml" if self.path.suffix == ".svg" else "png"
+        data = base64.b64encode(self.path.read_bytes()).decode("ascii")
+        return f"data:image/{form};base64,{data}"
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """Charts side by side as far as the page is wide.
+
+    Attributes
+    ----------
+    charts : tuple of Chart
+        The charts.
+    """
+
+    kind: ClassVar[str] = "gallery"
+    charts: tuple[Chart, ...]
+
+
+@dataclass(frozen=True)
+class LineChoice:
+    """Legend of all charts of the page, whose lines it shows and hides by name.
+
+    Attributes
+    ----------
+    lines : mapping of str to Look
+        Look of each line by its name, which is its trace's ``meta``.
+    what : str
+        What the names are, such as ``"Controllers"``.
+    """
+
+    kind: ClassVar[str] = "choice"
+    lines: Mapping[str, Look]
+    what: str
+
+
+@dataclass(frozen=True)
+class Key:
+    """What filled areas and lines of charts mean.
+
+    Attributes
+    ----------
+    areas : mapping of str to tuple of str
+        Colour and hatch, as plotly names it or empty, by what the area is.
+    lines : mapping of str to Look
+        Look by what the line is.
+    """
+
+    kind: ClassVar[str] = "key"
+    areas: Mapping[str, tuple[str, str]]
+    lines: Mapping[str, Look]
+
+
+@dataclass(frozen=True)
+class TimeRange:
+    """Fields that set the interval that all charts over time show.
+
+    Attributes
+    ----------
+    start, stop : float, s
+        Whole interval.
+    """
+
+    kind: ClassVar[str] = "timerange"
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True)
+class Animation:
+    """Two runs of a building side by side; see `isolation_sim.reports.html.animation`.
+
+    Attributes
+    ----------
+    data : mapping of str to object
+        What ``animation.js`` draws.
+    """
+
+    kind: ClassVar[str] = "animation"
+    data: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Explorer:
+    """Runs of a sweep that the reader chooses from; see `isolation_sim.reports.html.explorer`.
+
+    Attributes
+    ----------
+    data, charts : mapping of str to object, tuple of Chart
+        What ``explorer.js`` draws, and into which charts.
+    """
+
+    kind: ClassVar[str] = "explorer"
+    data: Mapping[str, Any]
+    charts: tuple[Chart, ...]
+
+
+Block: TypeAlias = (
+    Prose
+    | Facts
+    | Bullets
+    | Listing
+    | Table
+    | Chart
+    | Picture
+    | Gallery
+    | LineChoice
+    | Key
+    | TimeRange
+    | Animation
+    | Explorer
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Part of a page under a heading.
+
+    Attributes
+    ----------
+    title : str
+        Heading, different from the others of its page.
+    blocks : sequence of Block
+        What it holds.
+    """
+
+    title: str
+    blocks: Sequence[Block]
+
+    @property
+    def anchor(self) -> str:
+        """Name of the section in an address."""
+        return re.sub(r"\W+", "-", self.title.lower()).strip("-")
+
+
+@dataclass(frozen=True)
+class Page:
+    """A report.
+
+    Attributes
+    ----------
+    title, subtitle : str
+        What it is about.
+    sections : sequence of Section
+        What it says.
+    """
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]
+
+    def html(self) -> str:
+        """The whole page.
+
+        Returns
+        -------
+        str
+            HTML with styles, scripts and data in it. The same page gives the same text.
+        """
+        from plotly.offline import get_plotlyjs
+
+        kinds = {block.kind for section in self.sections for block in section.blocks}
+        scripts = [get_plotlyjs()] if kinds & {"chart", "gallery", "explorer"} else []
+        own = ["page", *sorted(kinds & {"animation", "explorer"})]
+        scripts += [_file(f"{name}.js") for name in own]
+        return _template().render(
+            page=self, scripts=scripts, css=_file("page.css"), version=__version__
+        )
+
+    def write(self, path: str | Path) -> Path:
+        """Write the page.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        from ...results import write_text
+
+        return write_text(self.html(), path)
+
+
+def _file(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+@cache
+def _template() -> Any:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader(__package__, "."),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    return environment.get_template("page.html.j2")

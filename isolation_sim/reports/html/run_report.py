@@ -1,0 +1,192 @@
+"""The report of a comparison of controllers."""
+
+from __future__ import annotations
+
+import platform
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from ground_motions import STANDARD_GRAVITY
+
+from ... import __version__
+from ..references import of_runs
+from ..tables import criteria_lines
+from .animation import animation
+from .charts import looks
+from .page import (
+    Block,
+    Bullets,
+    Cell,
+    Facts,
+    LineChoice,
+    Listing,
+    Page,
+    Prose,
+    Row,
+    Section,
+    Table,
+    TimeRange,
+)
+from .run_charts import energies, envelopes, loops, time_histories
+from .verdict import verdict
+
+if TYPE_CHECKING:
+    from ...comparison import Comparison
+
+
+def run_report(comparison: Comparison, scenario: str = "") -> Page:
+    """Report of a comparison: what was run, the verdict, tables, charts and an animation.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Runs to report; one is enough.
+    scenario : str
+        TOML of the scenario that produced it; empty for runs made in Python.
+
+    Returns
+    -------
+    Page
+    """
+    runs = comparison.runs
+    first = next(iter(runs.values()))
+    look = looks(list(runs))
+    left, right = _sides(comparison)
+    key, ledgers = energies(runs)
+    warnings = tuple(comparison.warnings())
+    sections = [
+        Section("Verdict", [
+            Prose(verdict(comparison), "verdict"),
+            *([Prose(tuple(f"Read with care: {each}." for each in warnings), "warning")]
+              if warnings else []),
+        ]),
+        Section("Criteria", [criteria_table(comparison)]),
+        Section("Animation", [animation(runs, left, right)]),
+        Section("Time histories", [
+            LineChoice(look, "Lines of all charts"),
+            TimeRange(float(first.time[0]), float(first.time[-1])),
+            *time_histories(runs, look),
+        ]),
+        Section("Isolator loops", [
+            Prose(("Force of the isolators over their deformation; the darker, the larger the "
+                   "coil current.",)),
+            *loops(runs),
+        ]),
+        Section("Floor envelopes", [envelopes(runs, look)]),
+        Section("Energy", [
+            Prose(("The ground's input and the work of changing the current have to equal what is "
+                   "stored and dissipated; the closure error is the largest mismatch over the "
+                   "peak of the input.",)),
+            key, ledgers,
+        ]),
+        Section("What was run", [*_what_was_run(comparison, scenario)]),
+        Section("References", [Bullets(tuple(
+            citation.line for citation in of_runs(runs)
+        ))]),
+    ]  # fmt: skip
+    return Page(f"Isolation report: {comparison.title}", _subtitle(comparison), sections)
+
+
+def criteria_table(comparison: Comparison) -> Table:
+    """Criteria and energies, a column a controller, with the best of each row marked.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Runs.
+
+    Returns
+    -------
+    Table
+    """
+    rows = []
+    for group, lines in criteria_lines(comparison.criteria, comparison.energy).items():
+        rows.append(Row(group))
+        rows += [
+            Row(label, tuple(Cell(text, "best" if best else "") for text, best in cells))
+            for label, cells in lines
+        ]
+    against = f" J1 to J9 refer to {comparison.reference}." if comparison.reference else ""
+    return Table(
+        caption="Criteria and energies of each run, with units",
+        headings=("Quantity", *comparison.runs),
+        rows=tuple(rows),
+        note=("* best of the row." * (len(comparison.runs) > 1) + against).strip(),
+    )
+
+
+def _sides(comparison: Comparison) -> tuple[str, str]:
+    """Runs that the animation begins with: uncontrolled, and the one that moves the base least."""
+    values = comparison.criteria
+    left = comparison.reference or next(iter(values))
+    others = [name for name in values if name != left] or [left]
+    return left, min(others, key=lambda name: values[name]["peak_base_displacement_m"])
+
+
+def _subtitle(comparison: Comparison) -> str:
+    first = next(iter(comparison.runs.values()))
+    motion = ", ".join(
+        f"{record.name}, peak {record.pga / STANDARD_GRAVITY:.3g} g, {record.duration:.3g} s"
+        for record in first.records
+    )
+    count = len(comparison.runs)
+    return f"{count} controller{'s' * (count > 1)}; ground motion {motion}"
+
+
+def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
+    first = next(iter(comparison.runs.values()))
+    isolated, settings = first.isolated, tomllib.loads(scenario)
+    facts = {}
+    if "name" in settings:
+        facts["Scenario"] = settings["name"]
+    facts["Structure"] = (
+        f"{isolated.structure.name}, {isolated.structure.n_dofs} degrees of freedom, "
+        f"{1e-3 * isolated.structure.total_mass:.5g} t"
+    )
+    facts["Ground motion"] = "; ".join(
+        f"{record.name}: {record.source or 'no source given'}; {len(record)} points at "
+        f"{record.dt:g} s, peak {record.pga:.4g} m/s²"
+        for record in first.records
+    )
+    for element in isolated.elements:
+        device = element.device
+        facts[element.name.capitalize()] = (
+            f"{device.law.title} ({device.law.name}); {device.source}; "
+            f"{device.length:.4g} times the tested device's deformation, "
+            f"{device.force_scale:.4g} times its force"
+        )
+    facts["Controllers"] = ", ".join(
+        name if name == run.controller else f"{name} ({run.controller})"
+        for name, run in comparison.runs.items()
+    )
+    seeds = [f"{where}.seed = {seed}" for where, seed in _seeds(settings)]
+    facts["Random seeds"] = ", ".join(seeds) or "those of the Python program that made the runs"
+    facts["Versions"] = versions()
+    yield Facts(facts)
+    if scenario:
+        yield Listing("The scenario, to run it again", scenario)
+
+
+def versions() -> str:
+    """Versions of what a result depends on.
+
+    Returns
+    -------
+    str
+    """
+    packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba")]
+    return ", ".join(
+        [f"isolation-sim {__version__}", f"Python {platform.python_version()}", *packages]
+    )
+
+
+def _seeds(settings: dict[str, Any], where: str = "") -> Iterator[tuple[str, int]]:
+    for key, value in settings.items():
+        if key == "seed":
+            yield where, value
+        for number, part in enumerate(value if isinstance(value, list) else [value]):
+            if isinstance(part, dict):
+                place = f"{key}[{number}]" if isinstance(value, list) else key
+                yield from _seeds(part, f"{where}.{place}".strip("."))

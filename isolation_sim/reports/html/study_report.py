@@ -1,0 +1,61 @@
+"""The report of a study: what it found, its table, its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .run_report import versions
+
+
+def study_report(
+    title: str,
+    finding: Sequence[str],
+    tables: Mapping[str, tuple[Sequence[str], Sequence[Sequence[str]]]],
+    figures: Sequence[Path] = (),
+) -> Page:
+    """Report of a study.
+
+    Parameters
+    ----------
+    title : str
+        What was studied.
+    finding : sequence of str
+        What the numbers say, in paragraphs.
+    tables : mapping of str to tuple
+        Headings, with units, and rows as text of each table, by its caption.
+    figures : sequence of pathlib.Path
+        Figures for publication, SVG or PNG.
+
+    Returns
+    -------
+    Page
+    """
+    pictures: list[Block] = [Picture(path.stem.replace("_", " "), path) for path in figures]
+    parts: list[tuple[str, Sequence[Block]]] = [
+        ("Finding", [Prose(tuple(finding), "verdict")]),
+        ("Numbers", [_table(caption, *each) for caption, each in tables.items()]),
+        ("Figures", pictures),
+        ("What was run", [Facts({"Study": title, "Versions": versions()})]),
+    ]
+    return Page(title, "", [Section(name, blocks) for name, blocks in parts if blocks])
+
+
+def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """A table whose rows the reader chooses by the words in it, where they repeat."""
+    words = [
+        heading
+        for heading, column in zip(headings, zip(*rows, strict=True), strict=False)
+        if 1 < len(set(column)) < len(column) and not any(map(_is_number, column))
+    ]
+    lines = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
+    return Table(caption, tuple(headings), lines, filters=tuple(words))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

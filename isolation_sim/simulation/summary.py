@@ -1,0 +1,100 @@
+"""Criteria of finished runs, summed up in compiled code: of one run or of many side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..structures import IsolatedStructure
+from .grid import Grid
+from .modal import Modes
+from .outputs import Outputs
+from .plan import modes_for
+from .workspace import Workspace
+
+
+def summary(
+    plants: Sequence[IsolatedStructure], modes: Sequence[Modes], work: Workspace
+) -> dict[str, NDArray]:
+    """Criteria of every lane of a finished block.
+
+    A lane's criteria have the same bits in a block as in a single run.
+
+    Parameters
+    ----------
+    plants : sequence of IsolatedStructure
+        One a lane.
+    modes : sequence of Modes
+        Of each plant.
+    work : Workspace
+        Marched to the end.
+
+    Returns
+    -------
+    dict of str to (n_lanes,) array
+        Keys and units as in ``isolation_sim.criteria.criteria``, without J1 to J9.
+    """
+    per_lane = [_quantities(plant) for plant in plants]
+    names, sizes, n_directions, _ = per_lane[0]
+    table = np.stack([rows for *_, rows in per_lane], axis=-1)
+    peak, total = np.zeros((2, sum(sizes), len(plants)))
+    work.summarise(_motion_rows(modes), table, _weights(work.grid), n_directions, peak, total)
+    ends = np.cumsum([0, *sizes])
+    items = list(zip(names, ends[:-1], ends[1:], strict=True))
+    return {
+        f"{kind}_{name}": np.sqrt(np.max(squares[low:high], axis=0, initial=0.0))
+        for kind, squares in (("peak", peak), ("rms", total))
+        for name, low, high in items
+    }
+
+
+@lru_cache(maxsize=256)
+def _quantities(
+    isolated: IsolatedStructure,
+) -> tuple[tuple[str, ...], tuple[int, ...], int, NDArray]:
+    """Names of a structure's criteria, their numbers of items, and the kernel's rows for them."""
+    from ..criteria import quantity_rows
+
+    outputs = modes_for(isolated)[1]
+    rows = quantity_rows(isolated, outputs.names)
+    table = _packed(np.concatenate(list(rows.values())), outputs)
+    return tuple(rows), tuple(map(len, rows.values())), len(isolated.structure.directions), table
+
+
+def _packed(rows: NDArray, outputs: Outputs) -> NDArray:
+    """Rows of quantities (n, n_directions, n_outputs), as the kernel's blocks of eight rows."""
+    n, n_directions, _ = rows.shape
+    per_block = 8 // n_directions
+    inputs = rows @ outputs.rows
+    n_blocks = -(-n // per_block)
+    blocks = np.zeros((n_blocks, 8, inputs.shape[2]))
+    for k in range(n):
+        at = (k % per_block) * n_directions
+        blocks[k // per_block, at : at + n_directions] = inputs[k]
+    return blocks.transpose(0, 2, 1).ravel()
+
+
+def _motion_rows(lanes: Sequence[Modes]) -> NDArray:
+    """Deformation and velocity of each device over the modes, in blocks of eight rows."""
+    packed: list[NDArray] = []
+    for modes in lanes:
+        if packed and modes is lanes[0]:
+            packed.append(packed[0])
+            continue
+        rows = modes.deformation.reshape(-1, modes.eigenvalues.size)
+        real = np.concatenate([rows.real, -rows.imag], axis=1)
+        blocks = np.zeros((-(-len(real) // 8) * 8, real.shape[1]))
+        blocks[: len(real)] = real
+        packed.append(blocks.reshape(-1, 8, real.shape[1]).transpose(0, 2, 1).ravel())
+    return np.stack(packed, axis=-1)
+
+
+def _weights(grid: Grid) -> NDArray:
+    """Trapezoidal weights of the samples over the duration; none for other grid points."""
+    weights = np.zeros(len(grid.time))
+    weights[grid.samples] = 1.0 / (len(grid.samples) - 1)
+    weights[grid.samples[[0, -1]]] *= 0.5
+    return weights

@@ -1,0 +1,268 @@
+"""What a plan goes through: values, ranges, samples, files of cases, as axes of points."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from .fields import Change, completed
+from .plan import Sample, SweepPlan, Vary
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What an axis varies.
+
+    Attributes
+    ----------
+    label : str
+        Column of the table.
+    fields : tuple of str
+        Fields of the scenario that get the value.
+    factor : bool
+        Whether the value multiplies what the scenario has.
+    shown : tuple of str or None
+        What stands in the table for each value; None for the value itself.
+    """
+
+    label: str
+    fields: tuple[str, ...]
+    factor: bool = False
+    shown: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Points along one or several quantities that are varied together.
+
+    Attributes
+    ----------
+    quantities : tuple of Quantity
+        What is varied.
+    points : sequence of sequence
+        A value a quantity at each point.
+    """
+
+    quantities: tuple[Quantity, ...]
+    points: Sequence[Sequence[Any]] | NDArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def changes(self, k: int) -> Iterator[Change]:
+        """Yield what the k-th point changes."""
+        for quantity, value in zip(self.quantities, self._values(k), strict=True):
+            for field in quantity.fields:
+                yield Change(field, value, quantity.factor)
+
+    def shown(self, k: int) -> dict[str, Any]:
+        """Return the k-th point for the table, by label."""
+        return {
+            quantity.label: value if quantity.shown is None else quantity.shown[k]
+            for quantity, value in zip(self.quantities, self._values(k), strict=True)
+        }
+
+    def _values(self, k: int) -> Sequence[Any]:
+        point = self.points[k]
+        return point.tolist() if isinstance(point, np.ndarray) else point
+
+
+def axes_of(plan: SweepPlan) -> list[Axis]:
+    """Axes of a plan, in its order: the file of cases first, the sample where it first occurs.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        A plan; what varies ``controller`` is left out.
+
+    Returns
+    -------
+    list of Axis
+
+    Raises
+    ------
+    InputError
+        If the file of cases cannot be used, or two axes have one label.
+    """
+    axes = [] if plan.cases is None else [_file_axis(plan.cases.file)]
+    sampled = [each for each in plan.vary if each.sampled]
+    for each in plan.vary:
+        if each.fields == ("controller",):
+            continue
+        if not each.sampled:
+            axes.append(_axis(each))
+        elif each is sampled[0]:
+            assert plan.sample is not None
+            quantities = tuple(Quantity(label_of(one), one.fields, one.factor) for one in sampled)
+            axes.append(Axis(quantities, sample_of(plan.sample, sampled)))
+    labels = [quantity.label for axis in axes for quantity in axis.quantities]
+    for label in labels:
+        if labels.count(label) > 1:
+            raise InputError(f"{label} is varied twice; accepted: a field once, or another label")
+    return axes
+
+
+def label_of(vary: Vary) -> str:
+    """Name of a varied quantity in the table: its own label, or its first field."""
+    return vary.label or vary.fields[0]
+
+
+def _axis(vary: Vary) -> Axis:
+    if vary.values is not None:
+        values = vary.values
+        shown = _shown(values) if vary.names is None else tuple(vary.names)
+    else:
+        assert vary.low is not None and vary.high is not None
+        shown = None
+        if vary.step is not None:
+            count = int(np.floor((vary.high - vary.low) / vary.step * (1 + 1e-12) + 1e-9)) + 1
+            values = (vary.low + vary.step * np.arange(count)).tolist()
+        else:
+            space = np.geomspace if vary.spacing == "log" else np.linspace
+            values = space(vary.low, vary.high, vary.count or 2).tolist()
+    quantity = Quantity(label_of(vary), vary.fields, vary.factor, shown)
+    return Axis((quantity,), [(value,) for value in values])
+
+
+def _shown(values: Sequence[Any]) -> tuple[str, ...] | None:
+    """Names of values that a table cannot hold; None where it can."""
+    if all(isinstance(value, bool | int | float | str) for value in values):
+        return None
+    return tuple(map(_name_of, values))
+
+
+def _name_of(value: Any) -> str:
+    if isinstance(value, dict):
+        for key in ("label", "name", "file", "law", "kind"):
+            if isinstance(value.get(key), str):
+                return Path(value[key]).stem if key == "file" else value[key]
+    if isinstance(value, list) and any(isinstance(each, dict) for each in value):
+        return ", ".join(map(_name_of, value))
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def problem_of(sampled: Sequence[Vary]) -> dict[str, Any]:
+    """Describe a sample to SALib; log spacing is sampled, and analysed, in the logarithm.
+
+    Parameters
+    ----------
+    sampled : sequence of Vary
+        Quantities with limits.
+
+    Returns
+    -------
+    dict
+        ``num_vars``, ``names`` and ``bounds``.
+    """
+    return {
+        "num_vars": len(sampled),
+        "names": [label_of(each) for each in sampled],
+        "bounds": [list(each.scaled_limits) for each in sampled],
+    }
+
+
+def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
+    """Draw a sample.
+
+    Parameters
+    ----------
+    sample : Sample
+        Method, count and seed: of ``saltelli`` and ``morris`` the count is that of base points and
+        of trajectories.
+    sampled : sequence of Vary
+        Quantities with limits.
+
+    Returns
+    -------
+    (n, len(sampled)) array
+        In the fields' units.
+
+    Raises
+    ------
+    InputError
+        If the method needs SALib, which is not installed, or another count.
+    """
+    problem = problem_of(sampled)
+    low, high = np.array(problem["bounds"]).T
+    if sample.method in ("saltelli", "morris"):
+        points = _salib_sample(sample, problem)
+    else:
+        from scipy.stats import qmc
+
+        kind = qmc.LatinHypercube if sample.method == "latin_hypercube" else qmc.Sobol
+        if sample.method == "sobol" and sample.count & (sample.count - 1):
+            raise InputError(
+                f"sample.count is {sample.count}; accepted with sobol: a power of 2, such as "
+                f"{1 << sample.count.bit_length()}"
+            )
+        unit = kind(len(sampled), seed=sample.seed).random(sample.count)
+        points = low + unit * (high - low)
+    for column, each in zip(points.T, sampled, strict=True):
+        if each.spacing == "log":
+            column[:] = np.exp(column)
+        # the logarithm and back may end a last bit outside
+        np.clip(column, each.low, each.high, out=column)
+    return points
+
+
+def _salib_sample(sample: Sample, problem: dict[str, Any]) -> NDArray:
+    try:
+        from SALib.sample import morris, sobol
+    except ImportError:
+        raise InputError(
+            f"sample.method {sample.method!r} needs SALib; install isolation-sim[sweeps]"
+        ) from None
+    if sample.method == "morris":
+        return morris.sample(problem, sample.count, seed=sample.seed)
+    if sample.count & (sample.count - 1):
+        raise InputError(
+            f"sample.count is {sample.count}; accepted with saltelli: a power of 2, such as "
+            f"{1 << sample.count.bit_length()}"
+        )
+    return sobol.sample(problem, sample.count, calc_second_order=False, seed=sample.seed)
+
+
+def _file_axis(path: Path) -> Axis:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            header, *rows = [row for row in csv.reader(file) if row]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({error}); accepted: CSV") from None
+    except ValueError:
+        raise InputError(f"{path}: empty; accepted: a heading of fields and a row a case") from None
+    if not rows:
+        raise InputError(f"{path}: no cases; accepted: a row a case below the heading")
+    names = [name.strip() for name in header]
+    for k, row in enumerate(rows):
+        if len(row) != len(names):
+            raise InputError(
+                f"{path}: row {k + 2} has {len(row)} entries; accepted: {len(names)}, as the "
+                "heading"
+            )
+    columns = [
+        [completed(name, value, path.parent) for value in _typed([row[c].strip() for row in rows])]
+        for c, name in enumerate(names)
+    ]
+    quantities = tuple(
+        Quantity(name, (name,), shown=_shown(column))
+        for name, column in zip(names, columns, strict=True)
+    )
+    return Axis(quantities, list(zip(*columns, strict=True)))
+
+
+def _typed(column: list[str]) -> Sequence[Any]:
+    """Numbers where all entries are, whole ones where all are; text otherwise."""
+    for kind in (int, float):
+        try:
+            return [kind(entry) for entry in column]
+        except ValueError:
+            continue
+    return column

@@ -1,0 +1,256 @@
+"""Some cases of a sweep, run one after another or side by side: a pure function of the cases."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ground_motions import GroundMotionError
+
+from ..errors import Diverged, InputError
+from ..results import file_name, write_run
+from ..simulation.batch import Case, simulate_many
+from ..simulation.run import simulate
+from .design import CaseSpec, validated
+
+if TYPE_CHECKING:
+    from ..scenario import Job
+    from ..simulation.control import Control
+    from ..simulation.result import Run
+
+FEWEST = 4
+"""Runs with the same driver, sensors and options that are worth a block of vector lanes."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Cases to run, with all that this takes.
+
+    Attributes
+    ----------
+    number : int
+        Place in the plan.
+    base : dict
+        Data of the scenario that every case starts from.
+    controllers : tuple of str
+        Labels of the scenario's controllers.
+    cases : tuple of CaseSpec
+        The cases.
+    parameters : dict of str to type
+        Columns of the varied quantities.
+    energy : bool
+        Whether every run's energy ledger is wanted.
+    histories : bool or frozenset of int
+        Whether histories are wanted, or of which cases.
+    """
+
+    number: int
+    base: dict[str, Any]
+    controllers: tuple[str, ...]
+    cases: tuple[CaseSpec, ...]
+    parameters: dict[str, type]
+    energy: bool = False
+    histories: bool | frozenset[int] = False
+
+    def keeps(self, case: int) -> bool:
+        """Whether a case's histories are wanted."""
+        return self.histories if isinstance(self.histories, bool) else case in self.histories
+
+
+@dataclass
+class Finished:
+    """What came of a chunk.
+
+    Attributes
+    ----------
+    number : int
+        Place of the chunk in the plan.
+    table : bytes
+        Parquet, a row a run.
+    n_runs, n_failed : int
+        How many there are, and how many of them failed.
+    histories : dict of str to bytes
+        netCDF by file name.
+    """
+
+    number: int
+    table: bytes
+    n_runs: int
+    n_failed: int
+    histories: dict[str, bytes] = field(default_factory=dict)
+
+
+@dataclass
+class Row:
+    """One run of a chunk, as it comes to be known.
+
+    Attributes
+    ----------
+    case : CaseSpec
+        The case.
+    controller : str
+        Label of the controller.
+    job : Job or None
+        The case made ready; None where it cannot be.
+    control : Controller or None
+        The controller, a fresh one.
+    criteria, energy : dict of str to float
+        What came of it, SI units.
+    clamped : int
+        Commands that were clamped.
+    status : {"ok", "diverged", "refused", "error"}
+        Refused is input that cannot be used, a current outside the limits for one.
+    reason : str
+        Why there is no result.
+    """
+
+    case: CaseSpec
+    controller: str
+    job: Job | None = None
+    control: Control | None = None
+    criteria: dict[str, float] = field(default_factory=dict)
+    energy: dict[str, float] = field(default_factory=dict)
+    clamped: int = 0
+    status: str = "ok"
+    reason: str = ""
+
+    def fail(self, error: Exception) -> None:
+        """Record why there is no result."""
+        known = isinstance(error, InputError | GroundMotionError | Diverged)
+        self.status = "diverged" if isinstance(error, Diverged) else "refused" if known else "error"
+        self.reason = str(error) if known else f"{type(error).__name__}: {error}"
+
+
+def run_chunk(chunk: Chunk) -> Finished:
+    """Run a chunk.
+
+    A row does not depend on the others, so that neither the size of chunks nor their order
+    matters, to the last bit.
+
+    Parameters
+    ----------
+    chunk : Chunk
+        Cases to run.
+
+    Returns
+    -------
+    Finished
+        A case that fails is a row with its reason.
+    """
+    from .rows import energy_record, table_bytes
+
+    kept: dict[tuple[str, ...], Any] = {}
+    rows = [row for case in chunk.cases for row in _rows(chunk, case, kept)]
+    histories: dict[str, bytes] = {}
+    alike: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.job is None:
+            continue
+        if chunk.energy or chunk.keeps(row.case.number):
+            run = _alone(row)
+            if run is not None and chunk.energy:
+                row.energy = energy_record(run)
+            if run is not None and chunk.keeps(row.case.number):
+                name = history_name(row.case.number, row.controller)
+                histories[name] = _history(run, chunk, row)
+        else:
+            options = {key: value for key, value in row.job.options.items() if key != "belief"}
+            alike.setdefault(repr(options), []).append(row)
+    for group in alike.values():
+        _side_by_side(group)
+    failed = sum(row.status != "ok" for row in rows)
+    table = table_bytes(rows, chunk.parameters, chunk.controllers, chunk.energy)
+    return Finished(chunk.number, table, len(rows), failed, histories)
+
+
+def history_name(case: int, controller: str) -> str:
+    """Return the file name of a run's histories.
+
+    Parameters
+    ----------
+    case : int
+        Number of the case.
+    controller : str
+        Label of the controller.
+
+    Returns
+    -------
+    str
+    """
+    return f"case_{case:07d}_{file_name(controller)}.nc"
+
+
+def _rows(chunk: Chunk, case: CaseSpec, kept: dict[tuple[str, ...], Any]) -> list[Row]:
+    """Build a case; what it shares with others is built once."""
+    rows = [Row(case, label) for label in chunk.controllers]
+    try:
+        data = case.data(chunk.base)
+    except InputError as error:
+        for row in rows:
+            row.fail(error)
+        return rows
+    entries = data["controller"]
+    try:
+        jobs = [validated(data).build(kept)] * len(rows)
+    except InputError:
+        # one controller's settings may be wrong and not the others'
+        jobs = []
+    for k, row in enumerate(rows):
+        try:
+            row.job = jobs[k] if jobs else validated({**data, "controller": [entries[k]]}).build()
+            row.control = list(row.job.controllers.values())[k if jobs else 0]
+        except Exception as error:
+            row.fail(error)
+    return rows
+
+
+def _alone(row: Row) -> Run | None:
+    """Run one by one, as ``isolation-sim run`` does."""
+    assert row.job is not None and row.control is not None
+    try:
+        run = simulate(row.job.isolated, row.job.records, row.control, **row.job.options)
+        row.criteria, row.clamped = run.criteria, run.clamped
+    except Exception as error:
+        row.fail(error)
+        return None
+    return run
+
+
+def _side_by_side(rows: Sequence[Row]) -> None:
+    """Run what has the same driver, sensors and options in vector lanes."""
+    if len(rows) < FEWEST:
+        for row in rows:
+            _alone(row)
+        return
+    cases, options = [], {}
+    for row in rows:
+        assert row.job is not None and row.control is not None
+        options = dict(row.job.options)
+        belief = options.pop("belief", None)
+        cases.append(Case(row.job.isolated, row.job.records, row.control, belief))
+    try:
+        batch = simulate_many(cases, threads=1, **options)
+    except Exception:
+        # a case that cannot even start takes the others with it: find out which
+        for row in rows:
+            _alone(row)
+        return
+    for k, row in enumerate(rows):
+        row.clamped = int(batch.clamped[k])
+        reason = batch.failure[k]
+        if reason is None:
+            row.criteria = {name: float(values[k]) for name, values in batch.criteria.items()}
+        else:
+            row.fail(Diverged(reason) if batch.diverged[k] else InputError(reason))
+
+
+def _history(run: Run, chunk: Chunk, row: Row) -> bytes:
+    """Histories as a netCDF file, with the scenario that `isolation-sim run` makes them from."""
+    data = row.case.data(chunk.base)
+    entry = data["controller"][chunk.controllers.index(row.controller)]
+    scenario = validated({**data, "controller": [entry]}).to_toml()
+    with tempfile.TemporaryDirectory() as folder:
+        return write_run(run, Path(folder) / "run.nc", scenario).read_bytes()

@@ -1,0 +1,276 @@
+"""A plan made ready: its cases by number, and what makes it the same plan as before."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from .. import __version__
+from ..errors import InputError
+from ..scenario import Scenario
+from ..scenario.job import located
+from ..scenario.problems import one_line
+from .axes import Axis, axes_of
+from .fields import Change, changed, with_seed
+from .plan import SweepPlan
+
+
+@dataclass(frozen=True)
+class CaseSpec:
+    """One case: a scenario's changes; it is run under every controller.
+
+    Attributes
+    ----------
+    number : int
+        Place in the plan, from 0.
+    shown : dict of str to object
+        Varied quantities for the table, by label.
+    changes : tuple of Change
+        What is done to the scenario's data.
+    seed : int or None
+        Of noise and random ground motion; None for those of the scenario.
+    """
+
+    number: int
+    shown: dict[str, Any]
+    changes: tuple[Change, ...]
+    seed: int | None = None
+
+    def data(self, base: dict[str, Any]) -> dict[str, Any]:
+        """Return the case's scenario, as data.
+
+        Parameters
+        ----------
+        base : dict
+            Data of the plan's scenario.
+
+        Returns
+        -------
+        dict
+
+        Raises
+        ------
+        InputError
+            If a field is not known there or cannot be changed so.
+        """
+        data = changed(base, self.changes)
+        return data if self.seed is None else with_seed(data, self.seed)
+
+
+class Design:
+    """All cases of a plan.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        The plan.
+    source : str
+        Its file, for errors.
+
+    Attributes
+    ----------
+    plan : SweepPlan
+        The plan.
+    base : dict
+        Data of the scenario that every case starts from, all keys given.
+    axes : list of Axis
+        What is varied; the last one varies fastest.
+    controllers : tuple of str
+        Labels of the controllers.
+
+    Raises
+    ------
+    InputError
+        If a field is unknown, or a value cannot be used whatever the others are.
+    """
+
+    def __init__(self, plan: SweepPlan, source: str = ""):
+        self.plan = plan
+        self.axes: list[Axis] = []
+        try:
+            self.base = plan.scenario.model_dump(mode="json")
+            for each in plan.vary:
+                if each.fields == ("controller",):
+                    self.base["controller"] = each.values
+            scenario = validated(self.base)
+            self.base = scenario.model_dump(mode="json")
+            self.controllers = tuple(entry.label or entry.name for entry in scenario.controller)
+            self.axes = axes_of(plan)
+            self._check_values()
+            validated(self.case(0).data(self.base)).build()
+        except InputError as error:
+            raise located(error, source) from None
+
+    @property
+    def n_cases(self) -> int:
+        """Number of cases."""
+        repetitions = self.plan.seeds.count if self.plan.seeds else 1
+        return prod((len(axis) for axis in self.axes), start=repetitions)
+
+    @property
+    def n_runs(self) -> int:
+        """Number of runs: every case under every controller."""
+        return self.n_cases * len(self.controllers)
+
+    def case(self, number: int) -> CaseSpec:
+        """Return a case.
+
+        Parameters
+        ----------
+        number : int
+            From 0 to ``n_cases - 1``.
+
+        Returns
+        -------
+        CaseSpec
+        """
+        rest, places = number, []
+        repetition = 0
+        if self.plan.seeds:
+            rest, repetition = divmod(rest, self.plan.seeds.count)
+        for axis in reversed(self.axes):
+            rest, k = divmod(rest, len(axis))
+            places.append(k)
+        shown: dict[str, Any] = {}
+        changes: list[Change] = []
+        for axis, k in zip(self.axes, reversed(places), strict=True):
+            shown |= axis.shown(k)
+            changes += axis.changes(k)
+        if not self.plan.seeds:
+            return CaseSpec(number, shown, tuple(changes))
+        # of what the case is, not of where it stands
+        content = sorted(_json([c.field, c.value, c.factor]) for c in changes)
+        digest = hashlib.sha256(_json([self.plan.seeds.base, repetition, content]).encode())
+        seed = int.from_bytes(digest.digest()[:4], "big")
+        shown |= {"repetition": repetition, "seed": seed}
+        return CaseSpec(number, shown, tuple(changes), seed)
+
+    @cached_property
+    def parameters(self) -> dict[str, type]:
+        """Columns of the varied quantities, and their types: bool, int, float or str."""
+        kinds: dict[str, type] = {}
+        for axis in self.axes:
+            for k in range(len(axis)):
+                for label, value in axis.shown(k).items():
+                    kinds[label] = _common(kinds.get(label), type(value))
+        if self.plan.seeds:
+            kinds |= {"repetition": int, "seed": int}
+        return kinds
+
+    def content(self) -> dict[str, Any]:
+        """Return all that decides the results, as JSON can hold it.
+
+        Returns
+        -------
+        dict
+        """
+        content = self.plan.model_dump(mode="json") | {"scenario": self.base}
+        content["vary"] = [
+            {key: value for key, value in each.items() if value is not None}
+            for each in content["vary"]
+        ]
+        files = {path: _digest(path) for path in sorted(set(_files(content)))}
+        return {"plan": content, "files": files, "software": f"isolation-sim {__version__}"}
+
+    def _check_values(self) -> None:
+        """Try every value with the first ones of the other axes, but for a long file's."""
+        first = {id(axis): tuple(axis.changes(0)) for axis in self.axes}
+        for axis in self.axes:
+            others = [c for each in self.axes if each is not axis for c in first[id(each)]]
+            for k in range(min(len(axis), 1000)):
+                changes = (*others, *axis.changes(k))
+                try:
+                    validated(changed(self.base, changes))
+                except InputError as error:
+                    shown = ", ".join(f"{name} = {v!r}" for name, v in axis.shown(k).items())
+                    raise located(error, shown) from None
+
+
+def validated(data: dict[str, Any]) -> Scenario:
+    """Make a scenario of its data.
+
+    Parameters
+    ----------
+    data : dict
+        As `Scenario.model_dump` gives it.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    InputError
+        In one line.
+    """
+    try:
+        return Scenario.model_validate(data)
+    except ValidationError as error:
+        raise InputError(one_line(error, data)) from None
+
+
+def _common(a: type | None, b: type) -> type:
+    if a in (None, b):
+        return b
+    return float if {a, b} == {int, float} else str
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"))
+
+
+def _files(value: Any) -> Iterator[str]:
+    """Yield the input files that a plan names."""
+    if isinstance(value, dict):
+        for key, each in value.items():
+            if key.endswith("file") and isinstance(each, str):
+                yield each
+            yield from _files(each)
+    elif isinstance(value, list):
+        for each in value:
+            yield from _files(each)
+
+
+def _digest(path: str) -> str:
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError:
+        return "not found"
+
+
+def differences(kept: Any, now: Any, place: str = "") -> Iterator[str]:
+    """Yield what differs between two plans' contents, a line a place.
+
+    Parameters
+    ----------
+    kept, now : object
+        Contents as `Design.content` returns them.
+    place : str
+        Where they are within the whole.
+
+    Yields
+    ------
+    str
+    """
+    if isinstance(kept, dict) and isinstance(now, dict):
+        for key in {**kept, **now}:
+            inner = f"{place}.{key}".removeprefix(".")
+            yield from differences(kept.get(key), now.get(key), inner)
+    elif isinstance(kept, list) and isinstance(now, list) and len(kept) == len(now):
+        for k, (a, b) in enumerate(zip(kept, now, strict=True)):
+            yield from differences(a, b, f"{place}[{k}]")
+    elif kept != now:
+        yield f"{place.removeprefix('plan.')} was {_short(kept)}, is {_short(now)}"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,261 @@
+"""Fields of a scenario by name, such as ``isolator.force_scale``, and how a case changes them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+
+_STEP = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
+
+_NAMED_BY = {"ground": "name", "controller": "name", "isolator": "law"}
+
+Step = str | int
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a case does to one field.
+
+    Attributes
+    ----------
+    field : str
+        Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant.
+    value : object
+        The field's value, or what its value is multiplied by.
+    factor : bool
+        Whether the value multiplies what the scenario has.
+    """
+
+    field: str
+    value: Any
+    factor: bool = False
+
+    def new(self, old: Any) -> Any:
+        """Return the field's new value.
+
+        Parameters
+        ----------
+        old : object
+            The present one.
+
+        Returns
+        -------
+        object
+
+        Raises
+        ------
+        InputError
+            If a factor finds no number to multiply.
+        """
+        return _times(self.field, old, self.value) if self.factor else self.value
+
+
+@lru_cache(maxsize=1024)
+def steps_of(field: str) -> tuple[Step, ...]:
+    """Split a field's name into keys and numbers of items.
+
+    Parameters
+    ----------
+    field : str
+        Such as ``controller[1].amperes``.
+
+    Returns
+    -------
+    tuple of str and int
+
+    Raises
+    ------
+    InputError
+        If it is not written like a field.
+    """
+    steps: list[Step] = []
+    for part in field.split("."):
+        match = _STEP.fullmatch(part)
+        if match is None:
+            raise InputError(
+                f"field {field!r} cannot be read; accepted: keys joined by dots, such as "
+                "isolator.force_scale or controller[1].amperes"
+            )
+        steps.append(match[1])
+        steps += [int(number) for number in re.findall(r"\d+", match[2])]
+    return tuple(steps)
+
+
+def changed(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, Any]:
+    """Apply changes to a scenario's data.
+
+    Parameters
+    ----------
+    data : dict
+        Of a scenario, all keys given; not altered.
+    changes : iterable of Change
+        Whole sections are changed before their keys, whatever the order.
+
+    Returns
+    -------
+    dict
+        It shares what was not changed.
+
+    Raises
+    ------
+    InputError
+        Naming the field that is not known and the nearest that is, or cannot be changed so.
+    """
+    for change in sorted(changes, key=lambda each: len(steps_of(each.field))):
+        data = _put(data, steps_of(change.field), change.new, ())
+    return data
+
+
+def completed(field: str, value: Any, folder: str | Path) -> Any:
+    """Fill in what a value leaves out, so that its keys can be changed in turn.
+
+    Parameters
+    ----------
+    field : str
+        Field that gets it.
+    value : object
+        As a plan gives it; a name alone stands for a record, a controller or a law.
+    folder : str or pathlib.Path
+        What paths in it are relative to.
+
+    Returns
+    -------
+    object
+        Of a whole section all keys, of a file its absolute path, anything else as it is.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If it is no such section.
+    """
+    from ..scenario import Scenario
+
+    name, *rest = steps_of(field)
+    if isinstance(value, str) and str((name, *rest)[-1]).endswith("file"):
+        return str((Path(folder) / Path(value).expanduser()).resolve())
+    if name not in Scenario.model_fields or any(isinstance(step, str) for step in rest):
+        return value
+    if isinstance(value, str) and name in _NAMED_BY:
+        value = {_NAMED_BY[name]: value}
+    if not isinstance(value, dict | list):
+        return value
+    alone = isinstance(value, dict) and name in ("ground", "controller", "element")
+    given = {name: [value] if alone else value}
+    data = Scenario.model_validate(given, context={"folder": folder}).model_dump(mode="json")
+    return data[name][0] if rest or (name == "controller" and alone) else data[name]
+
+
+def with_seed(data: dict[str, Any], seed: int) -> dict[str, Any]:
+    """Set every seed of a scenario.
+
+    Parameters
+    ----------
+    data : dict
+        Of a scenario, all keys given; not altered.
+    seed : int
+        Of the sensors' noise; the k-th ground motion gets ``seed + k``, where it has one.
+
+    Returns
+    -------
+    dict
+    """
+    ground = [
+        {**motion, "seed": seed + k} if "seed" in motion else motion
+        for k, motion in enumerate(data["ground"])
+    ]
+    return {**data, "ground": ground, "sensors": {**data["sensors"], "seed": seed}}
+
+
+def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: tuple) -> Any:
+    """Return a value with what is at the steps replaced."""
+    if not steps:
+        return new(value)
+    step, rest = steps[0], steps[1:]
+    if isinstance(value, list):
+        if not isinstance(step, int):
+            if not value:
+                raise InputError(f"field {_told(place)}: the scenario has none")
+            return [_put(each, steps, new, place) for each in value]
+        if step >= len(value):
+            raise InputError(
+                f"field {_told((*place, step))}: the scenario has {len(value)}, counted from 0"
+            )
+        return [
+            _put(each, rest, new, (*place, k)) if k == step else each
+            for k, each in enumerate(value)
+        ]
+    if not isinstance(value, dict) or isinstance(step, int):
+        raise InputError(f"field {_told((*place, step))}: {_told(place)} has no such part")
+    inner = _opened(value, step, place)
+    if step not in inner:
+        raise unknown_name("field", _told((*place, step)), (_told((*place, k)) for k in inner))
+    put = {**inner, step: _put(inner[step], rest, new, (*place, step))}
+    if "settings" in value and step not in ("name", "label"):
+        return {**value, "settings": {k: put[k] for k in {**value["settings"], step: None}}}
+    if step == "parameters" and rest and not isinstance(value[step], dict):
+        # numbers that are not given are those of the law's published set
+        put[step] = {rest[0]: put[step][rest[0]]}
+    return put
+
+
+def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
+    """Return a table with what a step may lead into, where the scenario leaves that out."""
+    if not place and step == "belief" and value["belief"] is None:
+        from ..scenario.devices import Belief
+
+        return {**value, "belief": Belief().model_dump(mode="json")}
+    if "settings" in value:
+        from controllers import CONTROLLERS
+
+        declared = CONTROLLERS[value["name"]].settings
+        defaults = {name: setting.default for name, setting in declared.items()}
+        return {**value, **defaults, **value["settings"]}
+    if place[-1:] == ("noise",):
+        # any output may be given noise; the run refuses what is none
+        return {step: None, **value}
+    if step == "parameters" and not isinstance(value["parameters"], dict):
+        return {**value, "parameters": _published(value, place)}
+    return value
+
+
+def _published(device: dict[str, Any], place: tuple) -> dict[str, Any]:
+    """Return the numbers of a section's published set, ascending powers of the current."""
+    from ..laws import available_sets, law
+
+    name, chosen = device["law"], device["parameters"]
+    if name is None or (chosen is not None and chosen != available_sets(name)[0]):
+        raise InputError(
+            f"field {_told((*place, 'parameters'))}: a number of the set {chosen!r} cannot be "
+            "changed alone; accepted: a scenario that gives the law and its numbers"
+        )
+    current = law(name, chosen).current
+    if len(current.coefficients) > 1:
+        return dict.fromkeys(current.names)
+    return {
+        key: np.trim_zeros(row, "b").tolist() or [0.0]
+        for key, row in zip(current.names, current.coefficients[0], strict=True)
+    }
+
+
+def _times(field: str, old: Any, factor: Any) -> Any:
+    if isinstance(old, list):
+        return [_times(field, each, factor) for each in old]
+    if isinstance(old, bool) or not isinstance(old, int | float):
+        raise InputError(
+            f"field {field}: {old!r} cannot be multiplied; accepted: factor = false, or a scenario "
+            "that gives it a number"
+        )
+    return old * factor
+
+
+def _told(place: tuple) -> str:
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place)
+    return text.lstrip(".")

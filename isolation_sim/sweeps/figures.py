@@ -1,0 +1,267 @@
+"""Figures of a sweep, legible in grey: controllers side by side, maps, sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..comparison import UNCONTROLLED
+from ..errors import InputError
+from ..reports.style import (
+    DOUBLE_COLUMN,
+    label_outer,
+    legend,
+    light_shades,
+    line_styles,
+    new_figure,
+    style,
+)
+from ..reports.units import unit_of
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .result import Sweep
+
+_MOST_CELLS = 24
+"""Values of a quantity that a map shows one by one; more are put into intervals."""
+_INTERVALS = 12
+_ACROSS = 3
+
+
+def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
+    """Criteria side by side, each as a ratio, a line a controller.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+    criteria : sequence of str, optional
+        Columns of results; the peaks by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Medians over the cases, with bars from the 10th to the 90th percentile. Each case is
+        referred to its own ``passive_off`` run; without one, to the median of all runs.
+
+    Raises
+    ------
+    InputError
+        If a criterion is unknown.
+    """
+    peaks = [name for name in sweep.criteria if name.startswith("peak_")]
+    wanted = peaks if criteria is None else list(criteria)
+    for name in wanted:
+        sweep.check(name, sweep.criteria, "criterion")
+    values = sweep.table.pivot(index="case", columns="controller", values=wanted)
+    uncontrolled = UNCONTROLLED in sweep.controllers
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 3.4)
+        axes = figure.add_subplot()
+        styles = line_styles(len(sweep.controllers), markers=True)
+        for k, (label, look) in enumerate(zip(sweep.controllers, styles, strict=True)):
+            ratios = np.stack([
+                values[name, label]
+                / (values[name, UNCONTROLLED] if uncontrolled else np.nanmedian(values[name]))
+                for name in wanted
+            ])  # fmt: skip
+            low, middle, high = np.nanpercentile(ratios, [10, 50, 90], axis=1)
+            # bars beside each other, not on each other
+            at = np.arange(len(wanted)) + 0.08 * (k - (len(styles) - 1) / 2)
+            bars = np.stack([middle - low, high - middle])
+            axes.errorbar(at, middle, bars, label=label, elinewidth=0.8, capsize=1.5, **look)
+        # a word a line: names stand side by side
+        axes.set_xticks(range(len(wanted)), [spoken(name).replace(" ", "\n") for name in wanted])
+        axes.set_ylabel("over passive_off" if uncontrolled else "over the median of all runs")
+        legend(figure, axes, "outside upper center")
+    return figure
+
+
+def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figure:
+    """A criterion over two varied quantities, a panel a controller, all on one scale.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+    x, y : str or None
+        Varied quantities; the first two that are numbers where None.
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        If fewer than two quantities that are numbers are varied, or a name is unknown.
+    """
+    x, y = _two(sweep, x, y)
+    sweep.check(criterion, sweep.criteria, "criterion")
+    unit, factor = unit_of(criterion)
+    frame = sweep.table[["controller", x, y, criterion]].copy()
+    # medians of scattered points make no lines
+    binned = max(frame[x].nunique(), frame[y].nunique()) > _MOST_CELLS
+    frame[x], frame[y] = _cells(frame[x]), _cells(frame[y])
+    middle = frame.groupby(["controller", y, x])[criterion].median() * factor
+    least, most = float(middle.min()), float(middle.max())
+    rows = -(-len(sweep.controllers) // _ACROSS)
+    across = min(_ACROSS, len(sweep.controllers))
+    with style():
+        figure = new_figure(DOUBLE_COLUMN if across > 1 else 4.2, 0.6 + 2.5 * rows)
+        grid = figure.add_gridspec(rows, across)
+        shades = light_shades()
+        panels: list[Axes] = []
+        image = None
+        for k, label in enumerate(sweep.controllers):
+            axes = figure.add_subplot(grid[divmod(k, across)])
+            cells = middle[label].unstack()
+            image = axes.pcolormesh(
+                _edges(cells.columns), _edges(cells.index), cells.to_numpy(), cmap=shades,
+                vmin=least, vmax=most,
+            )  # fmt: skip
+            _print_cells(axes, cells, lines=not binned)
+            axes.set(xlabel=x, ylabel=y, title=label if len(sweep.controllers) > 1 else "")
+            axes.grid(False)
+            panels.append(axes)
+        label_outer(panels, across)
+        assert image is not None
+        title = f"{spoken(criterion)}, {unit}" if unit else spoken(criterion)
+        figure.colorbar(image, ax=panels, label=title)
+    return figure
+
+
+def _two(sweep: Sweep, x: str | None, y: str | None) -> tuple[str, str]:
+    numbers = [name for name in sweep.parameters if sweep.table[name].dtype.kind in "if"]
+    for name in (x, y):
+        if name is not None:
+            sweep.check(name, numbers, "varied quantity")
+    first = x or next((name for name in numbers if name != y), None)
+    second = y or next((name for name in numbers if name != first), None)
+    if first is None or second is None or first == second:
+        raise InputError(
+            f"a map needs two varied quantities that are numbers; there are: "
+            f"{', '.join(numbers) or 'none'}"
+        )
+    return first, second
+
+
+def _cells(values: pandas.Series) -> pandas.Series:
+    """Return the values themselves, or the middles of intervals where there are too many."""
+    if values.nunique() <= _MOST_CELLS:
+        return values
+    import pandas
+
+    edges = np.linspace(values.min(), values.max(), _INTERVALS + 1)
+    middles = (edges[:-1] + edges[1:]) / 2
+    found = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _INTERVALS - 1)
+    return pandas.Series(middles[found], index=values.index)
+
+
+def _edges(middles: Sequence[float]) -> np.ndarray:
+    """Edges of cells around values that need not be equally spaced."""
+    at = np.asarray(middles, float)
+    if len(at) == 1:
+        return at[0] + np.array([-0.5, 0.5])
+    inner = (at[:-1] + at[1:]) / 2
+    return np.concatenate([[2 * at[0] - inner[0]], inner, [2 * at[-1] - inner[-1]]])
+
+
+def _print_cells(axes: Axes, cells: pandas.DataFrame, lines: bool) -> None:
+    """Print the numbers into the cells where there is room, or draw lines of equal value."""
+    values = cells.to_numpy()
+    if values.size <= 36:
+        for i, j in np.ndindex(*values.shape):
+            if np.isfinite(values[i, j]):
+                axes.text(
+                    cells.columns[j], cells.index[i], f"{values[i, j]:.3g}", fontsize=6,
+                    ha="center", va="center",
+                )  # fmt: skip
+    elif lines and min(values.shape) > 1 and np.nanmin(values) < np.nanmax(values):
+        drawn = axes.contour(
+            cells.columns, cells.index, values, levels=6, colors="black", linewidths=0.6
+        )
+        axes.clabel(drawn, fontsize=6)
+
+
+def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
+    """Bars of the sensitivity indices, with 95 % intervals.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        A sampled sweep.
+    criterion : str
+        Column of results.
+    controller : str or None
+        Label of one; the first if None.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        As `Sweep.sensitivity`.
+    """
+    found = sweep.sensitivity(criterion, controller)
+    shown = [name for name in found.columns if not name.endswith("_conf")]
+    unit, factor = unit_of(criterion)
+    morris = "mu_star" in shown
+    names = {
+        "S1": "first order, $S_1$", "ST": "total, $S_T$", "mu_star": "mean effect",
+        "sigma": "its spread",
+    }  # fmt: skip
+    with style():
+        figure = new_figure(DOUBLE_COLUMN / 2 + 1.0, 1.1 + 0.42 * len(found))
+        axes = figure.add_subplot()
+        height = 0.8 / len(shown)
+        for k, (name, grey, hatch) in enumerate(
+            zip(shown, ("0.25", "0.8"), ("", "////"), strict=False)
+        ):
+            at = np.arange(len(found)) + (k - (len(shown) - 1) / 2) * height
+            values = found[name] * (factor if morris else 1.0)
+            conf = found.get(f"{name}_conf")
+            bars = None if conf is None else conf * (factor if morris else 1.0)
+            axes.barh(
+                at, values, height, xerr=bars, color=grey, hatch=hatch, edgecolor="black",
+                linewidth=0.5, label=names[name], error_kw={"elinewidth": 0.8, "capsize": 2},
+            )  # fmt: skip
+        axes.set_yticks(range(len(found)), list(found.index))
+        axes.invert_yaxis()
+        axes.set_xlabel(
+            f"effect on {spoken(criterion)}, {unit}" if morris
+            else f"share of the variance of {spoken(criterion)}"
+        )  # fmt: skip
+        axes.grid(axis="y", visible=False)
+        legend(figure, axes, "outside upper center")
+    return figure
+
+
+def spoken(criterion: str) -> str:
+    """Return a criterion's name without its unit, in words.
+
+    Parameters
+    ----------
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    str
+    """
+    parts = criterion.split("_")
+    return " ".join(parts[: -_unit_parts(criterion)] if _unit_parts(criterion) else parts)
+
+
+def _unit_parts(name: str) -> int:
+    """Count the parts of a criterion's name, between underscores, that are its unit."""
+    return 2 if name.endswith(("_m_s2", "_m_s")) else 1 if unit_of(name)[0] else 0

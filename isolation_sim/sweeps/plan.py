@@ -1,0 +1,214 @@
+"""A sweep's plan: what is varied and how, to and from TOML."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+
+from ..errors import InputError
+from ..scenario import Scenario
+from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
+from ..scenario.job import located
+from ..scenario.problems import one_line
+from .fields import completed
+
+Count = Annotated[int, Field(gt=0)]
+
+
+class Vary(Section):
+    """One quantity that is varied: over values, a range, or between limits that are sampled."""
+
+    field: str | Annotated[list[str], Field(min_length=1)]
+    label: Annotated[str | None, Field(min_length=1)] = None
+    values: Annotated[list[Any] | None, Field(min_length=1)] = None
+    names: list[str] | None = None
+    low: Number | None = None
+    high: Number | None = None
+    count: Annotated[int, Field(ge=2)] | None = None
+    step: Positive | None = None
+    spacing: Literal["linear", "log"] = "linear"
+    factor: bool = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict) or not isinstance(data.get("values"), list):
+            return data
+        field = data.get("field")
+        if not isinstance(field, str):
+            return data
+        folder = (info.context or {}).get("folder", ".")
+        try:
+            values = [completed(field, value, folder) for value in data["values"]]
+        except ValidationError as error:
+            raise InputError(one_line(error, data)) from None
+        return data | {"values": values}
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        limits = self.low is not None and self.high is not None
+        if (self.values is None) != limits or (self.values is not None and self.steps):
+            raise InputError("accepted: values, or low and high, these with count or step or none")
+        if self.count is not None and self.step is not None:
+            raise InputError("count and step are given; accepted: one of them at most")
+        if self.low is not None and self.high is not None:
+            if not self.low < self.high:
+                raise InputError(f"low is {self.low:g}, high {self.high:g}; accepted: low below")
+            if self.spacing == "log" and self.low <= 0:
+                raise InputError(f"low is {self.low:g}; accepted with log spacing: above 0")
+        if self.step is not None and self.spacing == "log":
+            raise InputError("step goes with linear spacing; accepted with log spacing: count")
+        if self.names is not None and len(self.names) != len(self.values or ()):
+            raise InputError("names and values differ in number; accepted: a name a value")
+        return self
+
+    @property
+    def steps(self) -> bool:
+        """Whether the limits are those of a range."""
+        return self.count is not None or self.step is not None
+
+    @property
+    def sampled(self) -> bool:
+        """Whether the limits are those of a sample."""
+        return self.values is None and not self.steps
+
+    @property
+    def scaled_limits(self) -> tuple[float, float]:
+        """Limits as they are sampled: their logarithms with log spacing."""
+        assert self.low is not None and self.high is not None
+        if self.spacing == "log":
+            return math.log(self.low), math.log(self.high)
+        return self.low, self.high
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Fields that get the value."""
+        return (self.field,) if isinstance(self.field, str) else tuple(self.field)
+
+
+class Sample(Section):
+    """How quantities that have only limits are sampled, all together."""
+
+    method: Literal["latin_hypercube", "sobol", "saltelli", "morris"] = "latin_hypercube"
+    count: Count
+    seed: WholeNumber = 0
+
+
+class CaseFile(Section):
+    """Cases of your own: a CSV file with a column a field."""
+
+    file: InputPath
+
+
+class Seeds(Section):
+    """Repetitions of every case, each with a seed that follows from the case."""
+
+    count: Count
+    base: WholeNumber = 0
+
+
+class SweepPlan(Section):
+    """Everything that decides a sweep.
+
+    Every ``vary`` that has values or a range is an axis; those with limits alone are sampled
+    together and make one; so do a file of cases and repetitions. The cases are all combinations,
+    each run under every controller of the scenario.
+    """
+
+    name: Annotated[str, Field(min_length=1)] = "sweep"
+    scenario: Scenario = Scenario()
+    vary: list[Vary] = Field(default_factory=list)
+    sample: Sample | None = None
+    cases: CaseFile | None = None
+    seeds: Seeds | None = None
+    energy: bool = False
+    histories: bool | list[WholeNumber] = False
+
+    @field_validator("scenario", mode="before")
+    @classmethod
+    def _scenario_of(cls, value: Any, info: ValidationInfo) -> Any:
+        folder = Path((info.context or {}).get("folder", "."))
+        if isinstance(value, str):
+            return Scenario.read(folder / value)
+        return value
+
+    @model_validator(mode="after")
+    def _sample_has_limits(self) -> Self:
+        sampled = [each.fields[0] for each in self.vary if each.sampled]
+        if sampled and self.sample is None:
+            raise InputError(
+                f"{sampled[0]} has limits but no count; accepted: count or step, or a [sample] "
+                "section"
+            )
+        if self.sample is not None and not sampled:
+            raise InputError("sample: no quantity is sampled; accepted: a [[vary]] with low, high")
+        if self.sample is not None and self.sample.method == "saltelli" and len(sampled) < 2:
+            raise InputError("sample: saltelli needs two quantities with low and high or more")
+        return self
+
+    @classmethod
+    def read(cls, path: str | Path) -> SweepPlan:
+        """Read a plan.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            TOML; paths in it are relative to its folder.
+
+        Returns
+        -------
+        SweepPlan
+
+        Raises
+        ------
+        InputError
+            Naming the file, the key, what was given and what is accepted.
+        """
+        path = Path(path)
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise InputError(
+                f"{path}: no such file; accepted: a plan, such as isolation-sim sweep new writes"
+            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "not UTF-8"
+            raise InputError(f"{path}: cannot be read ({reason}); accepted: TOML text") from None
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{path}: not TOML: {error}") from None
+        return cls.from_dict({"name": path.stem} | data, path.parent, str(path))
+
+    @classmethod
+    def from_dict(
+        cls, data: dict[str, Any], folder: str | Path = ".", source: str = ""
+    ) -> SweepPlan:
+        """Build a plan from a table.
+
+        Parameters
+        ----------
+        data : dict
+            As in a plan's file.
+        folder : str or pathlib.Path
+            What paths in it are relative to.
+        source : str
+            Where it comes from, for errors.
+
+        Returns
+        -------
+        SweepPlan
+
+        Raises
+        ------
+        InputError
+            Naming the source, the key, what was given and what is accepted.
+        """
+        try:
+            return cls.model_validate(data, context={"folder": folder})
+        except ValidationError as error:
+            raise located(InputError(one_line(error, data)), source) from None
+        except InputError as error:
+            raise located(error, source) from None

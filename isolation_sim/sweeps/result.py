@@ -1,0 +1,331 @@
+"""The results of a sweep, read from its folder."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import unknown_name
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+    from .plan import SweepPlan
+
+_ACCOUNT = ("controller", "status", "reason", "clamped")
+
+
+class Sweep:
+    """Results of a sweep.
+
+    Parameters
+    ----------
+    folder : str or pathlib.Path
+        Folder that a sweep was run in; it need not be finished.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        The folder.
+
+    Raises
+    ------
+    InputError
+        If there is no sweep.
+    """
+
+    def __init__(self, folder: str | Path):
+        from .store import Store
+
+        self.folder = Path(folder)
+        self._store = Store(folder)
+        self._manifest = self._store.read_manifest()
+
+    @cached_property
+    def plan(self) -> SweepPlan:
+        """The plan, its scenario included."""
+        from .plan import SweepPlan
+
+        return SweepPlan.from_dict(self._manifest["plan"], source=str(self._store.manifest))
+
+    @cached_property
+    def table(self) -> pandas.DataFrame:
+        """A row a run that is finished.
+
+        ``case``, the varied quantities, ``controller``, ``status``, ``reason``, ``clamped``, then
+        criteria and energies in SI units.
+        """
+        return self._store.read().to_pandas()
+
+    @property
+    def finished(self) -> bool:
+        """Whether all runs are done."""
+        return self._store.table.is_file()
+
+    @cached_property
+    def parameters(self) -> tuple[str, ...]:
+        """Varied quantities."""
+        columns = list(self.table.columns)
+        return tuple(columns[1 : columns.index("controller")])
+
+    @cached_property
+    def criteria(self) -> tuple[str, ...]:
+        """Columns of results, energies included."""
+        columns = list(self.table.columns)
+        return tuple(columns[columns.index(_ACCOUNT[-1]) + 1 :])
+
+    @cached_property
+    def controllers(self) -> tuple[str, ...]:
+        """Labels of the controllers."""
+        return tuple(self.table["controller"].unique())
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """Number of runs by status, without reading the whole table."""
+        found = self._store.read(["status"])["status"].value_counts()
+        return {entry["values"]: entry["counts"] for entry in found.to_pylist()}
+
+    @property
+    def failed(self) -> pandas.DataFrame:
+        """Rows of the runs that failed, with their reasons."""
+        return self.table[self.table["status"] != "ok"]
+
+    def best(
+        self, criterion: str = "peak_floor_acceleration_m_s2", count: int = 5
+    ) -> pandas.DataFrame:
+        """Return the runs with the lowest criterion.
+
+        Parameters
+        ----------
+        criterion : str
+            Column of results.
+        count : int, default 5
+            How many.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Rows of the table, the best first.
+
+        Raises
+        ------
+        InputError
+            If there is no such criterion.
+        """
+        self.check(criterion, self.criteria, "criterion")
+        return self.table[self.table["status"] == "ok"].nsmallest(count, criterion)
+
+    def sensitivity(
+        self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
+    ) -> pandas.DataFrame:
+        """Return how far each sampled quantity decides a criterion, by SALib.
+
+        Parameters
+        ----------
+        criterion : str
+            Column of results.
+        controller : str, optional
+            Label of one; the first by default.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row a quantity. Sobol indices S1 and ST of a saltelli sample; Morris' mu_star and
+            sigma in the criterion's unit; first-order S1 by random balance designs otherwise. A
+            column that ends in ``_conf`` holds half a 95 % interval.
+
+        Raises
+        ------
+        InputError
+            If nothing was sampled, runs are missing or failed, or SALib is not installed.
+        """
+        from .sensitivity import indices
+
+        return indices(self, criterion, controller)
+
+    def history(self, case: int, controller: str | None = None) -> xarray.Dataset:
+        """Return a run's histories, where the plan keeps them.
+
+        Parameters
+        ----------
+        case : int
+            Number of the case.
+        controller : str, optional
+            Label of one; the first by default.
+
+        Returns
+        -------
+        xarray.Dataset
+
+        Raises
+        ------
+        InputError
+            If they were not kept.
+        """
+        from ..results import read_run
+        from .chunk import history_name
+
+        return read_run(self._store.histories / history_name(case, self.one_controller(controller)))
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write the table as CSV.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        from pyarrow import csv
+
+        from .store import write_durably
+
+        sink = io.BytesIO()
+        csv.write_csv(self._store.read(), sink)
+        write_durably(Path(path), sink.getvalue())
+        return Path(path)
+
+    def to_html(self, path: str | Path, criterion: str = "peak_floor_acceleration_m_s2") -> Path:
+        """Write a report that opens in any browser, in which the reader chooses the runs.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+        criterion : str
+            Column of results to begin with.
+
+        Returns
+        -------
+        pathlib.Path
+            The file; it needs no network.
+
+        Raises
+        ------
+        InputError
+            If there is no such criterion.
+        """
+        from ..reports.html.sweep_report import sweep_report
+
+        return sweep_report(self, criterion).write(path)
+
+    def plot_comparison(self, criteria: Sequence[str] | None = None) -> Figure:
+        """Draw all criteria of all controllers side by side, medians and spreads over the cases.
+
+        Parameters
+        ----------
+        criteria : sequence of str, optional
+            Columns of results; the peaks by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .figures import comparison
+
+        return comparison(self, criteria)
+
+    def plot_map(
+        self,
+        x: str | None = None,
+        y: str | None = None,
+        criterion: str = "peak_floor_acceleration_m_s2",
+    ) -> Figure:
+        """Draw a criterion over two varied quantities, a panel a controller.
+
+        Parameters
+        ----------
+        x, y : str, optional
+            Varied quantities; the first two by default. Where more are varied, the median over the
+            others is drawn.
+        criterion : str
+            Column of results.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If fewer than two quantities that are numbers are varied, or a name is unknown.
+        """
+        from .figures import heat_map
+
+        return heat_map(self, x, y, criterion)
+
+    def plot_sensitivity(
+        self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
+    ) -> Figure:
+        """Draw how far each sampled quantity decides a criterion; see `sensitivity`.
+
+        Parameters
+        ----------
+        criterion : str
+            Column of results.
+        controller : str, optional
+            Label of one; the first by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from .figures import sensitivity
+
+        return sensitivity(self, criterion, controller)
+
+    def one_controller(self, label: str | None) -> str:
+        """Return a controller's label, the first by default.
+
+        Parameters
+        ----------
+        label : str or None
+            Label.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        InputError
+            If there is no such controller.
+        """
+        if label is None:
+            return self.controllers[0]
+        self.check(label, self.controllers, "controller")
+        return label
+
+    @staticmethod
+    def check(name: str, known: Sequence[str], what: str) -> None:
+        """Refuse a name that is not known.
+
+        Parameters
+        ----------
+        name : str
+            Given.
+        known : sequence of str
+            Accepted.
+        what : str
+            What it should be.
+
+        Raises
+        ------
+        InputError
+            Naming the nearest.
+        """
+        if name not in known:
+            raise unknown_name(what, name, known)
+
+    def __repr__(self) -> str:
+        state = f"{len(self.table)} runs" if self.finished else "unfinished"
+        return f"Sweep({str(self.folder)!r}, {state})"

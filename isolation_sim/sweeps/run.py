@@ -1,0 +1,256 @@
+"""Run a sweep: measure, divide into chunks, hand them out, keep what comes back."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..results import file_name
+from ..simulation.batch import LANES
+from .chunk import Chunk, Finished, run_chunk
+from .design import Design
+from .plan import SweepPlan
+from .result import Sweep
+from .store import Store
+from .workers import in_processes, in_this_process, on_cluster
+
+MOST_CASES = 15 * LANES
+"""Cases of a chunk: whole blocks of lanes, and no more plants than the engine remembers."""
+
+_CHUNK_SECONDS = 5.0
+_CHUNK_BYTES = 64e6
+_PILOT_SECONDS = 0.3
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a sweep will take.
+
+    Attributes
+    ----------
+    n_cases, n_runs : int
+        Cases, and runs: every case under every controller.
+    seconds : float
+        Of one process, measured on a few cases, s.
+    size : float
+        On disk, bytes.
+    cases_per_chunk : int
+        Cases that are run, and kept, together.
+    """
+
+    n_cases: int
+    n_runs: int
+    seconds: float
+    size: float
+    cases_per_chunk: int
+
+
+def estimate(design: Design) -> Estimate:
+    """Run a few cases to see what a sweep will take.
+
+    Parameters
+    ----------
+    design : Design
+        The sweep.
+
+    Returns
+    -------
+    Estimate
+    """
+    # the first run of a law compiles
+    run_chunk(chunk_of(design, 0, (0,)))
+    n = design.n_cases
+    tried = 1
+    while True:
+        places = tuple(sorted({k * (n - 1) // max(tried - 1, 1) for k in range(tried)}))
+        start = time.perf_counter()
+        finished = run_chunk(chunk_of(design, 0, places))
+        spent = time.perf_counter() - start
+        if spent > _PILOT_SECONDS or tried >= min(MOST_CASES, n):
+            break
+        tried = min(LANES * tried, MOST_CASES, n)
+    seconds = spent / len(places)
+    size = (len(finished.table) + sum(map(len, finished.histories.values()))) / len(places)
+    histories = design.plan.histories
+    if isinstance(histories, list):
+        size = len(finished.table) / len(places)
+    most = min(_CHUNK_SECONDS / seconds, _CHUNK_BYTES / size, MOST_CASES)
+    return Estimate(n, design.n_runs, seconds * n, size * n, max(1, int(most)))
+
+
+def sweep(
+    plan: SweepPlan | dict[str, Any] | str | Path,
+    out: str | Path | None = None,
+    *,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    announce: Callable[[Estimate], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Run a plan; what is finished stays, whatever happens.
+
+    Parameters
+    ----------
+    plan : SweepPlan, dict, str or pathlib.Path
+        A plan, what its file would hold, or its file.
+    out : str or pathlib.Path, optional
+        Folder for the results; ``results/`` and the plan's name by default.
+    resume : bool, default False
+        Whether to go on with what was begun there, if anything was.
+    workers : int, optional
+        Processes of this machine; as many as there are processors by default.
+    scheduler : str, optional
+        Address of a Dask scheduler whose cluster runs the chunks instead.
+    announce : callable, optional
+        Called with an `Estimate` before the sweep begins.
+    progress : callable, optional
+        Called with the number of runs that have just been finished and of those that failed.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    InputError
+        If the plan cannot be used, or the folder holds something else.
+    OSError
+        If results cannot be written, as on a full disk; then ``resume`` goes on.
+    """
+    source = str(plan) if isinstance(plan, str | Path) else ""
+    if isinstance(plan, str | Path):
+        plan = SweepPlan.read(plan)
+    elif isinstance(plan, dict):
+        plan = SweepPlan.from_dict(plan)
+    return run_design(
+        Design(plan, source), default_folder(plan) if out is None else out, resume=resume,
+        workers=workers, scheduler=scheduler, announce=announce, progress=progress,
+    )  # fmt: skip
+
+
+def run_design(
+    design: Design,
+    out: str | Path,
+    *,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    announce: Callable[[Estimate], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Run a plan that was made ready; see `sweep`.
+
+    Parameters
+    ----------
+    design : Design
+        The plan, made ready.
+    out : str or pathlib.Path
+        Folder for the results.
+    resume, workers, scheduler, announce, progress
+        As in `sweep`.
+
+    Returns
+    -------
+    Sweep
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else.
+    OSError
+        If results cannot be written.
+    """
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}; accepted: 1 or more")
+    store = Store(out)
+    content = design.content()
+    if resume and store.exists():
+        cases_per_chunk = store.check_same(content)
+        if store.table.is_file():
+            store.tidy()
+            return Sweep(store.folder)
+    else:
+        store.check_free()
+        expected = estimate(design)
+        if announce is not None:
+            announce(expected)
+        cases_per_chunk = expected.cases_per_chunk
+        store.begin(content, cases_per_chunk)
+    with store.locked():
+        done = store.finished()
+        total = -(-design.n_cases // cases_per_chunk)
+        if progress is not None and done:
+            cases = sum(len(_places(design, k, cases_per_chunk)) for k in done)
+            progress(cases * len(design.controllers), 0)
+        left = (k for k in range(total) if k not in done)
+        chunks = (chunk_of(design, k, _places(design, k, cases_per_chunk)) for k in left)
+        for finished in _executor(workers, scheduler, total - len(done))(chunks):
+            store.put(finished)
+            if progress is not None:
+                progress(finished.n_runs, finished.n_failed)
+        store.close()
+    return Sweep(store.folder)
+
+
+def default_folder(plan: SweepPlan) -> Path:
+    """Return where a plan's results go unless it is said.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        The plan.
+
+    Returns
+    -------
+    pathlib.Path
+    """
+    return Path("results") / file_name(plan.name)
+
+
+def _executor(
+    workers: int | None, scheduler: str | None, n_chunks: int
+) -> Callable[[Iterator[Chunk]], Iterator[Finished]]:
+    if scheduler is not None:
+        return partial(on_cluster, address=scheduler)
+    processes = min(workers or os.cpu_count() or 1, n_chunks)
+    return in_this_process if processes <= 1 else partial(in_processes, count=processes)
+
+
+def _places(design: Design, number: int, cases_per_chunk: int) -> range:
+    start = number * cases_per_chunk
+    return range(start, min(start + cases_per_chunk, design.n_cases))
+
+
+def chunk_of(design: Design, number: int, cases: Iterable[int]) -> Chunk:
+    """Put a chunk together.
+
+    Parameters
+    ----------
+    design : Design
+        The plan, made ready.
+    number : int
+        Of the chunk.
+    cases : iterable of int
+        Numbers of its cases.
+
+    Returns
+    -------
+    Chunk
+    """
+    histories = design.plan.histories
+    return Chunk(
+        number=number,
+        base=design.base,
+        controllers=design.controllers,
+        cases=tuple(design.case(k) for k in cases),
+        parameters=design.parameters,
+        energy=design.plan.energy,
+        histories=histories if isinstance(histories, bool) else frozenset(histories),
+    )

@@ -1,0 +1,94 @@
+"""Sensitivity indices of a sampled sweep, by SALib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from .axes import problem_of, sample_of
+
+if TYPE_CHECKING:
+    import pandas
+
+    from .result import Sweep
+
+
+def indices(sweep: Sweep, criterion: str, controller: str | None) -> pandas.DataFrame:
+    """Indices of every sampled quantity; see `Sweep.sensitivity`.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        A finished sweep in which nothing but the sample is varied.
+    criterion : str
+        Column of results.
+    controller : str or None
+        Label of one; the first if None.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by the quantities.
+
+    Raises
+    ------
+    InputError
+        If nothing was sampled, runs are missing or failed, or SALib is not installed.
+
+    References
+    ----------
+    A. Saltelli et al., Computer Physics Communications 181 (2010) 259-270 (saltelli); M. D. Morris,
+    Technometrics 33 (1991) 161-174 (morris); J.-Y. Tissot and C. Prieur, Reliability Engineering
+    and System Safety 107 (2012) 205-213 (random balance designs).
+    """
+    import pandas
+
+    plan = sweep.plan
+    if plan.sample is None:
+        raise InputError(
+            f"{sweep.folder}: nothing was sampled; accepted: a plan with a [sample] section"
+        )
+    sweep.check(criterion, sweep.criteria, "criterion")
+    sampled = [each for each in plan.vary if each.sampled]
+    problem = problem_of(sampled)
+    points = sample_of(plan.sample, sampled)
+    for column, each in zip(points.T, sampled, strict=True):
+        if each.spacing == "log":
+            column[:] = np.log(column)
+    label = sweep.one_controller(controller)
+    values = sweep.table.loc[sweep.table["controller"] == label, criterion].to_numpy()
+    if len(values) != len(points):
+        raise InputError(
+            f"{sweep.folder}: {len(values)} runs of {label} for {len(points)} points; accepted: a "
+            "finished sweep in which nothing but the sample is varied"
+        )
+    failed = int(np.isnan(values).sum())
+    if failed:
+        raise InputError(
+            f"{sweep.folder}: {failed} runs of {label} failed; accepted: limits within which all "
+            "succeed"
+        )
+    found = _analysed(plan.sample.method, problem, points, values, plan.sample.seed)
+    names = {name: found[name] for name in ("S1", "ST", "mu_star", "sigma") if name in found}
+    columns = {}
+    for name, numbers in names.items():
+        columns[name] = np.asarray(numbers, float)
+        if f"{name}_conf" in found:
+            columns[f"{name}_conf"] = np.asarray(found[f"{name}_conf"], float)
+    return pandas.DataFrame(columns, index=pandas.Index(problem["names"], name="quantity"))
+
+
+def _analysed(method: str, problem: dict, points: np.ndarray, values: np.ndarray, seed: int):
+    try:
+        from SALib.analyze import morris, rbd_fast, sobol
+    except ImportError:
+        raise InputError("sensitivity needs SALib; install isolation-sim[sweeps]") from None
+    if not np.ptp(values) > 0:
+        raise InputError("sensitivity: all runs have the same value; accepted: another criterion")
+    if method == "saltelli":
+        return sobol.analyze(problem, values, calc_second_order=False, seed=seed)
+    if method == "morris":
+        return morris.analyze(problem, points, values, seed=seed)
+    return rbd_fast.analyze(problem, points, values, seed=seed)

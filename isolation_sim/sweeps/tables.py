@@ -1,0 +1,171 @@
+"""Tables of a sweep for the terminal, in engineering units."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..reports.units import unit_of
+from .figures import spoken
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from .result import Sweep
+
+
+def controllers_table(sweep: Sweep) -> Table:
+    """Median of every peak and RMS value, and of J1 to J9, a column a controller.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+
+    Returns
+    -------
+    rich.table.Table
+        An asterisk marks the lowest of a row.
+    """
+    cases = sweep.table["case"].nunique()
+    state = "" if sweep.finished else ", unfinished"
+    table = _table(f"{sweep.plan.name}: medians over {cases} cases{state}", "", "unit")
+    for label in sweep.controllers:
+        table.add_column(label, justify="right")
+    for name, unit, cells in median_rows(sweep):
+        table.add_row(name, unit, *(f"{text}{'*' if best else ' '}" for text, best in cells))
+    return table
+
+
+def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
+    """Median of every peak and RMS value, and of J1 to J9, as text.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+
+    Returns
+    -------
+    list of tuple
+        Criterion, unit, and of each controller the number and whether it is the best.
+    """
+    medians = sweep.table.groupby("controller", sort=False)[list(sweep.criteria)].median()
+    rows = []
+    for name in sweep.criteria:
+        if name.startswith("energy_"):
+            continue
+        unit, factor = unit_of(name)
+        values = [float(value) * factor for value in medians[name]]
+        best = max(values) if is_gain(name) else min(values)
+        differ = min(values) < max(values)
+        cells = [(f"{value:.4g}", differ and value == best) for value in values]
+        rows.append((spoken(name), unit, cells))
+    return rows
+
+
+def is_gain(criterion: str) -> bool:
+    """Whether more of a criterion is better: J9 is the energy that the devices take out.
+
+    Parameters
+    ----------
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    bool
+    """
+    return criterion == "J9"
+
+
+def heading(criterion: str) -> str:
+    """A criterion in words, with the unit to print.
+
+    Parameters
+    ----------
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    str
+    """
+    unit, _ = unit_of(criterion)
+    return f"{spoken(criterion)}, {unit}" if unit else spoken(criterion)
+
+
+def told(value: Any) -> str:
+    """A varied quantity's value as text.
+
+    Parameters
+    ----------
+    value : object
+        Number or name.
+
+    Returns
+    -------
+    str
+    """
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def best_table(sweep: Sweep, criterion: str, count: int) -> Table:
+    """Runs with the lowest criterion.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+    criterion : str
+        Column of results.
+    count : int
+        How many.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    _, factor = unit_of(criterion)
+    table = _table(f"lowest {spoken(criterion)}", "case")
+    for name in (*sweep.parameters, "controller", heading(criterion)):
+        table.add_column(name, justify="left" if name == "controller" else "right")
+    for _, row in sweep.best(criterion, count).iterrows():
+        shown = [told(row[name]) for name in sweep.parameters]
+        result = f"{row[criterion] * factor:.4g}"
+        table.add_row(str(row["case"]), *shown, row["controller"], result)
+    return table
+
+
+def sensitivity_table(sweep: Sweep, criterion: str, controller: str) -> Table:
+    """Sensitivity indices of the sampled quantities.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The sweep.
+    criterion : str
+        Column of results.
+    controller : str
+        Label of the controller.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    found = sweep.sensitivity(criterion, controller)
+    table = _table(f"sensitivity of {spoken(criterion)}, {controller}", "quantity")
+    for name in found.columns:
+        table.add_column(name.replace("_conf", " ±"), justify="right")
+    for quantity, row in found.iterrows():
+        table.add_row(str(quantity), *(f"{value:.3g}" for value in row))
+    return table
+
+
+def _table(title: str, *headings: str) -> Table:
+    from rich.table import Table
+
+    table = Table(
+        *headings, title=title, title_justify="left", title_style="bold", box=None,
+        pad_edge=False, header_style="bold",
+    )  # fmt: skip
+    return table

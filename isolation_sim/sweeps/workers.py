@@ -1,0 +1,220 @@
+"""Who runs a sweep's chunks: this process, processes of this machine, or a Dask cluster.
+
+A worker process is a fresh interpreter that reads chunks from its standard input and writes what
+came of them to its standard output. It needs no guard in the caller's script, and when the caller
+is killed its input ends, and so does it.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+
+from ..errors import InputError
+from .chunk import Chunk, Finished, run_chunk
+
+TRIES = 3
+"""Workers that may die over a chunk before the sweep stops."""
+
+_COMMAND = "from isolation_sim.sweeps.workers import serve; serve()"
+
+
+def in_this_process(chunks: Iterator[Chunk]) -> Iterator[Finished]:
+    """Run chunks one after another.
+
+    Parameters
+    ----------
+    chunks : iterator of Chunk
+        What to run.
+
+    Yields
+    ------
+    Finished
+        In their order.
+    """
+    return map(run_chunk, chunks)
+
+
+def in_processes(chunks: Iterator[Chunk], count: int) -> Iterator[Finished]:
+    """Run chunks in processes of this machine.
+
+    Parameters
+    ----------
+    chunks : iterator of Chunk
+        What to run; taken as there is room.
+    count : int
+        Number of processes.
+
+    Yields
+    ------
+    Finished
+        In any order.
+
+    Raises
+    ------
+    InputError
+        If one worker after another dies over a chunk.
+    """
+    workers = [_Worker() for _ in range(count)]
+    idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
+    for worker in workers:
+        idle.put(worker)
+
+    def run(chunk: Chunk) -> Finished:
+        worker = idle.get()
+        try:
+            return worker.run(chunk)
+        finally:
+            idle.put(worker)
+
+    pool = ThreadPoolExecutor(count)
+    try:
+        yield from _some_at_a_time(pool, run, chunks, 2 * count)
+    finally:
+        for worker in workers:
+            worker.stop()
+        pool.shutdown(cancel_futures=True)
+
+
+def on_cluster(chunks: Iterator[Chunk], address: str) -> Iterator[Finished]:
+    """Run chunks on a Dask cluster, whose workers must have this package installed.
+
+    Parameters
+    ----------
+    chunks : iterator of Chunk
+        What to run; taken as there is room.
+    address : str
+        Of the scheduler, such as ``tcp://10.0.0.1:8786``.
+
+    Yields
+    ------
+    Finished
+        In any order.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, or there is no scheduler.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--scheduler needs Dask; install isolation-sim[cluster]") from None
+    try:
+        client = Client(address, timeout="20s")
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"--scheduler {address}: cannot be reached ({error}); accepted: a Dask scheduler's "
+            "address, such as tcp://10.0.0.1:8786"
+        ) from None
+    with client:
+        # a worker that dies hands its chunks on
+        pool = client.get_executor(retries=TRIES, pure=False)
+        most = 2 * max(1, sum(client.nthreads().values()))
+        yield from _some_at_a_time(pool, run_chunk, chunks, most)
+
+
+def _some_at_a_time(
+    pool: Executor, run: Callable[[Chunk], Finished], chunks: Iterator[Chunk], most: int
+) -> Iterator[Finished]:
+    """Keep a pool busy without holding more than some chunks in memory."""
+    pending: set[Future[Finished]] = set()
+    more = True
+    while more or pending:
+        while more and len(pending) < most:
+            chunk = next(chunks, None)
+            more = chunk is not None
+            if chunk is not None:
+                pending.add(pool.submit(run, chunk))
+        if pending:
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+
+
+class _Worker:
+    """One worker process, started when it is needed, and again if it dies."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._stopped = False
+
+    def run(self, chunk: Chunk) -> Finished:
+        for _ in range(TRIES):
+            if self._stopped:
+                break
+            try:
+                answer = self._ask(chunk)
+            except (EOFError, OSError, pickle.UnpicklingError):
+                self._end()
+                continue
+            if isinstance(answer, Exception):
+                raise answer
+            return answer
+        first, last = chunk.cases[0].number, chunk.cases[-1].number
+        raise InputError(
+            f"cases {first} to {last}: {TRIES} worker processes died over them, killed or out of "
+            "memory; what is finished is kept"
+        )
+
+    def _ask(self, chunk: Chunk) -> Finished | Exception:
+        if self._process is None:
+            self._process = _started()
+        questions, answers = self._process.stdin, self._process.stdout
+        assert questions is not None and answers is not None
+        pickle.dump(chunk, questions)
+        questions.flush()
+        return pickle.load(answers)
+
+    def stop(self) -> None:
+        self._stopped = True
+        self._end()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+
+
+def _started() -> subprocess.Popen[bytes]:
+    """Start a worker that finds the modules that this process finds."""
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
+        # as many processes as there are processors leave none for threads within one
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    return subprocess.Popen(
+        [sys.executable, "-c", _COMMAND],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment,
+    )  # fmt: skip
+
+
+def serve() -> None:
+    """Be a worker process: answer chunks until there are no more."""
+    # whoever interrupts the caller reaches this process too: the caller decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    # what is printed goes where messages go
+    os.dup2(2, 1)
+    while True:
+        try:
+            chunk = pickle.load(questions)
+        except EOFError:
+            return
+        try:
+            answer: Finished | Exception = run_chunk(chunk)
+        except Exception as error:
+            answer = error
+        # nobody is left to read it where the caller has been killed
+        with suppress(BrokenPipeError):
+            pickle.dump(answer, answers)
+            answers.flush()

@@ -1,0 +1,358 @@
+"""The smart base-isolated benchmark building: linear bearings, then MR isolators under control.
+
+Eight storeys with an L-shaped plan, of x, y and rotation each, on a rigid base; seven bidirectional
+records. Matrices and records are those of ``benchmark_8_storey`` in the shared data. The 92
+bearings stand as four groups whose centre and radius of gyration are those of all: their sum is the
+published base case to the last digit, eccentricity included. A group of MR isolators has one coil
+and acts along x and y.
+
+Source: S. Narasimhan, S. Nagarajaiah, E. A. Johnson and H. P. Gavin, "Smart base-isolated benchmark
+building. Part I: problem definition", Structural Control and Health Monitoring 13 (2006) 573-588.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import isolation_sim as iso
+from ground_motions import Record, read
+from isolation_sim.criteria import criteria
+from isolation_sim.errors import InputError
+from isolation_sim.results import write_table
+from isolation_sim.structures import IsolatedStructure, Structure, from_fixed_base
+
+from .papers.loops import sinusoidal
+from .study import Outcome, Step
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from isolation_sim.laws import Device
+    from isolation_sim.simulation.result import Run
+
+TITLE = "Smart base-isolated benchmark building"
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+RECORDS = ("newhall", "sylmar", "elcentro", "rinaldi", "kobe", "jiji", "erzikan")
+CONTROLLERS = ("passive_off", "passive_on", "on_off", "clipped_lqr", "clipped_lqg")
+
+BEARING_STIFFNESS = 919.422e3
+"""N/m, of a linear bearing."""
+BEARING_DAMPING = 27.717e3
+"""N s/m, of a linear bearing."""
+PLAN = (82.4, 54.3)
+"""Sides of the plan, m: the four groups stand as its corners do about the bearings' centre."""
+
+DESIGN_DISPLACEMENT = 0.4
+"""Deformation to which the laboratory isolator's largest tested one is scaled, m."""
+DESIGN_CURRENT = 1.5
+"""Current at which MR isolators are as stiff there as the linear bearings, A."""
+LINEAR = "linear bearings"
+PEAKS = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m")
+INDICES = tuple(f"J{k}" for k in range(1, 10))
+WHAT = (
+    "base\nshear", "structural\nshear", "base\ndisplacement", "drift", "floor\nacceleration",
+    "device\nforce", "rms base\ndisplacement", "rms floor\nacceleration", "dissipated",
+)  # fmt: skip
+"""What the indices are of."""
+
+
+def data_folder() -> Path:
+    """Return the folder of the building's matrices and records.
+
+    Raises
+    ------
+    InputError
+        If it is absent.
+    """
+    given = os.environ.get("ISOLATION_SIM_DATA")
+    folder = (Path(given) if given else DATA) / "benchmark_8_storey"
+    if not (folder / "structure.npz").is_file():
+        raise InputError(
+            f"{folder}: the benchmark building's matrices and records are not there; accepted: "
+            "ISOLATION_SIM_DATA set to the folder that holds benchmark_8_storey"
+        )
+    return folder
+
+
+def structure(folder: Path) -> Structure:
+    """Assemble the building on its free base, 24 + 3 degrees of freedom.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Holds ``structure.npz``, in Mg, kN and m.
+
+    Returns
+    -------
+    Structure
+        SI; directions x and y.
+    """
+    with np.load(folder / "structure.npz") as data:
+        levels = ("base", *(f"floor{k + 1}" for k in range(8)))
+        axes = ("x", "y", "rotation")
+        return from_fixed_base(
+            1e3 * data["M"],
+            1e3 * data["C"],
+            1e3 * data["K"],
+            1e3 * data["m"],
+            rigid_motion=data["R"],
+            shaken=(0, 1),
+            names=[f"{level}_{axis}" for level in levels for axis in axes],
+            storeys=[f"storey{k + 1}_{axis}" for k in range(8) for axis in axes],
+            heights=np.repeat(data["dh"], 3),
+            name="benchmark building",
+        )
+
+
+def groups(folder: Path) -> tuple[float, NDArray]:
+    """Where bearings are, as four groups.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Holds ``structure.npz`` with H, the sum over the bearings of what one of unit stiffness
+        along x and y adds to the base's stiffness.
+
+    Returns
+    -------
+    count : float
+        Bearings of a group.
+    places : numpy.ndarray, shape (4, 2), m
+        x and y from the base's centre of mass.
+    """
+    with np.load(folder / "structure.npz") as data:
+        H = data["H"]
+    number = H[0, 0]
+    centre = np.array([H[1, 2], -H[0, 2]]) / number
+    gyration = np.sqrt(H[2, 2] / number - centre @ centre)
+    corner = np.array(PLAN) * gyration / np.hypot(*PLAN)
+    signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    return number / 4, centre + signs * corner
+
+
+def on_bearings(folder: Path, device: Device) -> IsolatedStructure:
+    """Put the building on its 92 bearings.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Holds ``structure.npz``.
+    device : Device
+        One bearing, along x and along y; with a current, each group has a coil of its own.
+
+    Returns
+    -------
+    IsolatedStructure
+        Eight elements.
+    """
+    building = structure(folder)
+    count, places = groups(folder)
+    isolated: Any = building
+    for k, (x, y) in enumerate(places):
+        for axis, arm in (("x", -y), ("y", x)):
+            row = building.direction_row(f"base_{axis}")
+            row = row + arm * building.direction_row("base_rotation")
+            channel = k if device.depends_on_current else None
+            isolated = isolated.with_element(
+                device.scaled(force=count), row, channel, f"isolator{k + 1}_{axis}"
+            )
+    return isolated
+
+
+def linear_bearing() -> Device:
+    """Return the published base case's bearing."""
+    return iso.law("kelvin_voigt", {"k": BEARING_STIFFNESS, "c": BEARING_DAMPING})
+
+
+def mr_isolator(frequency: float) -> Device:
+    """Scale the published strain-stiffening isolator to the building.
+
+    Parameters
+    ----------
+    frequency : float, Hz
+        Of the building on its linear bearings.
+
+    Returns
+    -------
+    Device
+        In place of one bearing. Its largest tested deformation becomes the design displacement;
+        there, and at the design current, its effective stiffness is that of the linear bearing.
+    """
+    device = iso.law("strain_stiffening")
+    tested = device.tested_deformation
+    loops = sinusoidal(device, tested, DESIGN_CURRENT, frequency, cycles=6)
+    stiffness = loops.measured(skip=3).effective_stiffness.value
+    length = DESIGN_DISPLACEMENT / tested
+    return device.scaled(length=length, force=BEARING_STIFFNESS * length / stiffness)
+
+
+def records(folder: Path, name: str) -> list[Record]:
+    """Read a record's fault-parallel and fault-normal components, along x and y.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Holds the records.
+    name : str
+        One of ``RECORDS``.
+
+    Returns
+    -------
+    list of Record
+    """
+    columns = "fault_parallel_m_s2", "fault_normal_m_s2"
+    return [read(folder / f"{name}.csv", column=column) for column in columns]
+
+
+def isolated_period(building: Structure) -> float:
+    """Period that the 92 linear bearings alone give the whole mass, s."""
+    return float(2 * np.pi * np.sqrt(building.total_mass / (92 * BEARING_STIFFNESS)))
+
+
+def outcome(folder: Path, short: bool, step: Step) -> Outcome:
+    """Run the study.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where results go.
+    short : bool
+        Whether to take two of the records and three of the controllers.
+    step : callable
+        Told the share that has just been done.
+
+    Returns
+    -------
+    Outcome
+        Table: medians over the records; the linear bearings are the uncontrolled structure of the
+        nine indices. ``runs.csv`` has every run.
+    """
+    data = data_folder()
+    linear = on_bearings(data, linear_bearing())
+    controlled = on_bearings(data, mr_isolator(1 / isolated_period(linear.structure)))
+    wanted = RECORDS[2:4] if short else RECORDS
+    names = (*CONTROLLERS[:2], "clipped_lqr") if short else CONTROLLERS
+    share = 1 / (len(wanted) * (len(names) + 1))
+    runs: list[dict[str, Any]] = []
+    for motion in wanted:
+        ground = records(data, motion)
+        step(f"{motion}, {LINEAR}", 0.0)
+        base = iso.simulate(linear, ground)
+        runs.append(_row(motion, LINEAR, base, base))
+        for name in names:
+            step(f"{motion}, {name}", share)
+            runs.append(_row(motion, name, iso.simulate(controlled, ground, name), base))
+        step(motion, share)
+    write_table(runs, folder / "runs.csv")
+    headings = ("peak_isolator_displacement_m", *INDICES)
+    table = [
+        {"median of": name} | {heading: _median(runs, name, heading) for heading in headings}
+        for name in (LINEAR, *names)
+    ]
+    figures = {"indices": _figure(runs, names)}
+    return Outcome(table, _finding(linear.structure, runs, names), figures)
+
+
+def isolator_displacement(run: Run) -> float:
+    """Largest displacement of a group of isolators, the base's rotation included, m."""
+    outputs = [f"{run.isolated.structure.names[i]}_displacement_m" for i in range(3)]
+    base = np.stack([run.output(name) for name in outputs])
+    along = run.isolated.element_rows[:, :3] @ base
+    return float(np.hypot(along[0::2], along[1::2]).max())
+
+
+def _row(motion: str, controller: str, run: Run, base: Run) -> dict[str, Any]:
+    found = criteria(run, base)
+    peaks = {name: found[name] for name in PEAKS}
+    indices = {name: found[name] for name in INDICES}
+    return {
+        "record": motion, "controller": controller, **peaks,
+        "peak_isolator_displacement_m": isolator_displacement(run), **indices,
+    }  # fmt: skip
+
+
+def _median(runs: list[dict[str, Any]], controller: str, heading: str) -> float:
+    return float(np.median([row[heading] for row in runs if row["controller"] == controller]))
+
+
+def _finding(building: Structure, runs: list[dict[str, Any]], names: tuple[str, ...]) -> str:
+    periods = ", ".join(f"{period:.4f}" for period in building.fixed_base_periods()[:6])
+    twist = np.median(
+        [row["peak_isolator_displacement_m"] / row["peak_base_displacement_m"] for row in runs]
+    )
+    gains = "; ".join(
+        f"{name}: J3 {_median(runs, name, 'J3'):.2f}, J5 {_median(runs, name, 'J5'):.2f}, "
+        f"J9 {_median(runs, name, 'J9'):.2f}"
+        for name in names
+    )
+    both = {
+        name: sum(row["J3"] < 1 and row["J5"] < 1 for row in runs if row["controller"] == name)
+        for name in names
+    }
+    count = sum(row["controller"] == LINEAR for row in runs)
+    beyond = [
+        row
+        for row in runs
+        if row["controller"] != LINEAR and row["peak_isolator_displacement_m"] > DESIGN_DISPLACEMENT
+    ]
+    most = max((row for row in runs if row["controller"] != LINEAR), key=lambda row: row["J9"])
+    field = (
+        f" J9 reaches {most['J9']:.2f} ({most['controller']}, {most['record']}): there the "
+        "current, stiffening deformed isolators, put energy in that they then dissipated."
+        if most["J9"] > 1
+        else ""
+    )
+    better = ", ".join(f"{name} under {number}" for name, number in both.items())
+    least = {
+        index: min(names, key=lambda name: _median(runs, name, index)) for index in ("J3", "J5")
+    }
+    return (
+        f"The building's fixed-base periods are {periods} s; its linear bearings alone give the "
+        f"whole mass {isolated_period(building):.2f} s. With MR isolators as stiff as these at "
+        f"{DESIGN_DISPLACEMENT:g} m and {DESIGN_CURRENT:g} A, the medians over {count} records, "
+        f"over the linear bearings, are {gains}. Base displacement is least with {least['J3']}, "
+        f"floor acceleration with {least['J5']}. Both are less than on linear bearings, of {count} "
+        f"records, with {better}. An isolator far from the centre moves {twist:.2f} times as far "
+        f"as the base's centre (median), which J3 does not see. In {len(beyond)} of "
+        f"{count * len(names)} runs an MR isolator is strained further than it was tested.{field}"
+    )
+
+
+def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
+    from isolation_sim.reports.style import (
+        DOUBLE_COLUMN,
+        legend,
+        line_styles,
+        new_figure,
+        style,
+    )
+
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 3.2)
+        axes = figure.subplots()
+        looks = line_styles(len(names), markers=True)
+        for k, (name, look) in enumerate(zip(names, looks, strict=True)):
+            values = np.array(
+                [[row[index] for index in INDICES] for row in runs if row["controller"] == name]
+            )
+            at = np.arange(len(INDICES)) + 0.13 * (k - (len(names) - 1) / 2)
+            middle = np.median(values, axis=0)
+            bars = np.stack([middle - values.min(axis=0), values.max(axis=0) - middle])
+            look = {**look, "linestyle": ""}
+            axes.errorbar(at, middle, bars, label=name, elinewidth=0.8, capsize=1.5, **look)
+        axes.axhline(1.0, color="0.4", linewidth=0.6)
+        axes.set_xticks(
+            range(len(INDICES)),
+            [f"{index}\n{what}" for index, what in zip(INDICES, WHAT, strict=True)],
+        )
+        axes.set(ylabel="over linear bearings; J6 and J9 of the run itself", yscale="log")
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("")
+        axes.set_yticks([0.1, 0.2, 0.5, 1.0, 2.0, 5.0])
+        legend(figure, axes, "outside upper center")
+    return figure

@@ -1,0 +1,140 @@
+"""Predictive control: time a decision, and how exactly its programme is solved.
+
+``python -m studies.benchmarks.mpc`` runs the reference building under El Centro with a 50 ms coil
+and prints quantiles of the decisions' times, the worst difference of a first move from a tight
+interior-point solution of the same programme, the worst violation of a bound, and the clairvoyant
+bound with its certificate.
+"""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+import isolation_sim as iso
+from controllers.clairvoyant import Plant, bound, share_of_gap
+from controllers.mpc import MPC
+from ground_motions import Record, el_centro_1940
+from isolation_sim.simulation.control import CoilDriver
+
+DRIVER = CoilDriver(lag=0.05, slew=60.0, high=3.0)
+EVERY = 25
+"""Decisions from one programme that is solved again to the next."""
+PEAKS = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
+
+
+class Watched(MPC):
+    """The predictive controller, with some of its programmes and solutions kept."""
+
+    name = "mpc_watched"
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.kept: list[tuple[list[np.ndarray], np.ndarray]] = []
+
+    def _solved(self, *programme: Any) -> tuple:
+        answer = super()._solved(*programme)
+        if len(self.report.seconds) % EVERY == 0:
+            self.kept.append(([np.array(part) for part in programme], np.array(answer[0])))
+        return answer
+
+
+def tight_solution(programme: list, start: np.ndarray) -> np.ndarray:
+    """Solve a quadratic programme to 1e-12 by an interior-point method.
+
+    Parameters
+    ----------
+    programme : list of numpy.ndarray
+        Hessian, gradient, rows, upper and lower bounds, the unknowns' own first.
+    start : numpy.ndarray
+        Where to start.
+
+    Returns
+    -------
+    numpy.ndarray
+    """
+    import casadi
+
+    hessian, gradient, rows, upper, lower = programme
+    n = len(gradient)
+    x = casadi.SX.sym("x", n)
+    problem = {
+        "x": x, "f": casadi.bilin(hessian, x, x) / 2 + casadi.dot(gradient, x),
+        "g": casadi.mtimes(casadi.DM(rows), x),
+    }  # fmt: skip
+    options = {
+        "ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.tol": 1e-12,
+        "ipopt.bound_relax_factor": 0.0,
+    }  # fmt: skip
+    low, high = (np.where(np.abs(b) < 1e29, b, np.copysign(np.inf, b)) for b in (lower, upper))
+    solver = casadi.nlpsol("programme", "ipopt", problem, options)
+    solved = solver(x0=start, lbx=low[:n], ubx=high[:n], lbg=low[n:], ubg=high[n:])
+    return np.ravel(solved["x"])
+
+
+def decisions(isolated: Any, record: Record, **settings: Any) -> None:
+    """Print times and accuracy of one controller's decisions.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    record : Record
+        Ground motion.
+    **settings : object
+        Of the controller.
+    """
+    one = Watched(**settings)
+    run = iso.simulate(isolated, record, one, driver=DRIVER)
+    moves, costs, outside = [], [], 0.0
+    for programme, x in one.kept:
+        hessian, gradient, rows, upper, lower = programme
+        other = tight_solution(programme, x)
+        a, b = (v @ hessian @ v / 2 + gradient @ v for v in (x, other))
+        costs.append((a - b) / max(1.0, abs(b)))
+        moves.append(abs(x[0] - other[0]))
+        values = np.concatenate([x, rows @ x])
+        outside = max(outside, float((values - upper).max()), float((lower - values).max()))
+    slowest = np.percentile(one.report.seconds, [50, 99]) * 1e3
+    print(
+        f"{one}: median {slowest[0]:.3f} ms, 99th percentile {slowest[1]:.3f} ms, "
+        f"{one.report.failed} failed; {len(moves)} programmes solved again: cost "
+        f"{max(costs):.1e} higher at most, first move {np.median(moves):.1e} of the range off "
+        f"(median), {max(moves):.1e} (worst); a bound exceeded by {max(outside, 0.0):.1e} at most; "
+        f"commands {run.command.min():.3f} to {run.command.max():.3f} A"
+    )
+
+
+def main() -> None:
+    """Print all of it."""
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    record = el_centro_1940()
+    decisions(isolated, record, horizon=0.6, blocks=30)
+    decisions(isolated, record)
+    decisions(isolated, record, preview=0.8)
+    decisions(isolated, record, model="linear")
+    plant = Plant(isolated, (record,), CoilDriver(lag=0.05, high=3.0))
+    began = perf_counter()
+    best = bound(plant)
+    print(
+        f"clairvoyant bound: {best.score:.4f} in {perf_counter() - began:.0f} s ({best.status}); "
+        f"engine and prediction differ by {best.difference:.1e}"
+    )
+    off, constant = (
+        iso.simulate(isolated, record, name, driver=plant.driver)
+        for name in ("passive_off", "best_constant")
+    )
+
+    def weighted(run: Any) -> float:
+        return sum(run.criteria[key] / off.criteria[key] for key in PEAKS)
+
+    for preview in (0.0, 0.8):
+        run = iso.simulate(isolated, record, MPC(preview=preview), driver=plant.driver)
+        share = share_of_gap(weighted(run), weighted(constant), best.score)
+        print(f"mpc, preview {preview} s: weighted peaks {weighted(run):.3f}, gap {share:.0%}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,318 @@
+"""Incremental dynamic analysis and fragility curves with confidence bounds.
+
+Far-field motions (El Centro and random ones of Clough and Penzien on three soils) and near-fault
+pulses are scaled to levels of spectral acceleration at the isolation period. The level at which a
+motion first reaches a limit state is its capacity; capacities are taken as lognormal, fitted by
+maximum likelihood, those beyond the highest level as no more than that. Bounds come from drawing
+the motions anew.
+
+Source: J. W. Baker, "Efficient analytical fragility function fitting using dynamic structural
+analysis", Earthquake Spectra 31 (2015) 579-599 (analysis truncated at the highest level).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from isolation_sim.structures.reference import ISOLATED_PERIOD
+
+from .study import EL_CENTRO, Outcome, Step, far_field, swept
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+TITLE = "Incremental dynamic analysis and fragility"
+CONTROLLERS = ("passive_off", "passive_on", "clipped_lqr")
+LIMITS = {
+    "peak_base_displacement_m": (0.25, "base displacement 250 mm"),
+    "peak_floor_acceleration_m_s2": (3.0, "floor acceleration 3 m/s²"),
+}
+"""Limit states: room around the base, and what overturns furniture."""
+SOILS = ("firm", "medium", "soft")
+LEAST_SPREAD = 0.02
+"""Lower bound on the lognormal standard deviation: capacities that happen to be equal."""
+
+
+class Lognormal(NamedTuple):
+    """A fragility curve.
+
+    Attributes
+    ----------
+    median : float
+        Level at which half of the motions reach the limit state, g.
+    spread : float
+        Standard deviation of the capacity's logarithm.
+    """
+
+    median: float
+    spread: float
+
+    def probability(self, level: Any) -> Any:
+        """Probability of the limit state at a level, g."""
+        from scipy.stats import norm
+
+        return norm.cdf((np.log(level) - np.log(self.median)) / self.spread)
+
+
+def motions(short: bool) -> dict[str, dict[str, Any]]:
+    """Ground sections by name, the far-field ones first."""
+    seeds = range(1) if short else range(6)
+    far = {"El Centro": EL_CENTRO} | {
+        f"random {soil} {seed}": far_field(seed, soil) for soil in SOILS for seed in seeds
+    }
+    periods = (2.0,) if short else (1.0, 1.5, 2.0, 3.0)
+    near = {
+        f"pulse {period:g} s, {degrees}°": {
+            "kind": "mavroeidis_papageorgiou_pulse", "peak_velocity_m_s": 0.6,
+            "pulse_period_s": period, "phase_rad": float(np.radians(degrees)),
+            "quiet_after_s": 15.0,
+        }
+        for period in periods
+        for degrees in (0, 90)
+    }  # fmt: skip
+    return far | near
+
+
+def plan(short: bool) -> dict[str, Any]:
+    """Return the sweep's plan.
+
+    Parameters
+    ----------
+    short : bool
+        Whether to take few motions and levels.
+
+    Returns
+    -------
+    dict
+    """
+    given = motions(short)
+    scaled = {"sa_period_s": ISOLATED_PERIOD, "scale_to_sa_g": 0.1}
+    levels = [0.1, 0.3, 0.6] if short else np.geomspace(0.03, 0.9, 18).round(4).tolist()
+    return {
+        "name": "fragility",
+        "scenario": {"controller": [{"name": name} for name in CONTROLLERS]},
+        "vary": [
+            {"field": "ground", "label": "motion", "names": list(given),
+             "values": [section | scaled for section in given.values()]},
+            {"field": "ground.scale_to_sa_g", "label": "sa_g", "values": levels},
+        ],
+    }  # fmt: skip
+
+
+def capacity(levels: NDArray, demands: NDArray, limit: float) -> float:
+    """Level at which a motion first reaches a limit.
+
+    Parameters
+    ----------
+    levels : numpy.ndarray, shape (n,)
+        Increasing, above 0.
+    demands : numpy.ndarray, shape (n,)
+        What the motion makes of each; not a number where the run failed, which counts as reached.
+    limit : float
+        In the unit of the demands.
+
+    Returns
+    -------
+    float
+        Between two levels by straight lines from the origin on; infinite where it is not reached.
+    """
+    demands = np.where(np.isnan(demands), np.inf, demands)
+    reached = np.flatnonzero(demands >= limit)
+    if not reached.size:
+        return np.inf
+    k = int(reached[0])
+    low, below = (levels[k - 1], demands[k - 1]) if k else (0.0, 0.0)
+    if np.isinf(demands[k]):
+        return float(levels[k])
+    return float(low + (levels[k] - low) * (limit - below) / (demands[k] - below))
+
+
+def fitted(capacities: NDArray, highest: float) -> Lognormal:
+    """Fit a lognormal distribution by maximum likelihood.
+
+    Parameters
+    ----------
+    capacities : numpy.ndarray, shape (n,), g
+        Infinite for those beyond the highest level.
+    highest : float, g
+        Highest level that was run.
+
+    Returns
+    -------
+    Lognormal
+        Without a capacity beyond the levels: mean and standard deviation of the logarithms.
+        With none within them the median is infinite, and the spread is not known.
+    """
+    from scipy.optimize import minimize
+    from scipy.stats import norm
+
+    known = np.log(capacities[np.isfinite(capacities)])
+    beyond = len(capacities) - len(known)
+    if not known.size:
+        return Lognormal(np.inf, 1.0)
+    start = np.array([known.mean(), max(known.std(), LEAST_SPREAD)])
+    if not beyond:
+        return Lognormal(float(np.exp(start[0])), float(start[1]))
+
+    def minus_likelihood(unknowns: NDArray) -> float:
+        mean, spread = unknowns[0], np.exp(unknowns[1])
+        above = norm.logsf((np.log(highest) - mean) / spread)
+        return -float(norm.logpdf(known, mean, spread).sum() + beyond * above)
+
+    bounds = [(None, np.log(highest) + 5.0), (np.log(LEAST_SPREAD), np.log(5.0))]
+    found = minimize(minus_likelihood, [start[0], np.log(start[1])], bounds=bounds).x
+    return Lognormal(float(np.exp(found[0])), float(np.exp(found[1])))
+
+
+def redrawn(capacities: NDArray, highest: float, count: int) -> list[Lognormal]:
+    """Fit again to motions drawn with replacement.
+
+    Parameters
+    ----------
+    capacities : numpy.ndarray, shape (n,), g
+        As in `fitted`.
+    highest : float, g
+        As in `fitted`.
+    count : int
+        How often.
+
+    Returns
+    -------
+    list of Lognormal
+    """
+    draw = np.random.default_rng(0)
+    samples = draw.choice(capacities, (count, len(capacities)))
+    return [fitted(sample, highest) for sample in samples]
+
+
+def outcome(folder: Path, short: bool, step: Step) -> Outcome:
+    """Run the study.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where the sweep is kept.
+    short : bool
+        Whether to take few motions, levels and draws.
+    step : callable
+        Told the share that has just been done.
+
+    Returns
+    -------
+    Outcome
+        Table: median and spread of each fragility, with 95 % bounds.
+    """
+    runs = swept(plan(short), folder, step).table
+    highest = float(runs["sa_g"].max())
+    names = list(motions(short))
+    curves: dict[tuple[str, str], tuple[Lognormal, list[Lognormal]]] = {}
+    table = []
+    for key, (limit, _) in LIMITS.items():
+        for controller in CONTROLLERS:
+            rows = runs[runs["controller"] == controller]
+            demands = rows.pivot(index="motion", columns="sa_g", values=key).loc[names]
+            levels = demands.columns.to_numpy()
+            capacities = np.array([capacity(levels, row, limit) for row in demands.to_numpy()])
+            fit = fitted(capacities, highest)
+            drawn = redrawn(capacities, highest, 40 if short else 400)
+            curves[key, controller] = fit, drawn
+            # of medians as they are, since some may be infinite
+            low, high = np.percentile(
+                [each.median for each in drawn], [2.5, 97.5], method="inverted_cdf"
+            )
+            near = np.array([name.startswith("pulse") for name in names])
+            table.append({
+                "limit": LIMITS[key][1], "controller": controller,
+                "median Sa, g": _known(fit.median),
+                "from": _known(low), "to": _known(high), "spread": fit.spread,
+                "far field": _known(fitted(capacities[~near], highest).median),
+                "near fault": _known(fitted(capacities[near], highest).median),
+                "not reached": int(np.isinf(capacities).sum()),
+            })  # fmt: skip
+    return Outcome(table, _finding(table, len(names)), {"fragility": _figure(runs, curves)})
+
+
+def _known(level: float) -> float | None:
+    return float(level) if np.isfinite(level) else None
+
+
+def _said(level: float | None) -> str:
+    return "none that was run" if level is None else f"{level:.2f} g"
+
+
+def _finding(table: list[dict[str, Any]], count: int) -> str:
+    sentences = [
+        f"{count} motions, scaled by their spectral acceleration at {ISOLATED_PERIOD:g} s and 5 %."
+    ]
+    for _, what in LIMITS.values():
+        rows = [row for row in table if row["limit"] == what]
+        best = max(rows, key=lambda row: row["median Sa, g"] or np.inf)
+        told = ", ".join(
+            f"{row['controller']} {_said(row['median Sa, g'])} ({_said(row['from'])} to "
+            f"{_said(row['to'])}; spread {row['spread']:.2f})"
+            for row in rows
+        )
+        clear = best["from"] is None or all(
+            row["to"] is not None and row["to"] < best["from"] for row in rows if row is not best
+        )
+        sentences.append(
+            f"Half of the motions reach a {what} at: {told}. {best['controller']} is "
+            f"{'clearly ' if clear else ''}best"
+            f"{'' if clear else ', within the bounds of another'}; near-fault pulses alone give it "
+            f"{_said(best['near fault'])}, far-field motions {_said(best['far field'])}."
+        )
+    return " ".join(sentences)
+
+
+def _figure(
+    runs: pandas.DataFrame, curves: dict[tuple[str, str], tuple[Lognormal, list[Lognormal]]]
+) -> Figure:
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
+
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 5.0)
+        panels = figure.subplots(2, 2)
+        for (upper, lower), (key, (limit, title)) in zip(panels.T, LIMITS.items(), strict=True):
+            _draw_analysis(upper, runs, key, limit, title)
+            _draw_fragility(
+                lower, {name: curves[key, name] for name in CONTROLLERS}, runs["sa_g"].max()
+            )
+        legend(figure, panels[1, 0], "outside lower center")
+    return figure
+
+
+def _draw_analysis(axes: Axes, runs: pandas.DataFrame, key: str, limit: float, title: str) -> None:
+    """Demand against level for one controller: every motion, and the median."""
+    from isolation_sim.reports.units import unit_of
+
+    unit, factor = unit_of(key)
+    rows = runs[runs["controller"] == CONTROLLERS[-1]]
+    demands = rows.pivot(index="motion", columns="sa_g", values=key)
+    for name, row in demands.iterrows():
+        near = str(name).startswith("pulse")
+        axes.plot(factor * row, row.index, color="0.45" if near else "0.7", linewidth=0.6,
+                  linestyle="--" if near else "-")  # fmt: skip
+    axes.plot(factor * demands.median(), demands.columns, color="black", linewidth=1.5)
+    axes.axvline(factor * limit, color="black", linewidth=0.8, linestyle=":")
+    axes.set(xlabel=f"{title.rsplit(' ', 2)[0]}, {unit}", ylabel="spectral acceleration, g",
+             xlim=(0, 3.5 * factor * limit), title=f"{CONTROLLERS[-1]}, all motions")  # fmt: skip
+
+
+def _draw_fragility(
+    axes: Axes, curves: dict[str, tuple[Lognormal, list[Lognormal]]], highest: float
+) -> None:
+    from isolation_sim.reports.style import line_styles
+
+    levels = np.linspace(0.005, highest, 200)
+    looks = line_styles(len(curves))
+    for (name, (fit, drawn)), look in zip(curves.items(), looks, strict=True):
+        bounds = np.percentile([each.probability(levels) for each in drawn], [2.5, 97.5], axis=0)
+        axes.fill_between(levels, *bounds, color=look["color"], alpha=0.15, linewidth=0)
+        axes.plot(levels, fit.probability(levels), label=name, **look)
+    axes.set(xlabel="spectral acceleration, g", ylabel="probability of reaching it", ylim=(0, 1))

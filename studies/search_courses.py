@@ -1,0 +1,231 @@
+"""A fitting problem at one current, and how a search for its parameters goes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.identification.least_squares import levenberg_marquardt
+from isolation_sim.identification.sensitivities import Motion, Simulator
+from isolation_sim.identification.swarm import search
+from isolation_sim.identification.unknowns import Unknowns
+from isolation_sim.laws import LAWS
+
+LEAST_SQUARES = "least_squares"
+DECADES = 2.5
+"""What is known beforehand of a parameter's size: so many powers of ten to either side."""
+DIVERGED = 1e3
+"""Cost of a simulation that diverges: a search that begins there has to get on."""
+
+
+class Problem:
+    """A law's parameters to be found from measured forces at one current.
+
+    Parameters
+    ----------
+    name : str
+        To print.
+    law_name : str
+        The law.
+    motion : Motion
+        What the device was moved by.
+    force : (n_samples,) array
+        What it resisted with, N.
+    fixed : dict of str to float
+        Parameters that are held, SI.
+    n_steps : int
+        Integration steps a sample.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        law_name: str,
+        motion: Motion,
+        force: NDArray,
+        fixed: dict[str, float],
+        n_steps: int,
+    ):
+        self.name, self.force = name, force
+        x, v, size = (
+            float(np.sqrt(np.mean(y**2))) for y in (motion.displacement, motion.velocity, force)
+        )
+        self.unknowns = Unknowns(LAWS[law_name], motion.current[:1], (size, x, x / v), fixed)
+        u = self.unknowns
+        self.simulator = Simulator(u.law, motion, u.owner, u.power, n_steps)
+
+    def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        """Force residuals, N, and their derivatives by the unknowns."""
+        u = self.unknowns
+        with np.errstate(all="ignore"):
+            force, jacobian = self.simulator.run(u.coefficients(values), derivatives)
+            return force - self.force, jacobian @ u.spread
+
+    def cost(self, values: NDArray) -> float:
+        """RMS of the residual over RMS of the measured force."""
+        with np.errstate(all="ignore"):
+            residual = self.residuals(values, False)[0]
+            cost = float(np.sqrt(np.mean(residual**2) / np.mean(self.force**2)))
+        return cost if np.isfinite(cost) else np.inf
+
+    def bounds(self) -> list[tuple[float, float]]:
+        """Bounds of the coordinates in which the papers' searches look; see ``values``."""
+        reach = float(np.arcsinh(10**DECADES))
+        found: list[tuple[float, float]] = []
+        for quantity in self.unknowns.free:
+            if np.isfinite([quantity.lower, quantity.upper]).all():
+                found.append((quantity.lower, quantity.upper))
+            elif quantity.lower < 0:
+                found.append((-reach, reach))
+            else:
+                found.append((-DECADES, DECADES))
+        return found
+
+    def values(self, place: NDArray) -> NDArray:
+        """Parameters at a place between the bounds.
+
+        The decimal logarithm of the parameter over its size, where it is positive; the inverse
+        hyperbolic sine where it may have either sign; itself where it has both bounds.
+        """
+        u = self.unknowns
+        found = np.empty_like(place)
+        for k, (quantity, y) in enumerate(zip(u.free, place, strict=True)):
+            if np.isfinite([quantity.lower, quantity.upper]).all():
+                found[k] = y
+            else:
+                found[k] = u.scale[k] * (np.sinh(y) if quantity.lower < 0 else 10**y)
+        return np.clip(found, u.lower, u.upper)
+
+
+@dataclass(frozen=True)
+class Course:
+    """How one search went.
+
+    Attributes
+    ----------
+    evaluations : (n,) int array
+        Evaluations spent when the cost was better than before, the first at a finite cost.
+    seconds : (n,) array
+        Processor time spent then.
+    costs : (n,) array
+        The cost then.
+    total : float
+        Processor time in all, s.
+    """
+
+    evaluations: NDArray
+    seconds: NDArray
+    costs: NDArray
+    total: float
+
+    def best(self, spent: float = np.inf, seconds: float = np.inf) -> float:
+        """Least cost within a budget; infinite before the first."""
+        kept = (self.evaluations <= spent) & (self.seconds <= seconds)
+        return float(self.costs[kept][-1]) if kept.any() else np.inf
+
+    def arrival(self, cost: float) -> tuple[float, float]:
+        """Evaluations and processor time (s) until a cost; infinite if never."""
+        there = np.flatnonzero(self.costs <= cost)
+        if not there.size:
+            return np.inf, np.inf
+        return float(self.evaluations[there[0]]), float(self.seconds[there[0]])
+
+
+class _Recorder:
+    """Counts evaluations and notes every improvement."""
+
+    def __init__(self, budget: int):
+        self.budget, self.spent, self.least = budget, 0, np.inf
+        self.begin = time.process_time()
+        self.notes: list[tuple[int, float, float]] = []
+
+    def note(self, cost: float, worth: int = 1) -> None:
+        self.spent += worth
+        if cost < self.least and self.spent <= self.budget:
+            self.least = cost
+            self.notes.append((self.spent, time.process_time() - self.begin, cost))
+
+    def course(self) -> Course:
+        total = time.process_time() - self.begin
+        spent, seconds, costs = np.array(self.notes, float).reshape(-1, 3).T
+        return Course(spent, seconds, costs, total)
+
+
+class _BudgetSpent(Exception):
+    pass
+
+
+def least_squares(problem: Problem, budget: int, seed: int) -> Course:
+    """Levenberg-Marquardt steps from one random start after another.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve.
+    budget : int
+        Evaluations.
+    seed : int
+        Of the starts.
+
+    Returns
+    -------
+    Course
+    """
+    u, recorder = problem.unknowns, _Recorder(budget)
+    size = np.sqrt(np.mean(problem.force**2) * len(problem.force))
+    n = len(u.scale)
+
+    def counted(values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        if recorder.spent >= budget:
+            raise _BudgetSpent
+        residual, jacobian = problem.residuals(values, derivatives)
+        with np.errstate(all="ignore"):
+            cost = float(np.sqrt(np.vdot(residual, residual))) / size
+        recorder.note(cost, n + 1 if derivatives else 1)
+        return residual, jacobian
+
+    random = np.random.default_rng(seed)
+    low, high = np.transpose(problem.bounds())
+    try:
+        while True:
+            start = problem.values(random.uniform(low, high))
+            rough = levenberg_marquardt(counted, start, u.lower, u.upper, 30, 1e-5)
+            if rough.cost <= 1.1 * 0.5 * (recorder.least * size) ** 2:
+                levenberg_marquardt(counted, rough.x, u.lower, u.upper, 300, 1e-10)
+    except _BudgetSpent:
+        pass
+    return recorder.course()
+
+
+def searched(problem: Problem, method: str, budget: int, seed: int) -> Course:
+    """Search by one method.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to solve.
+    method : str
+        ``least_squares`` or one of ``available_methods()``.
+    budget : int
+        Evaluations.
+    seed : int
+        Of the method.
+
+    Returns
+    -------
+    Course
+    """
+    if method == LEAST_SQUARES:
+        return least_squares(problem, budget, seed)
+    recorder = _Recorder(budget)
+
+    def objective(place: NDArray) -> float:
+        cost = min(problem.cost(problem.values(place)), DIVERGED)
+        recorder.note(cost)
+        return cost
+
+    search(method, objective, problem.bounds(), budget, seed)
+    return recorder.course()

@@ -1,0 +1,230 @@
+"""What the studies have in common: how one is run, what it leaves, and the motions that they use.
+
+A study is a module of this package and a line in ``STUDIES``. It has a ``TITLE`` and a function
+``outcome(folder, short, step)``, which runs the study and returns what it found.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from isolation_sim.errors import unknown_name
+from isolation_sim.reports.units import unit_of
+from isolation_sim.results import ResultsFolder, write_contents, write_table, write_text
+from isolation_sim.sweeps.tables import heading
+
+from . import STUDIES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.table import Table
+
+    from isolation_sim.sweeps import Estimate, Sweep
+
+Step = Callable[..., None]
+"""``step(what, share)``: what is being done, and which share of the study has just been done."""
+
+Records = Sequence[Mapping[str, Any]]
+
+EL_CENTRO = {"name": "el_centro_1940_ns", "quiet_after_s": 5.0}
+"""Ground section of the record that ships with the project."""
+
+NEAR_FAULT = {
+    "kind": "mavroeidis_papageorgiou_pulse", "peak_velocity_m_s": 0.6, "pulse_period_s": 2.0,
+    "quiet_after_s": 15.0,
+}  # fmt: skip
+"""A near-fault pulse as long as the isolated building's period."""
+
+
+def far_field(seed: int, soil: str = "medium", pga: float = 3.0) -> dict[str, Any]:
+    """Ground section of a random motion with the spectrum of Clough and Penzien.
+
+    Without their second filter it would have no end at long periods.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same motion.
+    soil : {"firm", "medium", "soft"}
+        What the rock's noise passes through.
+    pga : float, m/s^2
+        Peak ground acceleration.
+
+    Returns
+    -------
+    dict
+    """
+    return {
+        "kind": "clough_penzien", "soil": soil, "pga_m_s2": pga, "seed": seed,
+        "quiet_after_s": 5.0,
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a study found.
+
+    Attributes
+    ----------
+    table : sequence of mapping
+        A row a case; a heading ends in the SI unit; None for what did not happen.
+    finding : str
+        What the numbers say, in a paragraph.
+    figures : dict of str to matplotlib.figure.Figure
+        By file name.
+    """
+
+    table: Records
+    finding: str
+    figures: dict[str, Figure]
+
+
+def perform(
+    name: str,
+    out: str | Path | None = None,
+    short: bool = False,
+    step: Step = lambda what, share=0.0: None,
+) -> tuple[Outcome, Path]:
+    """Run a study and write what it found.
+
+    Parameters
+    ----------
+    name : str
+        One of ``STUDIES``.
+    out : str or pathlib.Path, optional
+        Folder to make, ``results/`` and the name by default; one that holds something is left
+        alone and a number is put after its name.
+    short : bool
+        Whether to run fewer cases.
+    step : callable
+        Told what is being done, and which share of the study has just been done.
+
+    Returns
+    -------
+    outcome : Outcome
+        Table, finding and figures.
+    path : pathlib.Path
+        The folder: ``report.html``, ``table.csv``, ``finding.txt``, ``figures/``, the sweep where
+        the study is one.
+
+    Raises
+    ------
+    InputError
+        If there is no such study, data that it needs are absent, or nothing can be written there.
+    """
+    from isolation_sim.reports.html.study_report import study_report
+    from isolation_sim.reports.style import save
+
+    if name not in STUDIES:
+        raise unknown_name("study", name, STUDIES)
+    study = importlib.import_module(f"studies.{name}")
+    with ResultsFolder(out or Path("results") / name) as folder:
+        step("preparing", 1.0)  # from -1, where the progress begins, to 0
+        found: Outcome = study.outcome(folder.unfinished, short, step)
+        write_table(found.table, folder.unfinished / "table.csv")
+        write_text(f"{study.TITLE}\n\n{found.finding}\n", folder.unfinished / "finding.txt")
+        drawn = [
+            save(figure, folder.unfinished / "figures", stem)
+            for stem, figure in found.figures.items()
+        ]
+        study_report(
+            study.TITLE, [found.finding], {"What was found": texts(found.table)},
+            [svg for svg, _ in drawn],
+        ).write(folder.unfinished / "report.html")  # fmt: skip
+        write_contents(folder.unfinished, study.TITLE)
+    return found, folder.path
+
+
+def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
+    """Run a study's plan; every run must end well.
+
+    Parameters
+    ----------
+    plan : mapping
+        What the plan's file would hold.
+    folder : pathlib.Path
+        The study's results; the sweep goes to ``sweep`` in it.
+    step : callable
+        Told the share of the runs that has just been done.
+
+    Returns
+    -------
+    Sweep
+    """
+    from isolation_sim.sweeps import sweep
+
+    total = 1
+
+    def announce(expected: Estimate) -> None:
+        nonlocal total
+        total = expected.n_runs
+
+    def progress(done: int, failed: int) -> None:
+        step("running", done / total)
+
+    return sweep(dict(plan), folder / "sweep", announce=announce, progress=progress)
+
+
+def layout(records: Records, title: str) -> Table:
+    """Lay out a study's table for the terminal, in engineering units.
+
+    Parameters
+    ----------
+    records : sequence of mapping
+        As in `Outcome`.
+    title : str
+        Above it.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    from rich.table import Table
+
+    table = Table(
+        title=title, title_justify="left", title_style="bold", box=None, header_style="bold",
+        pad_edge=False,
+    )  # fmt: skip
+    headings, rows = texts(records)
+    for text, key in zip(headings, _keys(records), strict=True):
+        numbers = any(isinstance(record.get(key), float | int) for record in records)
+        table.add_column(text, justify="right" if numbers else "left")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def texts(records: Records) -> tuple[list[str], list[list[str]]]:
+    """Write a study's table as text, in engineering units.
+
+    Parameters
+    ----------
+    records : sequence of mapping
+        As in `Outcome`.
+
+    Returns
+    -------
+    headings : list of str
+        With units.
+    rows : list of list of str
+        A row a record.
+    """
+    keys = _keys(records)
+    headings = [heading(key).replace("_", " ") for key in keys]
+    return headings, [[_printed(key, record.get(key, "")) for key in keys] for record in records]
+
+
+def _keys(records: Records) -> list[str]:
+    return list(dict.fromkeys(key for record in records for key in record))
+
+
+def _printed(key: str, value: Any) -> str:
+    if value is None:
+        return "never"
+    if isinstance(value, float):
+        return f"{value * unit_of(key)[1]:.3g}"
+    return str(value)

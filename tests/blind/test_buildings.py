@@ -1,0 +1,140 @@
+"""Building records of the blind generator: right motion, every fault at its size, right columns."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from . import building_model as model
+from .buildings import (
+    CHANNELS,
+    DAMPING_RATIO,
+    Fault,
+    faults,
+    ground_motion,
+    make_record,
+    misfit,
+    nominal_building,
+)
+
+NAMES = """storey_stiffness_loss base_mass_error isolator_amplitude_softening
+extra_isolator_damping actuation_delay current_supply_limit soil_flexibility moat_impact
+sensor_bias""".split()
+FAULTS = faults(1)
+CURRENT = 1.5
+
+
+def matrices(building):
+    """M, C, K over base, floors, sway, rock by stretch vectors (Lagrange)."""
+    n = model.N_STOREYS
+    storeys = np.zeros((n, n + 3))
+    lifted = np.zeros((n, n + 3))
+    for i in range(n):
+        storeys[i, [i, i + 1, n + 2]] = -1.0, 1.0, -model.HEIGHT
+        lifted[i, 0], lifted[i, i + 1], lifted[i, n + 2] = -1.0, 1.0, -(i + 1) * model.HEIGHT
+    layer = np.zeros(n + 3)
+    layer[[0, n + 1, n + 2]] = 1.0, -1.0, -model.HEIGHT
+    arm = model.ARM**2
+    soil = model.SOIL_STIFFNESS * np.array([1 / building.sway, arm / building.rock])
+    lumps = model.FOUNDATION_MASS * np.array([1.0, arm / 3])
+    mass = np.diag([building.base_mass, *building.masses, *lumps])
+    elastic = storeys.T @ np.diag(building.stiffnesses) @ storeys
+    k, c = (np.polynomial.polynomial.polyval(CURRENT, row) for row in building.isolator[:2])
+    damping = building.rayleigh[0] * lifted.T @ np.diag(building.masses) @ lifted
+    damping += building.rayleigh[1] * elastic + c * np.outer(layer, layer)
+    stiffness = elastic + k * np.outer(layer, layer)
+    stiffness[-2:, -2:] += np.diag(soil)
+    damping[-2:, -2:] += np.diag(2 * model.SOIL_DAMPING * np.sqrt(soil * lumps))
+    return mass, damping, stiffness, layer
+
+
+def test_motion_agrees_with_scipy_on_soil_that_sways_and_rocks():
+    building = replace(nominal_building(3), sway=1.0, rock=0.5)
+    ground = ground_motion(3, duration=6.0)
+    time = np.arange(ground.size) / model.RATE
+    mass, damping, stiffness, layer = matrices(building)
+    size = mass.shape[0]
+    alpha = np.polynomial.polynomial.polyval(CURRENT, building.isolator[2])
+    a, beta, gamma, power = building.isolator[3:, 0]
+    # the ground moves every translation, not the rocking
+    pushed = np.append(np.ones(size - 1), 0.0)
+
+    def rates(t, s):
+        y, v, z = s[:size], s[size:-1], s[-1]
+        slip = layer @ v
+        force = damping @ v + stiffness @ y + alpha * z * layer
+        rate = a * slip - (beta * abs(slip) * z + gamma * slip * abs(z)) * abs(z) ** (power - 1)
+        motion = np.interp(t, time, ground)
+        return np.concatenate([v, -np.linalg.solve(mass, force) - pushed * motion, [rate]])
+
+    solution = solve_ivp(
+        rates, (0, time[-1]), np.zeros(2 * size + 1), t_eval=time, rtol=1e-8, atol=1e-10,
+        max_step=1 / model.RATE,
+    )  # fmt: skip
+    response = building.respond(ground, np.full(ground.size, CURRENT))
+    deformation = layer @ solution.y[:size]
+    roof = np.array(
+        [rates(t, s)[size + model.N_STOREYS] for t, s in zip(time, solution.y.T, strict=True)]
+    )
+    error = np.max(np.abs(response.deformation - deformation)) / np.max(np.abs(deformation))
+    assert error < 1e-4
+    expected = roof + ground
+    error = np.max(np.abs(response.accelerations[-1] - expected)) / np.max(np.abs(expected))
+    assert error < 1e-3
+
+
+def test_rayleigh_damping_is_as_described():
+    building = nominal_building(4)
+    n = model.N_STOREYS
+    stretch = np.eye(n) - np.eye(n, k=-1)
+    stiffness = stretch.T @ np.diag(building.stiffnesses) @ stretch
+    values = np.sqrt(np.linalg.eigvals(np.diag(1 / building.masses) @ stiffness))
+    omega = np.sort(values.real)
+    ratio = building.rayleigh[0] / (2 * omega) + building.rayleigh[1] * omega / 2
+    np.testing.assert_allclose(ratio[[0, 2]], DAMPING_RATIO, rtol=1e-9)
+
+
+def test_every_name_has_two_forms():
+    assert {fault.name for fault in FAULTS} == set(NAMES)
+    assert all(sum(fault.name == name for fault in FAULTS) >= 2 for name in NAMES)
+    assert {fault.storey for seed in range(30) for fault in faults(seed)[:1]} == {1, 2, 3, 4, 5}
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: f"{fault.name}-{fault.form}")
+def test_fault_reaches_its_size_and_is_nothing_at_strength_zero(fault: Fault):
+    record = make_record(1, fault, 0.06, noise=0.0)
+    assert record.size == pytest.approx(0.06, rel=0.1)
+    assert 0 < record.strength <= fault.limit
+    still = fault.change(record.nominal, 0.0).respond(record.ground)
+    channels = fault.reading(still, 0.0)
+    assert misfit(record.nominal, record.ground, still.current, channels) < 1e-9
+
+
+def test_clean_record_is_the_nominal_building_and_noise():
+    record = make_record(2)
+    response = record.nominal.respond(ground_motion(2), record.current)
+    share = np.std(record.channels - response.channels, axis=1)
+    np.testing.assert_allclose(
+        share / np.sqrt(np.mean(response.channels**2, axis=1)), 0.01, rtol=0.1
+    )
+    assert np.ptp(record.current) == pytest.approx(record.nominal.largest_current)
+    assert 0.05 < np.max(np.abs(response.deformation)) < 0.5
+
+
+def test_files(tmp_path):
+    record = make_record(2)
+    folder = record.write(tmp_path / "r")
+    lines = (folder / "record.csv").read_text().splitlines()
+    header = lines[0].split(",")
+    assert header[:3] == ["time_s", "ground_acceleration_m_s2", "base_acceleration_m_s2"]
+    assert header[-2:] == ["isolator_displacement_m", "current_A"]
+    assert header[2:-1] == list(CHANNELS)
+    data = np.loadtxt(folder / "record.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(data[:, 2:-1].T, record.channels, rtol=1e-6, atol=1e-9)
+    told = tomllib.loads((folder / "building.toml").read_text())
+    assert told["building"]["base_mass_kg"] == record.nominal.base_mass
+    assert told["isolation_layer"]["parameters"]["A"] == [1.0]

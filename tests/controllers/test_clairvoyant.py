@@ -1,0 +1,119 @@
+"""The optimum over a whole ground motion, and the transcription behind it."""
+
+import numpy as np
+import pytest
+
+from controllers import controller
+from controllers.clairvoyant import (
+    ACCELERATION,
+    DISPLACEMENT,
+    EQUALLY,
+    Clairvoyant,
+    Plant,
+    bound,
+    pareto,
+    share_of_gap,
+)
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import CoilDriver
+from isolation_sim.simulation.run import simulate
+
+from .conftest import situation_of
+
+LAGGING = CoilDriver(lag=0.05, high=3.0)
+
+
+@pytest.fixture(scope="module")
+def plant(isolated, el_centro):
+    return Plant(isolated, (el_centro.cut(0.0, 4.0),), LAGGING)
+
+
+@pytest.fixture(scope="module")
+def short(isolated, el_centro):
+    return Plant(isolated, (el_centro.cut(0.5, 3.0),), LAGGING)
+
+
+@pytest.fixture(scope="module")
+def optimum(plant):
+    return bound(plant)
+
+
+def weighted(plant, run):
+    off = simulate(plant.isolated, plant.records, controller("passive_off"), driver=plant.driver)
+    return sum(run.criteria[f"peak_{q}"] / off.criteria[f"peak_{q}"] for q in EQUALLY)
+
+
+def test_engine_certifies_the_predicted_peaks(plant, optimum):
+    assert optimum.status == "Solve_Succeeded"
+    assert optimum.difference < 1e-3
+    run = simulate(
+        plant.isolated, plant.records,
+        controller("prescribed", time=optimum.time, amperes=optimum.current), driver=plant.driver,
+    )  # fmt: skip
+    for quantity, peak in optimum.certified.items():
+        assert run.criteria[f"peak_{quantity}"] == pytest.approx(peak, rel=1e-9)
+    assert weighted(plant, run) == pytest.approx(optimum.score, rel=1e-9)
+    assert optimum.current.min() >= 0 and optimum.current.max() <= 3.0
+
+
+@pytest.mark.parametrize("name", ["passive_on", "best_constant", "on_off", "clipped_lqr"])
+def test_no_other_controller_is_better(plant, optimum, name):
+    run = simulate(plant.isolated, plant.records, controller(name), driver=plant.driver)
+    assert weighted(plant, run) > optimum.score
+
+
+def test_no_small_change_of_the_commands_is_better(plant, optimum):
+    rng = np.random.default_rng(1)
+    for size in (0.02, 0.2):
+        smooth = np.convolve(rng.normal(size=len(optimum.time)), np.hanning(25) / 5, mode="same")
+        changed = np.clip(optimum.current[:, 0] + size * smooth, 0, 3)
+        commands = controller("prescribed", time=optimum.time, amperes=changed)
+        run = simulate(plant.isolated, plant.records, commands, driver=plant.driver)
+        assert weighted(plant, run) > optimum.score
+
+
+def test_other_starts_find_the_same_optimum(short):
+    assert bound(short, starts=2).score == pytest.approx(bound(short).score, rel=5e-3)
+
+
+def test_front_is_a_front_and_not_below_the_weighted_optimum(short):
+    front = pareto(short, n=3)
+    x, a = ([one.certified[q] for one in front] for q in (DISPLACEMENT, ACCELERATION))
+    assert np.all(np.diff(x) > 0) and np.all(np.diff(a) < 0)
+    assert min(one.score for one in front) > bound(short).score * (1 - 1e-3)
+    assert all(one.difference < 2e-3 for one in front)
+
+
+def test_ideal_supply_slew_and_other_periods(isolated, el_centro):
+    records = (el_centro.cut(0.5, 3.0),)
+    for driver in (CoilDriver(high=3.0), CoilDriver(lag=0.05, slew=8.0, high=2.0, initial=1.0)):
+        found = bound(Plant(isolated, records, driver), period=0.1)
+        assert np.allclose(np.diff(found.time), 0.1) and found.difference < 2e-3
+        rate = np.abs(np.gradient(found.run.grid_current[:, 0], found.run.grid.time))
+        if np.isfinite(driver.slew):
+            assert rate.max() <= 8.0 * (1 + 1e-6) and found.current.max() <= 2.0
+            assert found.run.current[0, 0] == 1.0
+
+
+def test_controller_replays_the_bound_in_a_run(plant, optimum):
+    one = Clairvoyant()
+    run = simulate(plant.isolated, plant.records, one, driver=plant.driver)
+    assert one.bound is optimum
+    assert np.array_equal(run.command[:-1], optimum.current)
+    assert weighted(plant, run) == pytest.approx(optimum.score, rel=1e-12)
+
+
+def test_what_cannot_be_solved_is_refused(isolated, plant):
+    with pytest.raises(InputError, match="every weight is 0"):
+        bound(plant, {DISPLACEMENT: 0.0})
+    with pytest.raises(InputError, match="n is 1; accepted: 2 or more"):
+        pareto(plant, n=1)
+    with pytest.raises(InputError, match="call prepare"):
+        one = Clairvoyant()
+        one.commands(situation_of(one, isolated))
+
+
+def test_share_of_the_gap():
+    assert share_of_gap(2.0, 2.0, 1.0) == 0
+    assert share_of_gap(1.0, 2.0, 1.0) == 1
+    assert share_of_gap(2.5, 2.0, 1.0) == -0.5

@@ -1,0 +1,243 @@
+"""Predictive control: prediction, programme, safety, preview."""
+
+import daqp
+import numpy as np
+import pytest
+
+from controllers import controller
+from controllers.clairvoyant import coil_table
+from controllers.mpc import MPC
+from controllers.predictive.ground_kernel import FORGETTING, foresee, learn
+from controllers.predictive.linear_belief import spring_and_dashpot
+from controllers.predictive.prediction import Prediction
+from ground_motions import Record
+from isolation_sim.errors import InputError
+from isolation_sim.laws import Device
+from isolation_sim.laws.current_dependence import CurrentDependence
+from isolation_sim.laws.registry import LAWS
+from isolation_sim.simulation.control import CoilDriver
+from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import reference_building, shear_building
+
+LAGGING = CoilDriver(lag=0.05, high=3.0)
+COILS = np.array([[0.05, np.inf, 0.0, 3.0, 0.0]])
+
+
+@pytest.fixture(scope="module")
+def started(isolated, record):
+    """A run with a wandering current, and its state after 3 s as a prediction takes it."""
+    time = np.arange(0, 8, 0.02)
+    commands = 1.5 + 1.2 * np.sin(3 * time)
+    run = simulate(
+        isolated, record, controller("prescribed", time=time, amperes=commands), driver=LAGGING
+    )
+    names, at = isolated.structure.names, 150
+    q = np.array([run.output(f"{name}_displacement_m")[at] for name in names])
+    v = np.array([run.output(f"{name}_velocity_m_s")[at] for name in names])
+    return run, at, q, v, commands[:, np.newaxis]
+
+
+def kelvin_voigt(**numbers):
+    dependence = CurrentDependence.polynomial(numbers)
+    return Device(LAWS["kelvin_voigt"], dependence, current_range=(0.0, 3.0))
+
+
+def predicted(started, n_blocks=10, n_steps=40, change=None):
+    run, at, q, v, commands = started
+    block = np.arange(n_steps) * n_blocks // n_steps
+    prediction = Prediction(run.isolated, COILS, 0.02, block)
+    plan = commands[at : at + n_steps].copy()
+    if change is not None:
+        plan[block == change[0]] += change[1]
+    ground = run.records[0].acceleration[at : at + n_steps + 1, np.newaxis].copy()
+    prediction.predict(
+        prediction.modes_of(q, v), run.states[at].copy(), run.current[at].copy(), plan, ground
+    )
+    return prediction
+
+
+def test_prediction_is_the_engines_response(started):
+    run, at = started[:2]
+    prediction = predicted(started)
+    names = run.isolated.structure.names
+    outputs = [f"{name}_acceleration_m_s2" for name in names]
+    outputs = ["base_displacement_m", *outputs, "base_velocity_m_s"]
+    for column, name in enumerate(outputs):
+        exact = run.output(name)[at : at + 41]
+        error = np.abs(prediction.y[:, column] - exact)
+        assert error.max() < 0.04 * np.abs(exact).max()
+        assert error[0] < 1e-9 * np.abs(exact).max()
+
+
+def test_derivatives_are_those_of_the_prediction(started):
+    exact = predicted(started).dy.copy()
+    step = 1e-5
+    for block in (0, 4, 9):
+        ahead = predicted(started, change=(block, step)).y
+        behind = predicted(started, change=(block, -step)).y
+        difference = (ahead - behind) / (2 * step)
+        scale = np.abs(difference).max(axis=0)
+        assert np.all(np.abs(exact[:, :, block] - difference) <= 1e-6 * scale)
+
+
+def test_followed_device_states_are_the_plants(started):
+    run, at = started[:2]
+    prediction, states = predicted(started), None
+    states = prediction.initial_states()
+    modes = run.modal[run.grid.samples]
+    for k in range(at):
+        current = (run.current[k] + run.current[k + 1]) / 2
+        prediction.follow(modes[k], modes[k + 1], 0.02, states, current)
+    assert np.abs(states - run.states[at]).max() < 1e-3 * np.abs(run.states).max()
+
+
+def solved_programmes(monkeypatch, isolated, ground, **settings):
+    """Every programme of a run and DAQP's solution."""
+    kept, solve = [], daqp.solve
+
+    def recorded(*arguments):
+        answer = solve(*arguments)
+        kept.append(([np.array(a) for a in arguments[:5]], np.array(answer[0])))
+        return answer
+
+    monkeypatch.setattr(daqp, "solve", recorded)
+    one = MPC(**settings)
+    simulate(isolated, ground, one, driver=LAGGING)
+    return one, kept
+
+
+def test_solutions_are_those_of_an_interior_point_method(monkeypatch, isolated, record):
+    import casadi
+
+    one, kept = solved_programmes(monkeypatch, isolated, record.cut(0.0, 4.0))
+    assert len(kept) == 200 and one.report.failed == 0
+    worst = 0.0
+    for (hessian, gradient, rows, upper, lower), x in kept[20::20]:
+        n = len(gradient)
+        unknown = casadi.SX.sym("x", n)
+        cost = casadi.bilin(hessian, unknown, unknown) / 2 + casadi.dot(gradient, unknown)
+        problem = {"x": unknown, "f": cost, "g": casadi.mtimes(casadi.DM(rows), unknown)}
+        options = {"ipopt.print_level": 0, "print_time": False, "ipopt.tol": 1e-12,
+                   "ipopt.bound_relax_factor": 0.0, "ipopt.sb": "yes"}  # fmt: skip
+        solver = casadi.nlpsol("qp", "ipopt", problem, options)
+        limits = [np.where(np.abs(b) < 1e29, b, np.copysign(np.inf, b)) for b in (lower, upper)]
+        other = solver(lbx=limits[0][:n], ubx=limits[1][:n], lbg=limits[0][n:], ubg=limits[1][n:])
+        cost_of = [0.5 * p @ hessian @ p + gradient @ p for p in (x, np.ravel(other["x"]))]
+        worst = max(worst, (cost_of[0] - cost_of[1]) / max(1.0, abs(cost_of[1])))
+        assert x[0] == pytest.approx(float(other["x"][0]), abs=1e-4)
+    assert worst < 1e-6
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.05])
+def test_no_bound_and_no_slew_is_ever_violated(isolated, record, lag):
+    driver = CoilDriver(lag=lag, slew=10.0, low=0.5, high=2.0, initial=1.0)
+    one = MPC(preview=0.4, effort=0.0, displacement=1.0)
+    run = simulate(isolated, record, one, driver=driver)
+    assert run.command.min() >= 0.5 and run.command.max() <= 2.0
+    if lag > 0:
+        assert np.abs(run.command - run.current).max() <= 10.0 * lag * (1 + 1e-6)
+    else:
+        steps = np.diff(run.command[:, 0], prepend=1.0)
+        assert np.abs(steps).max() <= 10.0 * 0.02 * (1 + 1e-6)
+    assert one.report.failed == 0 and np.ptp(run.command) > 0.5
+
+
+@pytest.mark.parametrize("answer", ["outside", "failed", "nan"])
+def test_unusable_solutions_are_counted_and_the_plan_before_is_kept(
+    monkeypatch, isolated, record, answer
+):
+    def useless(hessian, gradient, *rest):
+        x = np.full(len(gradient), np.nan if answer == "nan" else 7.0)
+        return x, 0.0, -1 if answer == "failed" else 1, {"iterations": 1}
+
+    monkeypatch.setattr(daqp, "solve", useless)
+    one = MPC()
+    run = simulate(isolated, record.cut(0.0, 2.0), one, driver=CoilDriver(high=2.0, initial=0.7))
+    assert one.report.failed == len(one.report.seconds) == 100
+    assert np.all(run.command == 0.7)
+    assert "100 failed" in str(one.report)
+
+
+def test_late_solutions_are_counted_and_the_plan_before_is_kept(isolated, record):
+    one = MPC(deadline=1e-9)
+    run = simulate(isolated, record.cut(0.0, 2.0), one, driver=CoilDriver(initial=0.7))
+    assert one.report.late == 100 and np.all(run.command == 0.7)
+
+
+@pytest.mark.parametrize("preview", [0.0, 0.5])
+def test_sees_no_further_than_its_preview(isolated, record, preview):
+    changed = record.acceleration.copy()
+    changed[200:] = 0.0
+    other = Record(changed, record.dt)
+    first, second = (
+        simulate(isolated, ground, MPC(preview=preview), driver=LAGGING).command
+        for ground in (record, other)
+    )
+    differs = np.flatnonzero(np.any(first != second, axis=1))
+    assert 200 - preview / record.dt <= differs[0] <= 202 - preview / record.dt
+
+
+def test_preview_lowers_the_weighted_peaks_of_el_centro(isolated, record):
+    def weighted(one):
+        run = simulate(isolated, record, one, driver=LAGGING)
+        return sum(run.criteria[f"peak_{q}"] / off.criteria[f"peak_{q}"] for q in (
+            "base_displacement_m", "floor_acceleration_m_s2"))  # fmt: skip
+
+    off = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
+    best = weighted(controller("best_constant"))
+    assert weighted(MPC(preview=0.8)) < 0.9 * best
+
+
+def test_autoregressive_model_is_the_weighted_least_squares():
+    rng = np.random.default_rng(3)
+    series, order = [0.0, 0.0], 2
+    for _ in range(400):
+        series.append(1.6 * series[-1] - 0.8 * series[-2] + rng.normal())
+    past, coefficients, covariance = np.zeros(order), np.zeros(order), np.eye(order)
+    for value in series:
+        learn(value, past, coefficients, covariance, np.zeros(order))
+    rows = np.stack([series[1:-1], series[:-2]], axis=1)
+    weight = np.sqrt(FORGETTING ** np.arange(len(rows))[::-1])
+    exact = np.linalg.lstsq(rows * weight[:, None], np.array(series[2:]) * weight, rcond=None)[0]
+    assert np.allclose(coefficients, exact, atol=2e-3)
+
+    ground = np.array([1.0, 0.5, 0.0, 0.0])
+    foresee(2, coefficients, past, ground)
+    expected = np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
+    assert ground[2] == pytest.approx(expected)
+    assert ground[3] == pytest.approx(np.clip(coefficients @ [expected, 0.5], -1.0, 1.0))
+
+
+def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record):
+    linear = spring_and_dashpot(isolated, COILS, 0.5)
+    for current in (0.0, 1.25, 3.0):
+        mine = linear.elements[0].device.linearised(current, 0.5)
+        assert mine == pytest.approx(isolated.elements[0].device.linearised(current, 0.5), rel=1e-3)
+    one = MPC(model="linear")
+    run = simulate(isolated, record, one, driver=LAGGING)
+    full = simulate(isolated, record, MPC(), driver=LAGGING)
+    assert one.report.failed == 0
+    assert np.abs(run.command - full.command).max() > 0.05
+
+
+def test_devices_without_coil_join_the_prediction(record):
+    """A Maxwell damper in a storey: another law, with another number of states."""
+    building = reference_building().on(kelvin_voigt(k=(4e6, 3e6), c=4e5))
+    maxwell = Device(LAWS["maxwell"], CurrentDependence.constant({"k": 2e7, "c": 2e6}))
+    damped = building.with_element(maxwell, "storey1")
+    one = MPC(horizon=0.4)
+    run = simulate(damped, record.cut(0.0, 3.0), one, driver=LAGGING)
+    assert one.report.failed == 0 and np.all(np.isfinite(run.values))
+
+
+def test_structure_without_a_coil_is_refused(record):
+    plain = shear_building([1e5], [1e7], base_mass=1e5).on(kelvin_voigt(k=1e6, c=1e4))
+    with pytest.raises(InputError, match="mpc: no element of the belief is driven by a coil"):
+        simulate(plain, record, MPC())
+
+
+def test_coils_are_limited_to_tested_currents(isolated):
+    from .conftest import situation_of
+
+    table = coil_table(situation_of(MPC(), isolated, high=9.0))
+    assert table.tolist() == [[0.0, np.inf, 0.0, 3.0, 0.0]]

@@ -1,0 +1,54 @@
+"""Sliding mode."""
+
+from collections import namedtuple
+
+import numpy as np
+import pytest
+
+from controllers import CurrentMap, controller
+from controllers.sliding_mode import carried_masses
+from isolation_sim.structures import reference_building, reference_isolators
+
+from .conftest import both_forms, situation_of
+
+MEASUREMENT = namedtuple("Measurement", "x v coil")
+
+
+@pytest.mark.parametrize(("x", "v", "pull"), [(0.05, 0.3, 1.0), (0.02, 0.03, 0.35), (0.0, -1, -1)])
+def test_wanted_force_leads_to_the_surface(isolated, x, v, pull):
+    one = controller("sliding_mode", slope=2.0, gain=0.5, layer=0.2)
+    one.reset(situation_of(one, isolated))
+    mass = isolated.structure.total_mass
+    wanted = mass * (2.0 * v + 0.5 * pull)
+    command = one.current(0.0, MEASUREMENT(x, v, 0.0))[0]
+    # at the first instant the states are still those of rest
+    assert one._memory[3] == pytest.approx(wanted, rel=1e-12)
+    mapped = CurrentMap(isolated.elements[0].device, 0, 3)(wanted, x, v, (0.0, 0.0))
+    assert command == pytest.approx(mapped.current, abs=1e-9)
+
+
+def test_slides_where_the_force_is_free():
+    """A rigid mass under that force comes to the surface and stays, whatever shakes it less."""
+    slope, gain, layer, h = 2.0, 0.5, 0.01, 1e-4
+    x, v, reached = 0.1, 0.3, []
+    for k in range(60000):
+        distance = v + slope * x
+        force = slope * v + gain * min(max(distance / layer, -1), 1)
+        v += h * (-force - 0.4 * np.sin(5 * k * h))
+        x += h * v
+        reached.append(abs(distance))
+    assert max(reached[20000:]) <= 1.01 * layer and abs(x) < 0.01
+
+
+def test_masses_are_shared_by_stiffness():
+    device = reference_isolators().scaled(force=0.2)
+    belief = reference_building().with_element(device, "base", 0, "a")
+    belief = belief.with_element(device.scaled(force=3), "base", 1, "b")
+    masses = carried_masses(belief, np.array([1.5, 1.5]))
+    assert masses == pytest.approx(belief.structure.total_mass * np.array([0.25, 0.75]))
+    one = controller("sliding_mode")
+    situation = situation_of(one, belief)
+    t = np.arange(50) * 0.02
+    motion = np.column_stack([0.05 * np.sin(3 * t), 0.15 * np.cos(3 * t)] * 2 + [t, 1 + t])
+    plain, fast = both_forms(one, situation, motion)
+    assert np.abs(plain - fast).max() <= 1e-9 and np.ptp(plain, axis=0).min() > 0.5

@@ -1,0 +1,226 @@
+"""Diagnosis of building records: named causes, their numbers, and silence where nothing is wrong.
+
+The records are made by the project's own engine with a cause put in by hand: what is tested here is
+the inference. Records from an independent generator are in ``tests/blind``.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.discrepancy.building import diagnose_building
+from isolation_sim.discrepancy.building_evidence import intervals
+from isolation_sim.discrepancy.building_fit import compare_records, split
+from isolation_sim.discrepancy.building_model import GROUND, Soil, building_model, shear_stiffness
+from isolation_sim.discrepancy.building_noise import cell_means, noise_floor, white_noise
+from isolation_sim.discrepancy.building_record import BuildingRecord
+from isolation_sim.discrepancy.building_selection import adequacy
+from isolation_sim.errors import InputError
+
+NOISE = 0.01
+CHANNELS = (
+    "base_acceleration_m_s2",
+    *(f"floor{k}_acceleration_m_s2" for k in range(1, 6)),
+    "isolator_displacement_m",
+)
+
+
+@pytest.fixture(scope="module")
+def isolated():
+    device = iso.law("kelvin_voigt", {"k": 1.2e7, "c": 1.0e6})
+    return iso.reference_building().on(device)
+
+
+def _record(isolated, change=None, seed=0, noise=NOISE, name="quake", scale=1.0):
+    """What a changed building would have shown, with noise in every channel, the ground's too."""
+    rng = np.random.default_rng(seed)
+    ground = replace(el_centro_1940().scaled(scale), name=name)
+    blank = BuildingRecord(name, ground, {c: np.arange(len(ground)) % 3 - 1.0 for c in CHANNELS})
+    model = building_model(isolated, [blank])
+    values = (change(model) if change else model).predict(blank)
+    values = values + noise * np.sqrt(np.mean(values**2, axis=0)) * rng.standard_normal(
+        values.shape
+    )
+    shaking = ground.acceleration
+    shaking = shaking + noise * np.sqrt(np.mean(shaking**2)) * rng.standard_normal(len(shaking))
+    return BuildingRecord(
+        name, replace(ground, acceleration=shaking), dict(zip(CHANNELS, values.T, strict=True))
+    )
+
+
+def _weaker(storey, loss):
+    def change(model):
+        row = model.structure.drift_rows[storey - 1]
+        softer = model.structure.stiffness - loss * shear_stiffness(model.structure)[
+            storey - 1
+        ] * np.outer(row, row)
+        return replace(model, structure=replace(model.structure, stiffness=softer))
+
+    return change
+
+
+def _heavier(share):
+    def change(model):
+        mass = model.structure.mass.copy()
+        mass[0, 0] *= 1 + share
+        return replace(model, structure=replace(model.structure, mass=mass))
+
+    return change
+
+
+def _damped(coefficient):
+    def change(model):
+        damping = model.structure.damping.copy()
+        damping[0, 0] += coefficient
+        return replace(model, structure=replace(model.structure, damping=damping))
+
+    return change
+
+
+def test_noise_is_found_in_every_channel_and_in_the_ground(isolated):
+    record = _record(isolated, seed=3)
+    floor = noise_floor(building_model(isolated, [record]), record)
+    true = NOISE * np.sqrt(np.mean(record.values**2, axis=0))
+    np.testing.assert_allclose(floor.sensors, true, rtol=0.15)
+    assert floor.ground == pytest.approx(NOISE * np.std(record.ground.acceleration), rel=0.5)
+    assert np.all(floor.total > floor.sensors)
+
+
+def test_white_noise_is_measured_above_what_shakes_below():
+    rng = np.random.default_rng(1)
+    t = np.arange(4000) * 0.01
+    signal = np.sin(2 * np.pi * 1.0 * t) + 0.02 * rng.standard_normal(t.size)
+    found = white_noise(signal[:, np.newaxis], 0.01, 20.0, 0.5)
+    assert found[0] == pytest.approx(0.02, rel=0.1)
+
+
+def test_residuals_of_noise_alone_are_white(isolated):
+    record = _record(isolated, seed=5)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    nominal = comparison.judged(())
+    # a little less than 1: no calibration is believed to be perfect
+    assert 0.75 < nominal.variance < 1.1
+    part, whitened = comparison.held_out[0], nominal.held_out[0]
+    assert np.all(np.abs(cell_means(whitened) - part.expected) < 6 * part.spread)
+    # twice the noise is no longer what was expected
+    assert adequacy([part], [2 * whitened]) < 1e-3 < adequacy([part], [whitened])
+
+
+def test_nothing_is_said_where_nothing_is_wrong(isolated):
+    diagnosis = diagnose_building(_record(isolated, seed=11), isolated)
+    assert diagnosis.verdict == "adequate"
+    assert diagnosis.causes == ()
+    assert diagnosis.gain is None
+    assert diagnosis.unexplained_share == 0.0
+    assert diagnosis.error_before.held_out < 2.5 * diagnosis.noise_floor
+
+
+@pytest.mark.parametrize("storey", [2, 5])
+def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
+    diagnosis = diagnose_building(_record(isolated, _weaker(storey, 0.1), seed=storey), isolated)
+    assert diagnosis.verdict == "explained"
+    assert [cause.name for cause in diagnosis.causes] == ["storey_stiffness_loss"]
+    numbers = diagnosis.causes[0].parameters
+    assert numbers["storey"].value == storey
+    assert numbers["loss"].value == pytest.approx(0.1, abs=0.005)
+    assert numbers["loss"].low < numbers["loss"].value < numbers["loss"].high
+    assert f"storey{storey} has lost" in diagnosis.causes[0].evidence
+    assert diagnosis.error_after.held_out < 0.6 * diagnosis.error_before.held_out
+    assert 0 < diagnosis.gain[0] < diagnosis.gain[1] < 1
+    assert diagnosis.building is not None
+    np.testing.assert_allclose(
+        shear_stiffness(diagnosis.building.structure)[storey - 1]
+        / shear_stiffness(isolated.structure)[storey - 1],
+        1 - numbers["loss"].value,
+    )
+    assert json.loads(diagnosis.to_json())["causes"][0]["parameters"]["storey"]["value"] == storey
+
+
+def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
+    def both(model):
+        return _heavier(0.15)(_damped(2e5)(model))
+
+    first = _record(isolated, both, seed=1, name="first")
+    second = _record(isolated, both, seed=2, name="second", scale=0.5)
+    diagnosis = diagnose_building([first, replace(second, hold_out=True)], isolated)
+    named = {cause.name: cause for cause in diagnosis.causes}
+    assert set(named) == {"base_mass_error", "extra_isolator_damping"}
+    mass = named["base_mass_error"].parameters["relative_error"]
+    assert mass.value == pytest.approx(0.15, abs=0.01)
+    assert named["extra_isolator_damping"].parameters["coefficient"].unit == "N s/m"
+    assert sum(cause.share for cause in diagnosis.causes) == pytest.approx(
+        1 - diagnosis.unexplained_share
+    )
+    noise_step = next(step for step in diagnosis.steps if step.title == "Noise floor")
+    assert "Held out: second" in noise_step.text
+
+
+def test_a_biased_sensor_is_named_with_its_channel(isolated):
+    record = _record(isolated, seed=4)
+    response = dict(record.response)
+    response["floor3_acceleration_m_s2"] = response["floor3_acceleration_m_s2"] + 0.03
+    diagnosis = diagnose_building(replace(record, response=response), isolated)
+    assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]
+    assert "floor3_acceleration_m_s2 is off by" in diagnosis.causes[0].evidence
+    assert diagnosis.causes[0].parameters["mean"].value == pytest.approx(0.03, abs=0.003)
+    # the building itself is as it was
+    np.testing.assert_allclose(
+        diagnosis.building.structure.stiffness, isolated.structure.stiffness
+    )
+
+
+def test_intervals_are_those_of_a_linear_fit(isolated):
+    """A constant bias is a mean: its interval is known in closed form."""
+    record = _record(isolated, seed=4)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    from isolation_sim.discrepancy.building_causes import candidates
+
+    bias = next(
+        c for c in candidates(comparison.model, [record])
+        if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"
+    )  # fmt: skip
+    outcome = comparison.fit((), ((bias, (0.01,)),))
+    found = intervals(outcome)[0]["mean"]
+    n = split(record)
+    half = 1.96 * comparison.floors[0].sensors[3] / np.sqrt(n)
+    assert (found.high - found.low) / 2 == pytest.approx(half, rel=0.25)
+
+
+def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):
+    record = _record(isolated, noise=1e-9)
+    model = building_model(isolated, [record])
+    rigid = model.predict(record)
+    size = np.sqrt(np.mean(rigid**2, axis=0))
+    for rocking in (False, True):
+        stiff = replace(model, soil=Soil(1e14, 1e10, 3e5, rocking)).predict(record)
+        np.testing.assert_allclose(stiff / size, rigid / size, atol=2e-3)
+        soft = replace(model, soil=Soil(3e8, 1e6, 3e5, rocking)).predict(record)
+        assert np.max(np.abs(soft - rigid) / size) > 0.05
+
+
+def test_a_biased_ground_sensor_shakes_the_model_with_its_error(isolated):
+    record = _record(isolated, noise=1e-9)
+    model = building_model(isolated, [record])
+    biased = replace(model, biases={GROUND: np.array([0.1])})
+    moved = (biased.predict(record) - model.predict(record))[-300:, -1].mean()
+    # M a / k: the whole mass over the isolators' stiffness
+    assert moved == pytest.approx(0.1 * isolated.structure.total_mass / 1.2e7, rel=0.1)
+
+
+def test_records_and_structures_that_do_not_fit_are_refused(isolated):
+    record = _record(isolated, noise=1e-9)
+    small = iso.shear_building([2e5] * 2, [2e8] * 2, base_mass=2e5).on(
+        iso.law("kelvin_voigt", {"k": 1e6, "c": 1e5})
+    )
+    with pytest.raises(InputError, match="floor5; shear building has 2 floors"):
+        diagnose_building(record, small)
+    with pytest.raises(InputError, match="not held out"):
+        diagnose_building(replace(record, hold_out=True), isolated)
+    with pytest.raises(InputError, match="share a name"):
+        diagnose_building([record, record], isolated)

@@ -1,0 +1,206 @@
+"""What holds for every form of every cause."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from controllers import CurrentMap
+from isolation_sim.effects import EFFECTS, effect, extend, separate
+from isolation_sim.effects.effect import Signals
+from isolation_sim.errors import InputError
+from isolation_sim.identification.magnitudes import magnitude
+from isolation_sim.laws import LAWS, law
+from isolation_sim.laws.fingerprint import fingerprint
+
+from ..laws.test_three_ways import casadi_function, numba_function, outputs
+from .conftest import FORMS, motion, numbers, respond, size
+
+DESIGN = (
+    "current_lag field_saturation magnetic_remanence field_gap_coupling stress_softening "
+    "amplitude_softening self_heating ambient_temperature tension_compression_asymmetry "
+    "force_offset coulomb_friction inertia_force sensor_delay extra_relaxation "
+    "weak_rate_dependence end_stop cyclic_degradation"
+).split()
+
+
+def test_every_cause_of_the_design_is_there():
+    assert list(EFFECTS) == DESIGN
+    for cause, forms in EFFECTS.items():
+        assert {form.cause for form in forms} == {cause}
+        assert len({form.form for form in forms}) == len(forms)
+
+
+def test_parameters(form):
+    assert sum(q.strength for q in form.parameters) == 1
+    strength = form.parameters[form.strength]
+    assert strength.lower <= 0 <= strength.upper
+    assert not strength.divides
+    assert form.source and form.title
+    for q in form.parameters:
+        assert magnitude(q.unit, 300.0, 8e-3, 0.2, 2.0) > 0
+        assert q.meaning and q.lower < q.upper and q.starts
+        assert not (q.divides and q.lower <= 0)
+        for start in q.starts:
+            assert q.lower <= start * size(q) <= q.upper
+    assert not form.needs - {"acceleration", "temperature", "current"}
+
+
+def test_without_strength_the_law_is_as_it_was(form, isolator):
+    t, x, v, _ = motion()
+    plain, states = respond(isolator, t, x, v, 1.2)
+    extended, more = respond(extend(isolator, [(form, numbers(form, 0.0))]), t, x, v, 1.2)
+    largest = np.max(np.abs(plain))
+    assert np.max(np.abs(extended - plain)) < 1e-5 * largest
+    assert np.max(np.abs(more[: len(states)] - states)) < 1e-5 * np.max(np.abs(states))
+
+
+def test_with_strength_it_is_not(form, isolator):
+    """In a motion that has something for every effect: a changing current, and heat."""
+    t, x, v, _ = motion()
+    current = 1.0 + np.sin(2 * np.pi * 1.3 * t)
+    plain, _ = respond(isolator, t, x, v, current)
+    extended = extend(isolator, [(form, numbers(form))])
+    if "temperature" in form.needs:
+        extended = extended.with_parameters(temperature=35.0)
+    changed, _ = respond(extended, t, x, v, current)
+    assert np.all(np.isfinite(changed))
+    assert np.max(np.abs(changed - plain)) > 1e-4 * np.max(np.abs(plain))
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_numpy_and_casadi_agree(form, place, draw, isolator):
+    device = extend(isolator, [(form, numbers(form, place=place))])
+    x, v, states, current = draw(device)
+    states = tuple(np.abs(s) for s in states)
+    by_numpy = np.array(np.broadcast_arrays(*outputs(device, x, v, states, current)))
+    arguments = np.array([x, v, *states, current])
+    symbolic = casadi_function(device).map(x.size)
+    by_casadi = np.array(symbolic(*(row[np.newaxis] for row in arguments)))[:, 0]
+    largest = np.max(np.abs(by_numpy), axis=1, keepdims=True) + 1e-300
+    assert np.all(np.isfinite(by_numpy))
+    assert np.max(np.abs(by_casadi - by_numpy) / largest) < 1e-11
+
+
+@pytest.mark.parametrize(
+    "causes",
+    [
+        ("field_saturation", "end_stop", "ambient_temperature", "inertia_force"),
+        ("amplitude_softening", "weak_rate_dependence", "coulomb_friction"),
+    ],
+)
+def test_written_out_for_numba_too(causes, draw, isolator):
+    """Several effects in one law: everything that its text may hold, for one compilation."""
+    applied = [(EFFECTS[cause][-1], numbers(EFFECTS[cause][-1])) for cause in causes]
+    device = extend(isolator, applied)
+    x, v, states, current = draw(device, 50)
+    by_numpy = np.array(np.broadcast_arrays(*outputs(device, x, v, states, current)))
+    written = numba_function(device)
+    by_numba = np.array([written(*column) for column in np.array([x, v, *states, current]).T]).T
+    largest = np.max(np.abs(by_numpy), axis=1, keepdims=True)
+    assert np.max(np.abs(by_numba - by_numpy) / largest) < 1e-11
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_finite_over_its_bounds(name):
+    """Whatever parameters within the bounds, motion and states, forces and rates are numbers."""
+    form = FORMS[name]
+    within = [
+        st.floats(max(q.lower, -10 * abs(q.starts[0]) * size(q)),
+                  min(q.upper, 1e3 * abs(q.starts[-1]) * size(q)))
+        for q in form.parameters
+    ]  # fmt: skip
+    unit = st.floats(-1, 1)
+
+    @settings(max_examples=40, deadline=None, derandomize=True, database=None)
+    @given(st.tuples(*within), st.lists(unit, min_size=5, max_size=5),
+           st.lists(unit, min_size=len(form.states), max_size=len(form.states)))  # fmt: skip
+    def finite(parameters, five, states):
+        assume(all(not (q.divides and p == 0) for q, p in zip(form.parameters, parameters,
+                                                              strict=True)))  # fmt: skip
+        x, v, a, current, force = np.array(five) * (0.1, 5.0, 100.0, 3.0, 1e5)
+        signals = Signals(x, v, a, current, force, 20.0 + 60.0 * five[0])
+        for hook in (form.motion, form.current, form.factor, form.force, form.rates):
+            if hook is not None:
+                assert np.all(np.isfinite(hook(signals, tuple(states), parameters)))
+        if form.factor is not None:
+            assert form.factor(signals, tuple(states), parameters) >= 0
+        if form.stored_energy is not None and form.cause != "force_offset":
+            assert form.stored_energy(x, tuple(states), parameters) >= 0
+
+    finite()
+
+
+def test_it_comes_apart_again(form, isolator):
+    values = numbers(form)
+    for device in (isolator, law("improved_bouc_wen"), law("strain_stiffening").scaled(10, 300)):
+        base, applied = separate(extend(device, [(form, values)]))
+        assert base.law is device.law
+        assert base.current == device.current
+        assert (base.length, base.force_scale) == (device.length, device.force_scale)
+        assert base.current_range == device.current_range
+        assert applied == [(form, values)]
+
+
+def test_piecewise_law_keeps_its_force(form, draw):
+    """The improved Bouc-Wen law has two pieces, which an effect on the current takes inside."""
+    device = law("improved_bouc_wen")
+    x, v, states, current = draw(device, 100)
+    extended = extend(device, [(effect("current_lag"), {"lag": 0.1})])
+    expected = device.force(x, v, states, current)
+    np.testing.assert_allclose(
+        extended.force(x, v, (*states, current), 0.3), expected, rtol=1e-10, atol=1e-9
+    )
+
+
+def test_fingerprint_names_the_arithmetic(form):
+    base = LAWS["kelvin_voigt"]
+    device = law("kelvin_voigt", {"k": (2.0e4, 3.0e3), "c": 800.0})
+    extended = extend(device, [(form, numbers(form))])
+    found = fingerprint(extended.law)
+    assert found not in (None, fingerprint(base))
+    others = {fingerprint(extend(device, [(o, numbers(o))]).law)
+              for o in FORMS.values() if o is not form and o.parameter_names != ()}  # fmt: skip
+    assert found not in others
+
+
+def test_current_map_takes_the_extended_device(form, isolator):
+    device = extend(isolator, [(form, numbers(form))])
+    x, v = 4e-3, 0.03
+    states = (2e-3, 1e-3, *(1e-3,) * (len(device.law.states) - 2))
+    wanted = device.force(x, v, states, 1.3)
+    found = CurrentMap(device, 0.0, 3.0)(wanted, x, v, states)
+    assert abs(device.force(x, v, states, found.current) - wanted) < 1e-8 * abs(wanted)
+
+
+def test_refusals(isolator):
+    lag = effect("current_lag")
+    with pytest.raises(InputError, match="did you mean 'current_lag'"):
+        effect("curent_lag")
+    with pytest.raises(InputError, match="did you mean 'second_order'"):
+        effect("current_lag", "second")
+    with pytest.raises(InputError, match="parameter 'lag' is missing"):
+        extend(isolator, [(lag, {})])
+    with pytest.raises(InputError, match="did you mean 'lag'"):
+        extend(isolator, [(lag, {"lag": 0.1, "lagg": 0.1})])
+    with pytest.raises(InputError, match="given twice"):
+        extend(isolator, [(lag, {"lag": 0.1}), (effect("current_lag", "second_order"),
+                                                {"lag": 0.1})])  # fmt: skip
+    with pytest.raises(InputError, match="accepted: 0 to 5"):
+        extend(isolator, [(lag, {"lag": -0.1})])
+    with pytest.raises(InputError, match="has effects already"):
+        extend(extend(isolator, [(lag, {"lag": 0.1})]), [])
+
+
+def test_a_device_without_coil_asks_for_none(form):
+    device = extend(law("linear", {"k": 1e4}), [(form, numbers(form))])
+    assert not device.depends_on_current
+
+
+def test_every_cause_is_documented():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "effects.md").read_text()
+    for name in FORMS:
+        cause, form = name.split(".")
+        assert f"`{cause}`" in page and f"`{form}`" in page

@@ -1,0 +1,212 @@
+"""Effects one by one, against closed forms."""
+
+import numpy as np
+import pytest
+
+from isolation_sim.effects import effect, extend
+from isolation_sim.effects.effect import Signals
+from isolation_sim.laws import law
+
+from .conftest import respond
+
+REST = Signals(0.0, 0.0, 0.0, 0.0, 0.0, 20.0)
+
+
+def spring(*applied, k=1e4):
+    """A spring, or one that follows the current, with effects."""
+    return extend(law("linear", {"k": k}), [(effect(*n.split(".")), p) for n, p in applied])
+
+
+def still(duration, n=201):
+    """Time, and no motion."""
+    return np.linspace(0, duration, n), np.zeros(n), np.zeros(n)
+
+
+def sine(amplitude, frequency, cycles, points=200):
+    t = np.linspace(0, cycles / frequency, cycles * points + 1)
+    w = 2 * np.pi * frequency
+    return t, amplitude * np.sin(w * t), amplitude * w * np.cos(w * t)
+
+
+@pytest.mark.parametrize("form", ["first_order", "second_order"])
+def test_field_after_a_step_of_the_current(form):
+    lag, held = 0.08, 0.005
+    device = spring((f"current_lag.{form}", {"lag": lag}), k=(0.0, 1e4))
+    t, x, v = still(0.5)
+    n = len(device.law.states)
+    force, _ = respond(device, t, x + held, v, np.full(t.size, 2.0), np.zeros(n), 1e-9)
+    u = t / (lag + 1e-4) if form == "first_order" else t / (lag / 2 + 1e-4)
+    left = np.exp(-u) if form == "first_order" else (1 + u) * np.exp(-u)
+    np.testing.assert_allclose(force, 2e4 * held * (1 - left), atol=1e-4)
+
+
+def test_a_device_at_rest_has_its_field():
+    device = spring(("current_lag.second_order", {"lag": 1.0}), k=(0.0, 1e4))
+    assert device.law.rest(device.parameters_at(1.7)) == (1.7, 1.7)
+
+
+def test_saturation_at_its_ends():
+    knee, tanh = effect("field_saturation"), effect("field_saturation", "tanh")
+    far, near = REST._replace(current=1e6), REST._replace(current=1e-4)
+    for n in (1.0, 3.0, 6.0):
+        assert knee.current(far, (), (0.5, n)) == pytest.approx(2.0, rel=1e-5)
+    assert tanh.current(far, (), (0.5,)) == pytest.approx(2.0, rel=1e-5)
+    assert tanh.current(near, (), (0.5,)) == pytest.approx(1e-4, rel=1e-6)
+    # n = 1 is Froelich's curve
+    assert knee.current(REST._replace(current=3.0), (), (0.5, 1.0)) == pytest.approx(3 / 2.5)
+
+
+def test_play_of_the_field():
+    device = spring(("magnetic_remanence.play", {"share": 0.5, "coercive": 0.2}), k=(0.0, 1e4))
+    t = np.linspace(0, 4, 801)
+    current = 1 + np.sin(2 * np.pi * 0.5 * t - np.pi / 2)
+    held = 0.001
+    force, _ = respond(device, t, held + 0 * t, 0 * t, current)
+    offset = force / (1e4 * held) - current
+    second = t > 2
+    rising = second & (np.gradient(current) > 0) & (current > 0.6) & (current < 1.9)
+    falling = second & (np.gradient(current) < 0) & (current > 0.1) & (current < 1.4)
+    # dragged a little later than the ends of the play: 2 ms times the current's rate, 3.1 A/s
+    np.testing.assert_allclose(offset[rising], -0.1, atol=0.5 * 3.2 * 2e-3)
+    np.testing.assert_allclose(offset[falling], 0.1, atol=0.5 * 3.2 * 2e-3)
+
+
+def test_remanence_after_the_largest_current():
+    device = spring(("magnetic_remanence.largest", {"share": 0.3}), k=(0.0, 1e4))
+    t = np.linspace(0, 1, 401)
+    current = np.where(t < 0.5, 2.0, 0.5)
+    force, _ = respond(device, t, 0.001 + 0 * t, 0 * t, current)
+    assert force[100] == pytest.approx(20.0)
+    assert force[-1] == pytest.approx(10 * (0.5 + 0.3 * 1.5), rel=1e-6)
+
+
+def test_largest_deformation_never_falls():
+    numbers = {"loss": 0.4, "length": 2e-3}
+    device = spring(("stress_softening.exponential", numbers))
+    t, x, v = sine(5e-3, 1.0, 3)
+    x, v = x * (1 - t / 6), np.gradient(x * (1 - t / 6), t)
+    force, (largest,) = respond(device, t, x, v, 0.0)
+    assert np.min(np.diff(largest)) > -1e-9
+    follower = np.maximum.accumulate(np.abs(x))
+    np.testing.assert_allclose(largest, follower, atol=2.5e-3 * np.max(np.abs(v)))
+    assert largest[-1] == pytest.approx(np.max(np.abs(x)), rel=2e-3)
+    left = 1 - 0.4 * (1 - np.exp(-largest / 2e-3))
+    np.testing.assert_allclose(force, 1e4 * x * left, atol=1e-6)
+
+
+def test_ogden_roxburgh_returns_to_the_virgin_path():
+    form = effect("stress_softening")
+    at = REST._replace(x=3e-3)
+    assert form.factor(at, (3e-3,), (0.4, 1e-3)) == 1.0
+    assert form.factor(at, (9e-3,), (0.4, 1e-3)) == pytest.approx(0.6, abs=1e-4)
+
+
+@pytest.mark.parametrize("form", ["kraus", "mean_square"])
+def test_half_of_the_loss_at_the_half_amplitude(form):
+    half = 4e-3
+    numbers = {"loss": 0.6, "half": half, "exponent": 1.2, "memory": 5.0}
+    device = spring((f"amplitude_softening.{form}", numbers))
+    t, x, v = sine(half, 2.0, 50, 60)
+    force, _ = respond(device, t, x, v, 0.0, tolerance=1e-5)
+    last = t > t[-1] - 0.5
+    factor = np.dot(force[last], x[last]) / np.dot(x[last], x[last]) / 1e4
+    # a peak that fades between the peaks is a little low
+    assert factor == pytest.approx(0.7, abs=0.01)
+
+
+def test_amplitude_is_forgotten():
+    numbers = {"exponent": 0.5, "half": 1e-3, "memory": 0.5}
+    device = spring(("amplitude_softening.power", numbers))
+    t, x, v = still(1.0)
+    _, (peak,) = respond(device, t, x, v, 0.0, (8e-3,))
+    np.testing.assert_allclose(peak, 8e-3 * np.exp(-t / 0.5), rtol=1e-5)
+
+
+def test_heat_comes_to_an_equilibrium():
+    """In steady sliding, h = gain F(h) v cooling, with F falling as exp(-h) or 1 / (1 + h)."""
+    for form, solved in (("exponential", 0.5671432904), ("hyperbolic", (5**0.5 - 1) / 2)):
+        one = effect("self_heating", form)
+        signals = REST._replace(force=200.0, v=0.05)
+        # h exp(h) = 1, h (1 + h) = 1
+        (rate,) = one.rates(signals, (solved,), (1 / (200 * 0.05 * 30), 30.0))
+        assert abs(rate) < 1e-10
+
+
+def test_temperature_leaves_the_reference_alone():
+    for form in ("exponential", "linear", "arrhenius"):
+        one = effect("ambient_temperature", form)
+        strength = (600.0,) if form == "arrhenius" else (600.0 / 293.15**2,)
+        assert one.factor(REST, (), strength) == 1.0
+        # the same to first order: E / T^2 is Arrhenius' coefficient
+        warm = one.factor(REST._replace(temperature=21.0), (), strength)
+        assert warm == pytest.approx(1 - 600 / 293.15**2, abs=1e-4)
+
+
+def test_friction_at_speed():
+    fast = REST._replace(v=10.0)
+    assert effect("coulomb_friction").force(fast, (), (50.0, 1e-3)) == 50.0
+    assert effect("coulomb_friction", "stribeck").force(fast, (), (50.0, 0.5, 0.01)) == 50.0
+    device = spring(("coulomb_friction.dahl", {"level": 50.0, "length": 1e-4}), k=0.0)
+    t = np.linspace(0, 1, 201)
+    force, (bent,) = respond(device, t, 0.01 * t, 0.01 + 0 * t, 0.0, tolerance=1e-9)
+    np.testing.assert_allclose(bent, 1 - np.exp(-0.01 * t / 1e-4), atol=1e-7)
+    np.testing.assert_allclose(force, 50 * bent, rtol=1e-12)
+
+
+def test_inertia_of_a_harmonic_motion():
+    """With the law's filter of 2 ms, the force is m a to 3 % at 2 Hz."""
+    device = spring(("inertia_force", {"mass": 12.0}), k=0.0)
+    t, x, v = sine(5e-3, 2.0, 4)
+    force, _ = respond(device, t, x, v, 0.0)
+    expected = -12.0 * (4 * np.pi) ** 2 * x
+    last = t > 0.5
+    assert np.max(np.abs(force - expected)[last]) < 0.03 * np.max(np.abs(expected))
+
+
+def test_delay_is_that_of_a_harmonic_motion():
+    w, delay, t = 2 * np.pi, 0.01, np.linspace(0, 1, 50)
+    signals = REST._replace(x=np.sin(w * t), v=w * np.cos(w * t), a=-(w**2) * np.sin(w * t))
+    x, v = effect("sensor_delay").motion(signals, (), (delay,))
+    np.testing.assert_allclose(x, np.sin(w * (t - delay)), atol=(w * delay) ** 3)
+    np.testing.assert_allclose(v, w * np.cos(w * (t - delay)), atol=w * (w * delay) ** 2)
+
+
+def test_maxwell_arm_relaxes():
+    numbers = {"stiffness": 5e3, "share": 0.25, "time": 0.2, "second_time": 1.0}
+    device = spring(("extra_relaxation.two_arms", numbers), k=0.0)
+    t, x, v = still(2.0)
+    force, _ = respond(device, t, x, v, 0.0, (2e-3, 2e-3), 1e-9)
+    np.testing.assert_allclose(force, 10 * (0.75 * np.exp(-t / 0.2) + 0.25 * np.exp(-t)), atol=1e-6)
+
+
+def test_frequency_raises_the_stiffness_by_its_power():
+    device = spring(("weak_rate_dependence.frequency", {"exponent": 0.2, "window": 2.0}))
+    for frequency in (0.5, 3.0):
+        t, x, v = sine(4e-3, frequency, int(20 * frequency), 60)
+        force, _ = respond(device, t, x, v, 0.0, tolerance=1e-5)
+        last = t > t[-1] - 2 / frequency
+        factor = np.dot(force[last], x[last]) / np.dot(x[last], x[last]) / 1e4
+        assert factor == pytest.approx(frequency**0.2, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "form, numbers", [("power", (2e5, 6e-3, 1.5)), ("exponential", (2e5, 6e-3, 5e-4))]
+)
+def test_stop_is_the_slope_of_its_energy(form, numbers):
+    one = effect("end_stop", form)
+    for x in (-25e-3, -8e-3, 4e-3, 7e-3, 20e-3):
+        step = 1e-8
+        energies = [one.stored_energy(x + s, (), numbers) for s in (-step, step)]
+        force = one.force(REST._replace(x=x), (), numbers)
+        assert force == pytest.approx((energies[1] - energies[0]) / (2 * step), rel=1e-5)
+    assert one.force(REST._replace(x=5.9e-3), (), numbers) == 0
+
+
+def test_travel_and_work():
+    t, x, v = sine(5e-3, 1.0, 3)
+    device = spring(("cyclic_degradation.exponential", {"loss": 0.3, "scale": 0.1}))
+    force, (travel,) = respond(device, t, x, v, 0.0, tolerance=1e-8)
+    assert travel[-1] == pytest.approx(3 * 4 * 5e-3, rel=1e-6)
+    assert force[-51] / x[-51] == pytest.approx(
+        1e4 * (1 - 0.3 * (1 - np.exp(-travel[-51] / 0.1))), rel=1e-9
+    )

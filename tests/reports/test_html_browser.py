@@ -1,0 +1,210 @@
+"""Reports in headless Chromium: opened, operated, printed, on a wide and on a narrow screen."""
+
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.reports.html import charts
+from isolation_sim.reports.html.page import Cell, Chart, Page, Row, Section, Table
+
+LINKED = "[...document.querySelectorAll(\".plot[data-link='time']\")]"
+
+
+@pytest.fixture(scope="module")
+def report(runs, tmp_path_factory):
+    """Report of three runs of eight seconds."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    return iso.Comparison(runs).to_html(path, 'name = "short"\n')
+
+
+def ranges(page):
+    """Interval of time that each linked chart shows."""
+    return page.evaluate(f"{LINKED}.map((plot) => plot.layout.xaxis.range)")
+
+
+def all_show(until, page, start, stop):
+    """Wait until every chart over time shows an interval, to 1 ms."""
+    until(
+        page,
+        f"([start, stop]) => {LINKED}.every((plot) => Math.abs(plot.layout.xaxis.range[0] - start)"
+        " < 1e-3 && Math.abs(plot.layout.xaxis.range[1] - stop) < 1e-3)",
+        [start, stop],
+    )
+
+
+def test_zoom_one_and_all_follow(report, opened, until):
+    page = opened(report)
+    assert len(ranges(page)) == 7  # ground, base, roof, current, and an energy ledger a run
+    chart = page.locator(".plot[data-link='time']").nth(1)
+    chart.scroll_into_view_if_needed()
+    box = chart.locator(".nsewdrag").bounding_box()
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + 0.25 * box["width"], middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.75 * box["width"], middle, steps=5)
+    page.mouse.up()
+    until(page, f"{LINKED}[1].layout.xaxis.range[0] > 1")
+    start, stop = ranges(page)[1]
+    assert start == pytest.approx(2, abs=0.1) and stop == pytest.approx(6, abs=0.1)
+    all_show(until, page, start, stop)
+    # the fields tell it, set it, and bring the whole record back
+    assert float(page.locator("[name=start]").input_value()) == pytest.approx(start, abs=1e-3)
+    page.locator("[name=start]").fill("3")
+    page.locator("[name=stop]").fill("3.5")
+    page.keyboard.press("Enter")
+    all_show(until, page, 3, 3.5)
+    page.get_by_role("button", name="Whole record").click()
+    all_show(until, page, 0, 8)
+    # an interval that ends before it starts is refused
+    page.locator("[name=start]").fill("5")
+    page.locator("[name=stop]").fill("4")
+    page.get_by_role("button", name="Show").click()
+    message = page.evaluate("document.querySelector('[name=stop]').validationMessage")
+    assert message == "The end has to come after the start."
+    assert all(shown == [0, 8] for shown in ranges(page))
+
+
+def test_loops_follow_each_other_and_the_legend_hides_a_run_everywhere(report, opened, until):
+    page = opened(report)
+    page.evaluate(
+        "Plotly.relayout(document.querySelector(\".plot[data-link='loop']\"),"
+        " {'xaxis.range': [-10, 10], 'yaxis.range': [-5, 5]})"
+    )
+    until(
+        page,
+        "[...document.querySelectorAll(\".plot[data-link='loop']\")].every((plot) =>"
+        " plot.layout.xaxis.range[1] === 10 && plot.layout.yaxis.range[1] === 5)",
+    )
+    assert all(shown == [0, 8] for shown in ranges(page))
+    visible = (
+        "[...document.querySelectorAll('.plot')].flatMap((plot) => plot._fullData)"
+        ".filter((trace) => trace.meta === 'on_off' && trace.visible === true).length"
+    )
+    before = page.evaluate(visible)
+    page.get_by_label("on_off").and_(page.locator("[type=checkbox]")).uncheck()
+    until(page, f"{visible} === 0")
+    page.get_by_label("on_off").and_(page.locator("[type=checkbox]")).check()
+    until(page, f"{visible} === {before}")
+    assert before == 6  # base, roof, current, loop, acceleration, drift
+
+
+def frame(page):
+    return int(page.locator(".slider input").input_value())
+
+
+def picture(page, side="left"):
+    return page.locator(f"[data-side={side}] svg").inner_html()
+
+
+def test_the_animation_tells_what_the_run_did_and_plays(report, opened, until, runs):
+    page = opened(report)
+    displacement = 1e3 * runs["passive_off"].output("base_displacement_m")
+    told = page.locator("[data-side=left] figcaption").inner_text()
+    # at rest it shows the largest motion; frames may fall between samples
+    shown = float(told.splitlines()[0].split()[1])
+    assert abs(shown) == pytest.approx(abs(displacement).max(), rel=0.01)
+    still = picture(page), picture(page, "right")
+    assert still[0] != still[1]
+    page.get_by_role("button", name="Play").click()
+    until(page, "+document.querySelector('.slider input').value > 5")
+    page.get_by_role("button", name="Pause").click()
+    paused = frame(page)
+    page.wait_for_timeout(200)
+    assert frame(page) == paused
+    assert picture(page) != still[0]
+    page.locator(".slider input").focus()
+    page.keyboard.press("Home")
+    assert frame(page) == 0
+    page.keyboard.press("ArrowRight")
+    assert frame(page) == 1
+    page.keyboard.press("End")
+    assert page.locator(".controls output").inner_text() == "8.0 s"
+    assert page.locator(".slider input").get_attribute("aria-valuetext") == "8.0 s"
+    page.locator("[data-side=left] select").select_option("on_off")
+    page.locator("[data-side=right] select").select_option("on_off")
+    assert picture(page) == picture(page, "right")
+
+
+def test_little_motion_is_shown_to_those_who_want_little(report, opened):
+    page = opened(report, reduced_motion="reduce")
+    page.get_by_role("button", name="Play").click()
+    page.evaluate(
+        "new MutationObserver((all) => { window.changes = (window.changes ?? 0) + 1; }).observe("
+        "document.querySelector('[data-side=left] svg'), {attributes: true, subtree: true})"
+    )
+    page.wait_for_timeout(1500)
+    assert page.evaluate("window.changes ?? 0") <= 2
+
+
+def test_everything_is_reached_by_keyboard(report, opened, until):
+    page = opened(report)
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "content"
+    reached = set()
+    for _ in range(120):
+        page.keyboard.press("Tab")
+        reached.add(page.evaluate(
+            "(({tagName, type, className}) => `${tagName} ${type ?? ''} ${className}`.trim())"
+            "(document.activeElement)"
+        ))  # fmt: skip
+    assert {
+        "DIV  scroll", "SELECT select-one", "BUTTON button play", "INPUT range", "INPUT checkbox",
+        "INPUT number", "BUTTON submit", "BUTTON reset", "SUMMARY",
+    } <= reached  # fmt: skip
+    page.get_by_role("button", name="Zoom in").first.focus()
+    page.keyboard.press("Enter")
+    all_show(until, page, 2, 6)
+
+
+@pytest.mark.parametrize(("width", "mobile"), [(1400, False), (390, True)])
+def test_nothing_is_cut_off_or_overlaps(report, opened, width, mobile, cut_off):
+    page = opened(report, width=width, is_mobile=mobile, has_touch=mobile)
+    assert cut_off(page) == []
+
+
+def test_charts_fit_on_paper(report, opened, until):
+    page = opened(report)
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    until(
+        page,
+        "[...document.querySelectorAll('.plot')].every((plot) => plot._fullLayout.width <= 680)",
+    )
+    assert not page.locator(".controls").is_visible()
+    assert page.locator(".marked").first.is_visible()
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    page.emulate_media(media="screen")
+    until(page, "document.querySelector('.plot')._fullLayout.width > 1000")
+    assert page.pdf(format="A4").startswith(b"%PDF")
+
+
+def test_a_table_is_filtered_by_its_columns(opened, tmp_path, until):
+    rows = tuple(
+        Row(name, (Cell(law), Cell(value, "best" if value == "1" else "")))
+        for name, law, value in (("a", "x", "1"), ("b", "y", "2"), ("c", "x", "3"))
+    )
+    table = Table("Runs", ("Run", "Law", "Drift, mm"), rows, filters=("Law", "Run"))
+    trace = charts.points("abc", [1, 2, 3], [4, 5, 6], charts.looks(["all"])["all"])
+    chart = Chart("Drift", {"data": [trace], "layout": charts.layout("x (m)", "y (m)")}, "Points")
+    section = Section("Runs", [table, chart])
+    page = opened(Page("Sweep", "", [section]).write(tmp_path / "sweep.html"))
+    page.locator("select[data-column='1']").select_option("x")
+    shown = page.locator("tbody tr:visible th")
+    assert shown.all_inner_texts() == ["a", "c"]
+    assert page.locator(".filters output").inner_text() == "2 of 3 rows"
+    selected = "JSON.stringify(document.querySelector('.plot').data[0].selectedpoints)"
+    until(page, f"{selected} === '[0,2]'")
+    page.locator("select[data-column='0']").select_option("c")
+    assert shown.all_inner_texts() == ["c"]
+    until(page, f"{selected} === '[2]'")
+
+
+def test_a_run_without_coils_along_two_directions(passive_biaxial, opened, tmp_path, until):
+    page = opened(iso.Comparison({"bare": passive_biaxial}).to_html(tmp_path / "bare.html"))
+    titles = page.locator(".chart figcaption").all_inner_texts()
+    for expected in ("Ground acceleration along x (m/s²)", "Absolute roof acceleration along y"):
+        assert any(title.startswith(expected) for title in titles)
+    assert not any("current" in title for title in titles)
+    page.get_by_role("button", name="Play").click()
+    until(page, "+document.querySelector('.slider input').value > 2")

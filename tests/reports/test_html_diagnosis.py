@@ -1,0 +1,170 @@
+"""The report of a diagnosis tells what was found, in order, and shows the runs' own numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
+from isolation_sim.effects import effect, extend
+from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
+
+MOST = 6_000_000
+
+
+def trace(name, friction, held_out):
+    """Spring and friction; the simulation before knows no friction."""
+    time = np.arange(1500) / 256
+    x = np.sin(2 * np.pi * time)
+    before = 50 * x
+    measured = before + friction * np.sign(np.cos(2 * np.pi * time))
+    return Trace(name, held_out, time, x, "deformation, mm", "force, N", measured, before,
+                 measured + 0.5)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def diagnosis():
+    friction = effect("coulomb_friction", "dahl")
+    device = extend(
+        iso.law("kelvin_voigt", {"k": 5e4, "c": 100.0}),
+        [(friction, {"level": 25.0, "length": 1e-4})],
+    )
+    cause = Cause(
+        "coulomb_friction", 0.98, 1e-12,
+        {"level": Interval(25.0, 24.5, 25.5, "N"), "length": Interval(1e-4, 8e-5, 1.2e-4, "m")},
+        "Without friction the residual is six times as large.", ("end_stop",), "dahl",
+    )  # fmt: skip
+    return Diagnosis(
+        data="rig 3", model="Kelvin-Voigt", verdict="explained", noise_floor=0.011,
+        error_before=Errors(0.2, 0.25), error_after=Errors(0.012, 0.013), causes=(cause,),
+        unexplained_share=0.02, depends_on=("velocity",), next_test="Test at 4 mm and 2 Hz.",
+        steps=(
+            Step("The data", "Nothing looks wrong."),
+            Step("What the residual depends on", "Parts of the misfit.",
+                 ("function of", "misfit predicted"), (("velocity alone", "39 %"),)),
+            Step("Effects tried, round 1", "What each leaves.", ("effect", "form", "left"),
+                 (("Coulomb friction", "dahl", "-0.19"),)),
+        ),
+        extended=device, gain=(0.9, 0.96),
+        # the report itself puts the worst first
+        traces=(trace("small", 5.0, True), trace("large", 30.0, False), trace("none", 0.1, False)),
+        details={"consequence": [
+            {"controller": "on_off", "criterion": "peak drift, mm", "old law": 1.23456,
+             "extended law": 2.5},
+        ]},
+    )  # fmt: skip
+
+
+def test_the_story_is_told_in_order(diagnosis):
+    page = diagnosis_report(diagnosis, "law = 'kelvin_voigt'")
+    assert [section.title for section in page.sections] == [
+        "Verdict", "Measured against simulated", "Where it is wrong", "Evidence", "Causes",
+        "Extended law", "Gain", "Next test", "What it changes for control", "What was diagnosed",
+        "References",
+    ]  # fmt: skip
+    text = page.html()
+    for told in (
+        "Kelvin-Voigt misses what was measured by 25 % (RMS) on data held out; noise alone leaves "
+        "1.1 %.",
+        "Explained by coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
+        "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)", "hardly tell coulomb_friction from",
+        "velocity alone", "-0.19", "90 to 96", "Test at 4 mm and 2 Hz.", "1.235", "P. R. Dahl",
+        "law = &#39;kelvin_voigt&#39;",
+    ):  # fmt: skip
+        assert told in text, told
+    wrong = next(s for s in page.sections if s.title == "Where it is wrong")
+    assert any(getattr(b, "caption", "") == "What the residual depends on" for b in wrong.blocks)
+
+
+def test_the_runs_are_drawn_as_they_are_the_worst_first(diagnosis, figures, unpacked):
+    drawn = figures(diagnosis_report(diagnosis).html())
+    loops = list(drawn)[:3]
+    assert [title.split(":")[0].split(",")[0] for title in loops] == ["large", "small", "none"]
+    small, large, _ = diagnosis.traces
+    for title, run in zip(loops, (large, small), strict=False):
+        for line in drawn[title]["data"]:
+            expected = getattr(run, line["name"])[-1200:]
+            np.testing.assert_allclose(unpacked(line["y"]), expected, rtol=1e-6, atol=1e-9)
+    residual = next(f for title, f in drawn.items() if title.startswith("Residual, large"))
+    before, after = (unpacked(line["y"]) for line in residual["data"])
+    np.testing.assert_allclose(before, large.before - large.measured, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(after, 0.5, rtol=1e-5)
+
+
+def test_errors_of_runs_stand_beside_the_noise_floor(diagnosis, figures, unpacked):
+    drawn = figures(diagnosis_report(diagnosis).html())
+    chart = next(f for title, f in drawn.items() if title.startswith("Residual over"))
+    before, after, floor = chart["data"]
+    assert before["ids"] == ["large", "small", "none"]
+    runs = {each.name: each for each in diagnosis.traces}
+    for line, simulated in ((before, "before"), (after, "after")):
+        expected = [
+            100 * np.std(getattr(runs[n], simulated) - runs[n].measured, mean=0.0)
+            / np.std(runs[n].measured, mean=0.0)
+            for n in line["ids"]
+        ]  # fmt: skip
+        np.testing.assert_allclose(unpacked(line["x"]), expected, rtol=1e-5)
+    assert floor["x"] == pytest.approx([1.1, 1.1])
+
+
+def test_equations_are_those_that_are_computed():
+    text = equations(effect("coulomb_friction", "dahl"))
+    assert "z' = (v - |v| z) / length" in text
+    assert "def dahl(" in text and "def rates_dahl(" in text and "def smooth(" not in text
+    law = equations(iso.law("strain_stiffening").law)
+    assert "return k1 * y + alpha * z**3" in law and "def rates(" in law
+
+
+def test_an_adequate_model_has_a_short_report(diagnosis):
+    adequate = replace(
+        diagnosis, verdict="adequate", causes=(), traces=(), extended=None, gain=None,
+        depends_on=(), next_test=None, details={}, noise_floor=float("nan"),
+        error_before=Errors(0.012, float("nan")), error_after=Errors(0.012, float("nan")),
+        steps=diagnosis.steps[:1],
+    )  # fmt: skip
+    page = diagnosis_report(adequate)
+    titles = [section.title for section in page.sections]
+    assert titles == ["Verdict", "Evidence", "Gain", "What was diagnosed"]
+    text = page.html()
+    assert "by 1.2 % (RMS) on the fitted data." in text and "nothing is missing" in text
+    assert "nan" not in text and "Plotly, Inc." not in text
+
+
+def test_the_folder_says_what_is_in_it(diagnosis, tmp_path):
+    written = diagnosis.save(tmp_path)
+    assert {path.name for path in written} == {path.name for path in tmp_path.iterdir()}
+    told = (tmp_path / "README.txt").read_text()
+    assert all(path.name in told for path in written if path.name != "README.txt")
+    section = (tmp_path / "extended_law.toml").read_text()
+    assert 'name = "coulomb_friction"' in section
+    assert "[[isolator.effect]]" in (tmp_path / "report.html").read_text()
+
+
+def test_the_report_is_operated(diagnosis, opened, until, tmp_path, cut_off):
+    path = diagnosis_report(diagnosis, "law").write(tmp_path / "report.html")
+    assert path.stat().st_size < MOST
+    page = opened(path, width=390)
+    assert cut_off(page) == []
+    page.set_viewport_size({"width": 1400, "height": 900})
+    until(page, "document.querySelector('.plot[data-link=time]')._fullLayout.width > 1000")
+    assert cut_off(page) == []
+    page.locator(".filters select").select_option("held out")
+    assert page.locator(".filters output").inner_text() == "1 of 3 rows"
+    # points of the runs that are not chosen fade
+    until(page, "[...document.querySelectorAll('.plot')].some("
+                "(plot) => JSON.stringify(plot.data[0].selectedpoints) === '[1]')")  # fmt: skip
+    page.locator("[data-line=before]").uncheck()
+    shown = (
+        "[...document.querySelectorAll('.plot')].flatMap((plot) => plot._fullData)"
+        ".filter((line) => line.meta === 'before' && line.visible === true).length"
+    )
+    until(page, f"{shown} === 0")
+    page.locator("[name=start]").fill("1")
+    page.locator("[name=stop]").fill("2")
+    page.keyboard.press("Enter")
+    until(page, "[...document.querySelectorAll(\".plot[data-link='time']\")].every("
+                "(plot) => plot.layout.xaxis.range[1] === 2)")  # fmt: skip
+    listing = page.locator("details").last
+    listing.locator("summary").click()
+    assert listing.locator("pre").inner_text() == "law"

@@ -1,0 +1,115 @@
+"""Pages and what they are made of: one file, safe text, numbers that arrive as they were sent."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from isolation_sim.reports.html import charts, page
+
+EVIL = "</script><script>alert('x')</script><b onclick=alert(1)>&"
+
+
+def every_block(text):
+    look = charts.looks([text])
+    chart = page.Chart(text, {"data": [{"name": text, "y": [1.0]}], "layout": {}}, text)
+    return [
+        page.Prose((text,), "warning"), page.Facts({text: text}), page.Bullets((text,)),
+        page.Listing(text, text), chart, page.Gallery((chart,)),
+        page.Table(text, (text, "B"), (page.Row(text, (page.Cell(text, "best"),)), page.Row(text)),
+                   note=text),
+        page.LineChoice(look, text), page.Key({text: ("#fff", "/")}, look),
+        page.TimeRange(0.0, 1.0),
+    ]  # fmt: skip
+
+
+def test_text_stays_text(read):
+    text = page.Page(EVIL, EVIL, [page.Section(EVIL, every_block(EVIL))]).html()
+    found = read(text)
+    assert not any("onclick" in attributes for _, attributes in found.tags)
+    assert "alert('x')" not in text
+    data = [json.loads(content) for kind, content in found.scripts if kind.get("type")]
+    assert [figure["data"][0]["name"] for figure in data] == [EVIL, EVIL]
+
+
+def test_a_page_needs_nothing_but_itself(read):
+    text = page.Page("Title", "", [page.Section("Part", every_block("text"))]).html()
+    found = read(text)
+    for tag, attributes in found.tags:
+        assert "src" not in attributes, tag
+        assert attributes.get("href", "#").startswith(("#", "data:")), attributes
+    policy = next(a["content"] for t, a in found.tags if a.get("http-equiv"))
+    assert policy.startswith("default-src 'none'")
+    assert not re.search(r"url\(|@import", text[: text.index("</style>")])
+
+
+def test_plotly_is_there_only_for_charts():
+    told = page.Page("Title", "", [page.Section("Part", [page.Prose(("text",))])]).html()
+    assert len(told) < 40_000
+    assert "Plotly, Inc." not in told
+
+
+def test_headings_and_tables_have_an_order_and_names(read):
+    parts = [page.Section(name, every_block(name)) for name in ("One, first", "Two")]
+    tags = read(page.Page("Title", "", parts).html()).tags
+    names = [tag for tag, _ in tags]
+    assert names.count("h1") == 1 and names.count("h2") == 2
+    ids = [attributes["id"] for _, attributes in tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    targets = {a["href"][1:] for t, a in tags if t == "a"}
+    assert targets == {"content", "one-first", "two"} <= set(ids)
+    assert all("scope" in attributes for tag, attributes in tags if tag == "th")
+
+
+def test_the_same_page_gives_the_same_bytes(tmp_path):
+    made = page.Page("Title", "Sub", [page.Section("Part", every_block("text"))])
+    one, two = (made.write(tmp_path / name) for name in ("1.html", "2.html"))
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_filters_offer_each_value_once():
+    rows = tuple(page.Row(n, (page.Cell(law),)) for n, law in (("a", "x"), ("b", "y"), ("c", "x")))
+    table = page.Table("Runs", ("Run", "Law"), rows, filters=("Law", "Run"))
+    assert table.choices == [("Law", 1, ["x", "y"]), ("Run", 0, ["a", "b", "c"])]
+
+
+def test_numbers_arrive_as_they_were_sent(unpacked):
+    values = np.array([0.0, -1.5, np.nan, 1e-7, 3e8])
+    np.testing.assert_allclose(unpacked(charts.numbers(values)), values, rtol=1e-7)
+
+
+def test_an_even_abscissa_takes_no_room(unpacked):
+    y = np.arange(5.0)
+    even = charts.over(2 + 0.02 * y, y)
+    assert even["x0"] == 2 and even["dx"] == pytest.approx(0.02) and "x" not in even
+    np.testing.assert_allclose(unpacked(charts.over(y**2, y)["x"]), y**2)
+
+
+@pytest.mark.parametrize("n", [1, 2, 99, 1000, 12_345])
+def test_thinning_keeps_every_peak(n):
+    random = np.random.default_rng(n)
+    one, two = random.normal(size=(2, n))
+    kept = charts.thinned(200, one, two)
+    assert np.all(np.diff(kept) > 0)
+    assert kept[0] == 0 and kept[-1] == n - 1
+    for values in (one, two):
+        assert values[kept].max() == values.max() and values[kept].min() == values.min()
+    if n <= 200:
+        assert len(kept) == n
+    else:
+        assert 100 < len(kept) < 250
+        # no stretch of the record is left out
+        assert np.diff(kept).max() < n / 20
+
+
+def test_lines_differ_by_more_than_colour():
+    names = [str(k) for k in range(7)]
+    found = charts.looks(names)
+    assert len({(look.dashes, look.symbol) for look in found.values()}) == len(names)
+
+
+def test_axes_that_have_to_be_alike_hold_everything():
+    assert charts.span([[1.0, 3.0], [-1.0]], 0.0) == [-1, 3]
+    assert charts.span([[2.0, 2.0]]) == [1, 3]
+    assert charts.span([[0.0, 10.0]], 0.1) == [-1, 11]

@@ -1,0 +1,131 @@
+"""Reports of runs and fits: what they say is what was computed, and they stay small."""
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import Record
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.reports.html.run_report import criteria_table, run_report
+
+MOST = 6_000_000
+
+
+@pytest.fixture(scope="module")
+def comparison(runs):
+    return iso.Comparison(runs)
+
+
+def test_time_histories_are_the_runs_own(comparison, runs, figures, unpacked):
+    drawn = figures(run_report(comparison).html())
+    base = drawn["Base displacement relative to the ground (mm)"]["data"]
+    assert [trace["name"] for trace in base] == list(runs)
+    for trace, run in zip(base, runs.values(), strict=True):
+        expected = 1e3 * run.output("base_displacement_m")
+        np.testing.assert_allclose(unpacked(trace["y"]), expected, rtol=1e-6)
+        assert trace["dx"] == pytest.approx(run.records[0].dt)
+    current = {t["name"]: unpacked(t["y"]) for t in drawn["Coil current (A)"]["data"]}
+    assert set(current["on_off"]) == {0.0, 3.0}
+
+
+def test_loops_carry_the_current(comparison, runs, figures, unpacked):
+    trace = figures(run_report(comparison).html())["on_off, isolator"]["data"][0]
+    assert set(unpacked(trace["marker"]["color"])) == {0.0, 3.0}
+    force = unpacked(trace["y"])
+    assert np.abs(force).max() == pytest.approx(
+        1e-3 * abs(runs["on_off"].output("isolator_force_N")).max(), rel=1e-6
+    )
+
+
+def test_energies_stack_up_to_what_was_supplied(comparison, runs, figures, unpacked):
+    drawn = figures(run_report(comparison).html())
+    for name in runs:
+        ledger = next(figure for title, figure in drawn.items() if title.startswith(f"{name} (cl"))
+        *stack, _, supplied = (unpacked(trace["y"]) for trace in ledger["data"])
+        np.testing.assert_allclose(sum(stack), supplied, atol=1e-5 * supplied.max())
+
+
+def test_every_quantity_has_its_unit(comparison, figures):
+    for title, figure in figures(run_report(comparison).html()).items():
+        assert figure["layout"]["xaxis"]["title"]["text"].endswith(")"), title
+        vertical = figure["layout"]["yaxis"]
+        assert vertical["title"]["text"] or "ticktext" in vertical, title
+
+
+def test_the_best_of_each_row_is_marked(comparison):
+    rows = {row.label: row.cells for row in reversed(criteria_table(comparison).rows)}
+    values = [run["peak_base_displacement_m"] for run in comparison.criteria.values()]
+    marks = [cell.mark for cell in rows["base displacement, mm"]]
+    assert marks.index("best") == int(np.argmin(values)) and marks.count("best") == 1
+    assert float(rows["base displacement, mm"][0].text) == pytest.approx(1e3 * values[0], rel=1e-3)
+    assert not any(cell.mark for cell in rows["input, kJ"])
+
+
+def test_what_was_run_is_told(comparison):
+    text = run_report(comparison, 'name = "mine"\n[sensors]\nseed = 7\n').html()
+    for told in (
+        "mine", "sensors.seed = 7", f"isolation-sim {iso.__version__}", "numpy", "Table 2",
+        "Smart base-isolated benchmark", "Dynamics of Structures", "Read with care",
+    ):  # fmt: skip
+        assert told in text, told
+
+
+def test_seven_runs_of_a_long_record_stay_small_and_keep_their_peak(
+    seven, runs, tmp_path, figures, unpacked
+):
+    random = np.random.default_rng(0)
+    motion = Record(0.3 * random.normal(size=30_000), 0.005, name="long")
+    long = iso.simulate(runs["passive_on"].isolated, motion, "passive_on")
+    comparison = iso.Comparison(dict.fromkeys(seven, long))
+    path = comparison.to_html(tmp_path / "report.html")
+    assert path.stat().st_size < MOST
+    drawn = figures(path.read_text())
+    trace = drawn["Absolute roof acceleration (m/s²)"]["data"][0]
+    peak = abs(long.output("floor5_acceleration_m_s2")).max()
+    assert np.abs(unpacked(trace["y"])).max() == pytest.approx(peak, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def fit():
+    """Spring and dashpot at two currents, one run held out."""
+    random = np.random.default_rng(0)
+    time = np.arange(0, 3, 1 / 100)
+    tests = []
+    for current, stiffness in ((0.0, 2e4), (2.0, 5e4)):
+        for frequency in (1.0, 2.0):
+            w = 2 * np.pi * frequency
+            x, v = 4e-3 * np.sin(w * time), 4e-3 * w * np.cos(w * time)
+            force = stiffness * x + 300 * v + random.normal(0, 2.0, time.size)
+            name = f"{frequency:g}Hz_{current:g}A"
+            tests.append(
+                TestRun(name, time, x, v, force, np.full(time.size, current), frequency == 2)
+            )
+    return iso.fit(Campaign("isolator 7", "made for a test", tuple(tests)), law="kelvin_voigt")
+
+
+def test_a_fit_report_says_what_the_fit_found(fit, tmp_path, figures, unpacked):
+    text = fit.to_html(tmp_path / "fit.html").read_text()
+    assert (tmp_path / "fit.html").stat().st_size < MOST
+    drawn = figures(text)
+    assert len(drawn) == len(fit.errors)
+    for error, (title, figure) in zip(fit.errors, drawn.items(), strict=True):
+        assert error.run.name in title and ("held out" in title) == error.run.hold_out
+        measured, modelled = (unpacked(trace["y"]) for trace in figure["data"])
+        residual = np.sqrt(np.mean((modelled - measured) ** 2) / np.mean(measured**2))
+        assert residual == pytest.approx(error.relative, rel=1e-4)
+    for estimate in fit.estimates:
+        assert f"{estimate.value:.5g}" in text and f"{estimate.low:.4g} to" in text
+    assert f"{100 * fit.error:.2g} % (RMS)" in text
+    assert "[isolator]" in text
+
+
+def test_a_fit_report_is_operated(fit, opened, tmp_path, until):
+    page = opened(fit.to_html(tmp_path / "fit.html"))
+    page.locator(".filters select").select_option("held out")
+    assert page.locator("tbody tr:visible").filter(has_text="held out").count() == 3
+    page.locator("[data-line=modelled]").uncheck()
+    until(
+        page,
+        "[...document.querySelectorAll('.plot')].every((plot) => !plot._fullData[1].visible)",
+    )

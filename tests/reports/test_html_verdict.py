@@ -1,0 +1,65 @@
+"""The verdict says what the numbers say."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from isolation_sim.reports.html.verdict import verdict
+
+
+def comparison(values, reference="off", energy=None):
+    """Runs with given peaks: base displacement (m), floor acceleration (m/s2), drift (m)."""
+    keys = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
+    return SimpleNamespace(
+        criteria={name: dict(zip(keys, each, strict=True)) for name, each in values.items()},
+        reference=reference, runs=values, energy=energy,
+    )  # fmt: skip
+
+
+def test_a_gain_and_its_price():
+    told = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.1, 3.0, 4e-3)}))
+    assert told == (
+        "Against off, on lowers the peak base displacement most, from 200 mm to 100 mm (−50 %), "  # noqa: RUF001
+        "but raises the peak floor acceleration from 1 m/s² to 3 m/s² (+200 %).",
+        "on does not lower base displacement, floor acceleration and storey drift together; the "
+        "smallest peak floor acceleration, 1 m/s², is that of off.",
+    )
+
+
+def test_a_controller_that_is_better_in_all_respects_is_named():
+    first, second = verdict(
+        comparison({"off": (0.2, 1.0, 2e-3), "a": (0.1, 0.9, 1e-3), "b": (0.15, 0.8, 1e-3)})
+    )
+    assert "a lowers the peak base displacement most" in first
+    assert "and also lowers the peak floor acceleration from 1 m/s² to 0.9 m/s²" in first
+    assert second.startswith("a and b lower base displacement, floor acceleration and storey drift")
+
+
+def test_nobody_is_praised_for_nothing():
+    first, second = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.2, 0.7, 1e-3)}))
+    assert first == "No controller moves the base less than off, 200 mm at the peak."
+    assert second.endswith("the smallest peak floor acceleration, 0.7 m/s², is that of on.")
+
+
+def test_changes_too_small_to_see_are_none():
+    first, _ = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.1, 1.001, 2e-3)}))
+    assert first.endswith("and leaves the peak floor acceleration at 1 m/s².")
+
+
+@pytest.mark.parametrize("reference", [None, "off"])
+def test_a_run_alone_is_told_in_its_own_numbers(reference):
+    energy = {"off": {"device_dissipation_J": 4e5, "input_J": 5e5, "closure_error": 2e-8}}
+    told = verdict(comparison({"off": (0.2, 1.0, 2e-3)}, reference, energy))
+    assert told == (
+        "With off, the base moves by up to 200 mm, floors feel up to 1 m/s² and storeys drift by "
+        "up to 2 mm.",
+        "Of the 500 kJ that the ground put in, the devices dissipated 80 %; the balance closes "
+        "within 2e-08 of the peak input.",
+    )
+
+
+def test_without_a_reference_the_one_that_moves_least_is_told():
+    spent = {"device_dissipation_J": 0.0, "input_J": 0.0, "closure_error": 0.0}
+    energy = {"a": spent, "b": spent}
+    first, _ = verdict(comparison({"a": (0.2, 1, 1), "b": (0.1, 2, 2)}, None, energy))
+    assert first.startswith("With b, which moves the base least, the base moves by up to 100 mm")

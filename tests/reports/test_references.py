@@ -1,0 +1,83 @@
+"""References: every source is known, and a result's are those of what it used."""
+
+import json
+import re
+
+import pytest
+
+from controllers import CONTROLLERS
+from isolation_sim import Scenario
+from isolation_sim.cli import main
+from isolation_sim.errors import InputError
+from isolation_sim.laws import LAWS, available_sets, law
+from isolation_sim.reports import references
+from isolation_sim.reports.publications import PUBLICATIONS
+
+TEXTBOOK = {"linear", "kelvin_voigt", "maxwell", "spring_pot"}
+"""Laws without a publication of their own."""
+
+
+def known(source):
+    return any(name in source for name in PUBLICATIONS)
+
+
+@pytest.mark.parametrize("name", sorted(set(LAWS) - TEXTBOOK))
+def test_the_source_of_every_law_and_set_is_known(name):
+    assert known(LAWS[name].source)
+    for each in available_sets(name):
+        assert known(law(name, each).source), each
+
+
+@pytest.mark.parametrize("name", [n for n, kind in CONTROLLERS.items() if kind.source])
+def test_the_source_of_every_controller_is_known(name):
+    rest = CONTROLLERS[name].source
+    assert known(rest)
+    for publication in PUBLICATIONS:
+        rest = rest.replace(publication, "")
+    # a year stands for a publication
+    assert not re.search(r"\b(19|20)\d\d\b", rest)
+
+
+def test_each_publication_is_told_once_with_all_its_uses():
+    told = references.cited([("a", "Li & Li, Eq 1"), ("b", "Li & Li, Table 2"), ("a", "Li & Li")])
+    assert [(c.text.split(",")[0], c.uses) for c in told] == [("Y. Li", ("a", "b"))]
+
+
+def test_a_source_that_nobody_knows_stands_for_itself():
+    told = references.cited([("motion", "my shake table"), ("law", "")])
+    assert [c.line for c in told] == ["my shake table. Used for: motion."]
+
+
+def test_a_scenario_cites_what_it_names_and_nothing_else():
+    text = " ".join(c.line for c in references.of_scenario(Scenario.from_toml(
+        '[isolator]\nlaw = "hybrid"\n[[controller]]\nname = "passive_off"\n'
+    )))  # fmt: skip
+    assert "improved FOA" in text and "Dyke" in text and "Chopra" in text
+    assert "rate-dependent mechanical model" not in text and "Karnopp" not in text
+
+
+def test_a_folder_without_a_scenario_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"holds no scenario\.toml; accepted: a folder that"):
+        references.of_path(tmp_path)
+
+
+def called(capsys, *arguments):
+    with pytest.raises(SystemExit) as ended:
+        main([str(each) for each in arguments])
+    return ended.value.code or 0, capsys.readouterr().out
+
+
+def test_cite_a_folder_a_file_and_the_main_job(tmp_path, capsys):
+    (tmp_path / "scenario.toml").write_text(Scenario().to_toml())
+    of_folder, of_file, of_main = (
+        called(capsys, "cite", *where) for where in ([tmp_path], [tmp_path / "scenario.toml"], [])
+    )
+    assert of_folder == of_file == of_main
+    assert of_main[0] == 0 and "Smart base-isolated benchmark building" in of_main[1]
+
+
+def test_cite_as_json(capsys):
+    code, out = called(capsys, "cite", "--json")
+    entries = json.loads(out)["references"]
+    assert code == 0
+    assert [e["reference"] for e in entries] == [c.text for c in references.of_path(None)]

@@ -1,0 +1,117 @@
+"""The benchmark building: published periods, an independent solution, and the nine indices."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.signal import lsim
+
+import isolation_sim as iso
+from isolation_sim.errors import InputError
+from studies import benchmark_building as study
+from studies.study import perform
+
+PUBLISHED = (0.897, 0.780, 0.658, 0.283, 0.267, 0.214)
+
+
+@pytest.fixture(scope="module")
+def data(shared_data):
+    return shared_data / "benchmark_8_storey"
+
+
+@pytest.fixture(scope="module")
+def matrices(data):
+    with np.load(data / "structure.npz") as arrays:
+        # R is stored unsigned: -R would wrap
+        return {key: arrays[key].astype(float) for key in arrays}
+
+
+@pytest.fixture(scope="module")
+def linear(data):
+    return study.on_bearings(data, study.linear_bearing())
+
+
+def test_fixed_base_periods(data, matrices):
+    periods = study.structure(data).fixed_base_periods()
+    exact = 2 * np.pi / np.sqrt(eigh(matrices["K"], matrices["M"], eigvals_only=True))
+    np.testing.assert_allclose(periods, exact, rtol=1e-9)
+    # all digits that are published; these are 0.1 % apart where they are farthest from the number
+    np.testing.assert_array_equal(periods[:6].round(3), PUBLISHED)
+    np.testing.assert_allclose(periods[:6], PUBLISHED, rtol=1e-3, atol=5e-4)
+
+
+def test_four_groups_are_the_bearings_to_the_last_digit(linear, matrices, data):
+    count, places = study.groups(data)
+    rows = linear.element_rows[:, :3]
+    np.testing.assert_allclose(count * rows.T @ rows, matrices["H"], rtol=1e-12, atol=1e-9)
+    assert count == 23 and places.shape == (4, 2)
+
+
+@pytest.mark.parametrize("name", ["elcentro", "rinaldi"])
+def test_linear_bearings_equal_an_independent_solution(linear, matrices, data, name):
+    """Against SciPy's matrix exponential in physical coordinates, built from the file alone."""
+    ground = study.records(data, name)
+    run = iso.simulate(linear, ground)
+    M, C, K, R, m, H = (matrices[key] for key in ("M", "C", "K", "R", "m", "H"))
+    # coordinates relative to the ground, base first, in Mg, kN and m
+    mass = np.block([[m, np.zeros((3, 24))], [np.zeros((24, 3)), M]])
+    relative = np.hstack([-R, np.eye(24)])
+    stiffness, damping = relative.T @ K @ relative, relative.T @ C @ relative
+    stiffness[:3, :3] += 919.422 * H
+    damping[:3, :3] += 27.717 * H
+    shaken = np.tile(np.eye(3)[:, :2], (9, 1))
+    A = np.block([
+        [np.zeros((27, 27)), np.eye(27)],
+        [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
+    ])  # fmt: skip
+    B = np.vstack([np.zeros((27, 2)), -shaken])
+    moved = np.stack([record.acceleration for record in ground], axis=1)
+    _, states, _ = lsim((A, B, np.eye(54), np.zeros((54, 2))), moved, run.time)
+    acceleration = states @ A[27:].T
+    for quantity, expected in (
+        ("displacement_m", states[:, :27]), ("acceleration_m_s2", acceleration)
+    ):  # fmt: skip
+        dofs = run.isolated.structure.names
+        found = np.stack([run.output(f"{dof}_{quantity}") for dof in dofs], axis=1)
+        assert (np.abs(found - expected).max(0) / np.abs(expected).max(0)).max() < 1e-6
+
+
+def test_mr_isolators_are_as_stiff_as_the_bearings_at_the_design_displacement():
+    period = 3.0
+    device = study.mr_isolator(1 / period)
+    assert device.deformation_scale == pytest.approx(study.DESIGN_DISPLACEMENT)
+    # an independent loop: the force in phase with a sinusoid, over its amplitude
+    omega, n = 2 * np.pi / period, 4000
+    time = np.linspace(0, 8 * period, 8 * n + 1)
+    x = study.DESIGN_DISPLACEMENT * np.sin(omega * time)
+    v = study.DESIGN_DISPLACEMENT * omega * np.cos(omega * time)
+    states, h, force = np.zeros(2), time[1], np.zeros(len(time))
+    for k in range(len(time)):
+        force[k] = device.force(x[k], v[k], states, study.DESIGN_CURRENT)
+        states = states + h * np.array(device.rates(x[k], v[k], states, study.DESIGN_CURRENT))
+    in_phase = 2 * np.mean(force[-n:] * np.sin(omega * time[-n:])) / study.DESIGN_DISPLACEMENT
+    assert in_phase == pytest.approx(study.BEARING_STIFFNESS, rel=0.1)
+
+
+def test_short_form(tmp_path, data):
+    found, path = perform("benchmark_building", tmp_path / "study", True)
+    with (path / "runs.csv").open(newline="", encoding="utf-8") as file:
+        runs = list(csv.DictReader(file))
+    assert len(runs) == 2 * 4
+    for row in runs:
+        values = np.array([float(row[index]) for index in study.INDICES])
+        assert np.all(values > 0) and np.all(values < 10)
+        if row["controller"] == study.LINEAR:
+            np.testing.assert_allclose(values[[0, 1, 2, 3, 4, 6, 7]], 1.0)
+        # the building turns, so that some isolator moves farther than the centre
+        assert float(row["peak_isolator_displacement_m"]) > float(row["peak_base_displacement_m"])
+    assert "0.8974" in found.finding and (path / "figures" / "indices.svg").is_file()
+
+
+def test_absent_data_are_told(monkeypatch, tmp_path):
+    monkeypatch.setenv("ISOLATION_SIM_DATA", str(tmp_path))
+    with pytest.raises(InputError, match="ISOLATION_SIM_DATA"):
+        perform("benchmark_building", tmp_path / "study", True)

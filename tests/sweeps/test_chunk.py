@@ -1,0 +1,158 @@
+"""Rows of a sweep against single runs: to the last bit, alone or in company."""
+
+import io
+import json
+from dataclasses import replace
+
+import pandas
+import pyarrow.parquet as pq
+import pytest
+
+from isolation_sim.front_door import run_scenario
+from isolation_sim.sweeps.chunk import run_chunk
+from isolation_sim.sweeps.design import validated
+from isolation_sim.sweeps.run import chunk_of
+
+from .conftest import MIXED, SHORT, design_of
+
+
+def rows_of(design, places=None, **keys):
+    places = range(design.n_cases) if places is None else places
+    finished = run_chunk(replace(chunk_of(design, 0, places), **keys))
+    return pq.read_table(io.BytesIO(finished.table)).to_pandas(), finished
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    return design_of(**MIXED)
+
+
+@pytest.fixture(scope="module")
+def together(mixed):
+    return rows_of(mixed)[0]
+
+
+def test_a_row_is_the_single_run_of_its_case(mixed, together):
+    """Everything that `isolation-sim run` reports, with the same bits."""
+    assert len(together) == 108 and (together["status"] == "ok").all()
+    for number in (0, 17, 35):
+        scenario = validated(mixed.case(number).data(mixed.base))
+        for record in run_scenario(scenario).to_records():
+            at = (together["case"] == number) & (together["controller"] == record["controller"])
+            (row,) = together[at].to_dict("records")
+            names = set(record) & set(row) - {"controller"}
+            assert len(names) == 20  # six peaks, six RMS values, J1 to J8
+            assert {name: row[name] for name in names} == {name: record[name] for name in names}
+
+
+def test_energies_of_a_row_are_those_of_the_single_run(mixed, together):
+    rows, _ = rows_of(mixed, [17], energy=True)
+    records = run_scenario(validated(mixed.case(17).data(mixed.base))).to_records()
+    for row, record in zip(rows.to_dict("records"), records, strict=True):
+        assert set(record) <= set(row)
+        assert {name: row[name] for name in record} == record
+    # what both have is the same whether the ledger is kept or not
+    alike = together[together["case"] == 17].reset_index(drop=True)
+    pandas.testing.assert_frame_equal(rows[alike.columns], alike, check_exact=True)
+
+
+@pytest.mark.parametrize("places", [[35], [3, 2, 1], list(range(5, 36, 7))])
+def test_company_does_not_matter(mixed, together, places):
+    some, _ = rows_of(mixed, places)
+    expected = together.set_index("case").loc[places].reset_index()
+    pandas.testing.assert_frame_equal(some, expected[some.columns], check_exact=True)
+
+
+OPTIONS = {
+    "scenario": {
+        "controller": [{"name": "passive_on"}, {"name": "on_off"}],
+        "belief": {"force_factor": 1.1},
+        "sensors": {"noise": {"velocity_m_s": 1e-3}},
+    },
+    "vary": [
+        {"field": "sensors.delay_s", "values": [0.0, 0.01]},
+        {"field": "driver.lag_s", "values": [0.0, 0.03]},
+        {"field": "simulation.computation_delay_s", "values": [0.0, 0.004]},
+    ],
+    "seeds": {"count": 2},
+}
+
+
+def test_options_that_differ_from_case_to_case():
+    """Drivers, delays and seeds of each case's own, which cannot share a block of lanes."""
+    design = design_of(**OPTIONS)
+    rows, _ = rows_of(design)
+    assert (rows["status"] == "ok").all() and rows["peak_drift_m"].nunique() > 10
+    for number in (0, 7, 15):
+        comparison = run_scenario(validated(design.case(number).data(design.base)))
+        found = comparison.criteria["on_off"]
+        at = (rows["case"] == number) & (rows["controller"] == "on_off")
+        (row,) = rows[at].to_dict("records")
+        assert {name: row[name] for name in found} == found
+
+
+FAILING = {
+    "scenario": {"controller": [{"name": "passive_off"}, {"name": "constant", "amperes": 1.0}]},
+    "vary": [
+        {"field": "controller[1].amperes", "values": [1.0, 99.0]},
+        {"field": "ground.scale_factor", "values": [1.0, 1e4]},
+    ],
+}
+
+
+def test_a_failing_case_is_a_row_with_its_reason_and_leaves_the_others_alone():
+    rows, finished = rows_of(design_of(**FAILING))
+    assert rows["status"].tolist() == ["ok", "ok", "diverged", "diverged", "ok", "refused",
+                                       "diverged", "refused"]
+    assert (finished.n_runs, finished.n_failed) == (8, 5)
+    assert "a hundred times further" in rows["reason"][2]
+    assert rows["reason"][5].startswith("current 99 A at t = 0 s is outside")
+    failed = rows[rows["status"] != "ok"]
+    assert failed.filter(regex="peak|rms").isna().all().all()
+    good, _ = rows_of(design_of(**FAILING), [0])
+    pandas.testing.assert_frame_equal(rows[:2], good, check_exact=True)
+    assert not rows["reason"][rows["status"] == "ok"].any()
+
+
+def test_what_cannot_even_start_is_a_row_too():
+    """A supply that ends below the coil's least current, and settings of one controller alone."""
+    keys = {
+        "scenario": {"controller": [{"name": "passive_off"}, {"name": "on_off"}]},
+        "vary": [
+            {"field": "driver.high_A", "values": [2.0, 50.0, 3.0]},
+            {"field": "controller[1].period", "values": [0.02, 0.05]},
+        ],
+    }
+    rows, _ = rows_of(design_of(**keys))
+    assert rows["status"].tolist() == ["ok"] * 4 + ["refused"] * 4 + ["ok"] * 4
+    assert rows["reason"][4].startswith("coil driver: high 50.0 A is outside")
+    keys["vary"][1]["values"] = [0.02, -1.0]
+    rows, _ = rows_of(design_of(**keys), [0, 1])
+    assert rows["status"].tolist() == ["ok", "ok", "ok", "refused"]
+    assert "period" in rows["reason"][3]
+
+
+def test_histories_are_those_of_the_single_run(tmp_path, mixed):
+    from isolation_sim.results import read_run
+    from isolation_sim.scenario import Scenario
+
+    _, finished = rows_of(mixed, [4, 17], histories=frozenset([17]))
+    assert sorted(finished.histories) == [
+        f"case_0000017_{name}.nc" for name in ("constant", "on_off", "passive_off")
+    ]
+    path = tmp_path / "run.nc"
+    path.write_bytes(finished.histories["case_0000017_constant.nc"])
+    kept = read_run(path)
+    # the scenario that is kept with it makes the same run again
+    run = run_scenario(Scenario.from_toml(kept.attrs["scenario"])).runs["constant"]
+    assert (kept.displacement == run.history.displacement).all()
+    assert kept.attrs["criterion_peak_drift_m"] == run.criteria["peak_drift_m"]
+
+
+def test_a_chunk_goes_to_another_process_as_it_is(mixed):
+    import pickle
+
+    chunk = chunk_of(mixed, 3, range(2))
+    assert pickle.loads(pickle.dumps(chunk)) == chunk
+    assert json.loads(json.dumps(chunk.base)) == chunk.base
+    assert SHORT["stop_s"] == chunk.base["ground"][0]["stop_s"]

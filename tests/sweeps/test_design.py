@@ -1,0 +1,167 @@
+"""Plans: what they say of themselves, and what they refuse."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+
+from isolation_sim.cli_sweep import PLAN
+from isolation_sim.errors import InputError
+from isolation_sim.sweeps.design import Design, differences, validated
+from isolation_sim.sweeps.plan import SweepPlan
+
+from .conftest import MIXED, design_of, plan_of
+
+
+def test_cases_are_all_combinations_the_last_axis_fastest():
+    design = design_of(**MIXED)
+    assert (design.n_cases, design.n_runs) == (36, 108)
+    found = [tuple(design.case(k).shown.values()) for k in range(design.n_cases)]
+    expected = itertools.product(np.linspace(0.7, 1.6, 4), [0.5, 1.5, 2.5], [0.2, 0.6, 1.0])
+    np.testing.assert_allclose(found, list(expected), rtol=1e-14)
+    assert design.parameters == {"isolators": float, "current": float, "ground.scale_factor": float}
+
+
+def test_the_plan_that_new_writes_can_be_run(tmp_path):
+    path = tmp_path / "my_plan.toml"
+    path.write_text(PLAN)
+    design = Design(SweepPlan.read(path), str(path))
+    assert design.plan.name == "my_plan"
+    assert (design.n_cases, design.controllers) == (12, ("passive_off", "clipped_lqr"))
+    # the same with everything that is not in force
+    (tmp_path / "cases.csv").write_text("isolator.force_scale\n3000\n3100\n")
+    path.write_text(re.sub(r"^#(?=\S)", "", PLAN, flags=re.MULTILINE))
+    full = Design(SweepPlan.read(path), str(path))
+    assert full.n_cases == 2 * 4 * 3 * 2 * 64 * 10
+    assert full.plan.energy and full.plan.histories == [0, 5]
+
+
+def test_a_scenario_file_is_found_beside_the_plan(tmp_path):
+    (tmp_path / "mine.toml").write_text('[[controller]]\nname = "on_off"\nrule = "skyhook"\n')
+    path = tmp_path / "plan.toml"
+    path.write_text('scenario = "mine.toml"\n')
+    design = Design(SweepPlan.read(path))
+    assert design.controllers == ("on_off",)
+    assert (design.n_cases, design.base["controller"][0]["settings"]) == (1, {"rule": "skyhook"})
+
+
+def test_controllers_as_values():
+    values = ["passive_on", {"name": "constant", "label": "half", "amperes": 1.5}]
+    design = design_of(vary=[{"field": "controller", "values": values}])
+    assert (design.n_cases, design.controllers) == (1, ("passive_on", "half"))
+
+
+def test_whole_sections_by_name_or_table_and_their_keys(tmp_path):
+    (tmp_path / "motion.csv").write_text(
+        "time_s,ground_acceleration_m_s2\n0,0\n0.02,1\n0.04,0\n"
+    )
+    path = tmp_path / "plan.toml"
+    path.write_text(
+        '[[vary]]\nfield = "ground"\n'
+        'values = ["el_centro_1940_ns", { kind = "record_file", file = "motion.csv" }]\n'
+        '[[vary]]\nfield = "ground.scale_factor"\nvalues = [0.5]\n'
+        '[[vary]]\nfield = "isolator"\nvalues = ["hybrid", { law = "linear", '
+        "parameters = { k = 1e5 } }]\n"
+    )
+    design = Design(SweepPlan.read(path))
+    shown = [tuple(design.case(k).shown.values()) for k in range(4)]
+    assert shown[1] == ("el_centro_1940_ns", 0.5, "linear")
+    assert shown[2] == ("motion", 0.5, "hybrid")
+    scenario = validated(design.case(3).data(design.base))
+    (motion,) = scenario.ground
+    assert motion.file == tmp_path / "motion.csv" and motion.scale_factor == 0.5
+    assert scenario.isolator.parameters == {"k": 1e5}
+
+
+def test_seeds_follow_from_the_case_not_from_its_place():
+    noise = {"kind": "kanai_tajimi", "pga_m_s2": 1.0, "duration_s": 2.0}
+    vary = [
+        {"field": "isolator.count", "values": [1.0, 2.0]},
+        {"field": "driver.lag_s", "values": [0.0, 0.02, 0.04]},
+    ]
+
+    def seeds(vary, **seeds):
+        design = design_of(scenario={"ground": noise}, vary=vary, seeds=seeds)
+        found = {}
+        for k in range(design.n_cases):
+            shown = dict(design.case(k).shown)
+            data = design.case(k).data(design.base)
+            assert data["ground"][0]["seed"] == data["sensors"]["seed"] == shown["seed"]
+            found[tuple(sorted(shown.items()))[:3]] = shown["seed"]
+        return found
+
+    first = seeds(vary, count=4)
+    assert len(set(first.values())) == len(first) == 24
+    assert seeds(vary[::-1], count=4) == first
+    fewer = seeds([vary[0], {**vary[1], "values": [0.02]}], count=2)
+    assert fewer.items() <= first.items()
+    assert not set(seeds(vary, count=4, base=1).values()) & set(first.values())
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"vary": [{"field": "isolator.cuont", "values": [1.0]}]},
+         "did you mean 'isolator.count'?"),
+        ({"vary": [{"field": "isolator.count", "values": [1.0, -2.0]}]},
+         "isolator.count = -2.0: isolator.count is -2.0; accepted: a number above 0"),
+        ({"vary": [{"field": "isolator.count", "low": 1.0, "high": 2.0}]},
+         "count or step, or a [sample]"),
+        ({"vary": [{"field": "isolator.count", "low": 3.0, "high": 2.0, "count": 2}]}, "low below"),
+        ({"vary": [{"field": "isolator.count", "low": 1.0}]}, "accepted: values, or low and high"),
+        ({"vary": [{"field": "isolator.count", "valus": [1.0]}]}, "did you mean 'values'?"),
+        ({"sample": {"count": 4}}, "no quantity is sampled"),
+        ({"vry": []}, "did you mean 'vary'?"),
+        ({"scenario": {"isolatr": {}}}, "did you mean 'isolator'?"),
+        ({"vary": [{"field": "controller.amperes", "values": [1.0]}]}, "unknown field"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(keys, said):
+    with pytest.raises(InputError) as error:
+        design_of(**keys)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_is_named_in_its_errors(tmp_path):
+    path = tmp_path / "plan.toml"
+    for text, said in (
+        ("vary = 3\n", "vary is 3; accepted: a list"),
+        ('[[vary]]\nfield = "isolator.cuont"\nvalues = [1.0]\n', "did you mean"),
+        ("name =", "not TOML"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError) as error:
+            Design(SweepPlan.read(path), str(path))
+        assert str(error.value).startswith(f"{path}: ") and said in str(error.value)
+    with pytest.raises(InputError, match="no such file"):
+        SweepPlan.read(tmp_path / "none.toml")
+
+
+def test_the_content_names_what_differs(tmp_path):
+    file = tmp_path / "motion.csv"
+    file.write_text("time_s,ground_acceleration_m_s2\n0,0\n0.02,1\n0.04,0\n")
+    ground = {"kind": "record_file", "file": str(file)}
+
+    def content(**keys):
+        return design_of(**{"scenario": {"ground": ground}, **keys}).content()
+
+    vary = [{"field": "isolator.count", "values": [1.0, 2.0]}]
+    kept = content(vary=vary)
+    assert list(differences(kept, content(vary=vary))) == []
+    changed = content(vary=[{**vary[0], "values": [1.0, 3.0]}], energy=True)
+    assert set(differences(kept, changed)) == {
+        "vary[0].values[1] was 2.0, is 3.0", "energy was false, is true"
+    }
+    file.write_text(file.read_text().replace("0.02,1", "0.02,2"))
+    (line,) = differences(kept, content(vary=vary))
+    assert line.startswith("files.") and str(file) in line
+
+
+def test_a_plan_reads_back_from_what_is_kept():
+    design = design_of(**MIXED)
+    again = Design(SweepPlan.from_dict(design.content()["plan"]))
+    assert again.content() == design.content()
+    assert again.case(17) == design.case(17)
+    assert plan_of(**MIXED).vary == again.plan.vary

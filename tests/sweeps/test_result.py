@@ -1,0 +1,197 @@
+"""The table for other tools, sensitivities against closed forms, figures and what they show."""
+
+import csv
+
+import matplotlib
+import numpy as np
+import pandas
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import isolation_sim as iso
+from isolation_sim.errors import InputError
+from isolation_sim.sweeps.result import Sweep
+
+from .conftest import MIXED, SHORT, plan_of
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mixed") / "sweep"
+    return iso.sweep(plan_of(**MIXED, energy=True), folder, workers=1)
+
+
+def test_the_table_is_tidy_and_any_tool_reads_it(mixed):
+    table = mixed.table
+    assert len(table) == 108 and mixed.finished
+    assert list(table.columns[:8]) == [
+        "case", "isolators", "current", "ground.scale_factor", "controller", "status", "reason",
+        "clamped",
+    ]  # fmt: skip
+    assert mixed.parameters == ("isolators", "current", "ground.scale_factor")
+    assert {"peak_drift_m", "J9", "energy_input_J", "energy_closure_error"} < set(mixed.criteria)
+    assert table["energy_closure_error"].max() < 1e-5
+    path = mixed.folder / "table.parquet"
+    pandas.testing.assert_frame_equal(pandas.read_parquet(path), table)
+    for name in ("polars", "duckdb"):
+        module = pytest.importorskip(name)
+        read = module.read_parquet(str(path))
+        other = read.to_pandas() if name == "polars" else read.df()
+        np.testing.assert_array_equal(other["peak_drift_m"], table["peak_drift_m"])
+        assert list(other["controller"]) == list(table["controller"])
+
+
+def test_csv_holds_every_bit(mixed, tmp_path):
+    path = mixed.to_csv(tmp_path / "table.csv")
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["J5"]) for row in rows] == mixed.table["J5"].tolist()
+
+
+def test_the_best_runs(mixed):
+    best = mixed.best("rms_drift_m", 3)
+    lowest = np.sort(mixed.table["rms_drift_m"])[:3]
+    np.testing.assert_array_equal(best["rms_drift_m"], lowest)
+    with pytest.raises(InputError, match="did you mean 'rms_drift_m'"):
+        mixed.best("rms_drift")
+
+
+def test_histories_are_kept_on_request(tmp_path):
+    keys = {**MIXED, "vary": MIXED["vary"][:1], "histories": [2]}
+    result = iso.sweep(plan_of(**keys), tmp_path / "sweep", workers=1)
+    history = result.history(2, "on_off")
+    (row,) = result.table[
+        (result.table["case"] == 2) & (result.table["controller"] == "on_off")
+    ].to_dict("records")
+    assert float(abs(history.displacement[:, 0]).max()) == row["peak_base_displacement_m"]
+    with pytest.raises(InputError, match="no such file"):
+        result.history(1)
+
+
+LINEAR = {
+    "scenario": {
+        "ground": SHORT,
+        "isolator": {"law": "linear", "parameters": {"k": 1e5}},
+        "controller": [{"name": "passive_off"}],
+    },
+    "vary": [
+        {"field": "ground.scale_factor", "low": 1.0, "high": 3.0},
+        {"field": "sensors.delay_s", "low": 0.0, "high": 1.0},
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("method", "count", "columns"),
+    [
+        ("saltelli", 64, ["S1", "S1_conf", "ST", "ST_conf"]),
+        ("morris", 10, ["mu_star", "mu_star_conf", "sigma"]),
+        ("latin_hypercube", 200, ["S1", "S1_conf"]),
+    ],
+)
+def test_sensitivity_of_a_linear_building_is_known(tmp_path, method, count, columns):
+    """Response is the scale times that at scale one, and no sensor matters without a controller."""
+    pytest.importorskip("SALib")
+    plan = plan_of(**LINEAR, sample={"method": method, "count": count, "seed": 2})
+    result = iso.sweep(plan, tmp_path / "sweep", workers=1)
+    found = result.sensitivity("peak_drift_m")
+    assert list(found.index) == ["ground.scale_factor", "sensors.delay_s"]
+    assert list(found.columns) == columns
+    at_one = result.table["peak_drift_m"] / result.table["ground.scale_factor"]
+    np.testing.assert_allclose(at_one, at_one[0], rtol=1e-6)
+    scale, delay = found.iloc[0], found.iloc[1]
+    if method == "morris":
+        # the elementary effect over the whole range, 2 in scale
+        assert scale["mu_star"] == pytest.approx(2 * at_one[0], rel=1e-5)
+        assert delay["mu_star"] == pytest.approx(0, abs=1e-12) and scale["sigma"] < 1e-6 * at_one[0]
+    else:
+        assert scale["S1"] == pytest.approx(1, abs=0.1)
+        assert abs(delay["S1"]) < 0.15
+    figure = result.plot_sensitivity("peak_drift_m")
+    (axes,) = figure.axes
+    factor = 1e3 if method == "morris" else 1.0  # mm
+    widths = [bar.get_width() for bar in axes.patches]
+    np.testing.assert_allclose(widths[:2], factor * found[columns[0]])
+
+
+def test_what_sensitivity_needs(mixed, tmp_path):
+    with pytest.raises(InputError, match="nothing was sampled"):
+        mixed.sensitivity()
+    pytest.importorskip("SALib")
+    vary = [{"field": "ground.scale_factor", "low": 0.1, "high": 5e3}, LINEAR["vary"][1]]
+    plan = plan_of(vary=vary, sample={"method": "morris", "count": 4})
+    with pytest.raises(InputError, match="runs of passive_off failed"):
+        iso.sweep(plan, tmp_path / "sweep", workers=1).sensitivity()
+
+
+def test_the_comparison_shows_medians_over_the_uncontrolled_run(mixed):
+    figure = mixed.plot_comparison(["peak_drift_m", "rms_floor_acceleration_m_s2"])
+    (axes,) = figure.axes
+    table = mixed.table
+    for container, label in zip(axes.containers, mixed.controllers, strict=True):
+        shown = container.lines[0].get_ydata()
+        rows = table[table["controller"] == label]
+        # J4 and J8 are these ratios
+        np.testing.assert_allclose(shown, [rows["J4"].median(), rows["J8"].median()], rtol=1e-12)
+    lines = [container.lines[0] for container in axes.containers]
+    assert len({(line.get_linestyle(), line.get_marker()) for line in lines}) == 3
+
+
+def test_the_map_shows_medians_over_what_else_is_varied(mixed):
+    figure = mixed.plot_map("current", "isolators", "peak_base_shear_N")
+    *panels, bar = figure.axes
+    assert [panel.get_title() for panel in panels] == list(mixed.controllers)
+    assert bar.get_ylabel() == "peak base shear, kN"
+    rows = mixed.table[mixed.table["controller"] == "constant"]
+    expected = rows.groupby(["isolators", "current"])["peak_base_shear_N"].median() / 1e3
+    (mesh,) = panels[2].collections
+    np.testing.assert_allclose(mesh.get_array().ravel(), expected.to_numpy(), rtol=1e-12)
+    printed = [text.get_text() for text in panels[2].texts]
+    assert printed == [f"{value:.3g}" for value in expected]
+    for wrong in ({"x": "curent"}, {"criterion": "peak_drift"}):
+        with pytest.raises(InputError, match="did you mean"):
+            mixed.plot_map(**wrong)
+
+
+def test_the_map_is_legible_in_grey(mixed):
+    """Lightness rises with the value, and black print stands out from the darkest cell."""
+    figure = mixed.plot_map("current", "isolators")
+    (mesh,) = figure.axes[0].collections
+    rgb = mesh.cmap(np.linspace(0, 1, 64))[:, :3]
+    grey = rgb @ [0.299, 0.587, 0.114]
+    assert (np.diff(grey) > 0).all() and grey[0] > 0.35
+
+
+def test_a_map_of_scattered_points_takes_intervals(tmp_path):
+    vary = [
+        {"field": "isolator.count", "low": 0.7, "high": 1.4},
+        {"field": "ground.scale_factor", "low": 0.2, "high": 1.0},
+    ]
+    plan = plan_of(vary=vary, sample={"method": "sobol", "count": 128})
+    result = iso.sweep(plan, tmp_path / "sweep", workers=1)
+    figure = result.plot_map()
+    mesh = figure.axes[0].collections[0]
+    assert mesh.get_array().shape == (12, 12)
+    table = result.table
+    first = table[(table["isolator.count"] < 0.7 + 0.7 / 12) & (table["ground.scale_factor"]
+                                                              < 0.2 + 0.8 / 12)]
+    assert len(first) > 0
+    assert mesh.get_array()[0, 0] == pytest.approx(first["peak_floor_acceleration_m_s2"].median())
+
+
+def test_figures_draw_without_a_window_or_a_change_of_style(mixed):
+    before = dict(matplotlib.rcParams)
+    FigureCanvasAgg(mixed.plot_map()).draw()
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_a_map_needs_two_numbers(tmp_path):
+    plan = plan_of(vary=[{"field": "isolator.count", "values": [1.0, 2.0]}])
+    result = iso.sweep(plan, tmp_path / "sweep", workers=1)
+    with pytest.raises(InputError, match="two varied quantities that are numbers"):
+        result.plot_map()
+
+
+def test_a_folder_without_a_sweep_is_told(tmp_path):
+    with pytest.raises(InputError, match="no sweep there"):
+        Sweep(tmp_path)

@@ -1,0 +1,138 @@
+"""Who runs the chunks makes no difference: processes, a cluster, some of them dying."""
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from isolation_sim.errors import InputError
+from isolation_sim.sweeps import run, workers
+from isolation_sim.sweeps.run import chunk_of, sweep
+
+from .conftest import MIXED, design_of, plan_of
+
+
+@pytest.fixture(scope="module")
+def design():
+    return design_of(**MIXED)
+
+
+def chunks_of(design, size=4):
+    for number, start in enumerate(range(0, design.n_cases, size)):
+        yield chunk_of(design, number, range(start, start + size))
+
+
+@pytest.fixture(scope="module")
+def expected(design):
+    """Tables of the chunks, run in this process."""
+    return {each.number: each.table for each in workers.in_this_process(chunks_of(design))}
+
+
+def test_processes_give_the_same_bytes(design, expected):
+    found = list(workers.in_processes(chunks_of(design), 2))
+    assert {each.number: each.table for each in found} == expected
+
+
+def test_chunks_are_taken_as_there_is_room(design):
+    taken = 0
+
+    def counting():
+        nonlocal taken
+        for chunk in chunks_of(design, size=1):
+            taken += 1
+            yield chunk
+
+    finished = workers.in_processes(counting(), 1)
+    next(finished)
+    # one finished, two at hand
+    assert taken <= 3
+    finished.close()
+
+
+def test_a_worker_that_dies_is_replaced(design, expected, monkeypatch):
+    started = []
+    original = workers._started
+
+    def recorded():
+        process = original()
+        started.append(process)
+        return process
+
+    monkeypatch.setattr(workers, "_started", recorded)
+    finished = workers.in_processes(chunks_of(design), 1)
+    found = [next(finished)]
+    os.kill(started[0].pid, signal.SIGKILL)
+    found += finished
+    assert {each.number: each.table for each in found} == expected
+    assert len(started) == 2
+
+
+def test_workers_that_die_again_and_again_stop_the_sweep(design, monkeypatch):
+    monkeypatch.setattr(workers, "_COMMAND", "import os; os._exit(1)")
+    with pytest.raises(InputError, match="cases 0 to 3: 3 worker processes died"):
+        list(workers.in_processes(chunks_of(design), 1))
+
+
+def test_a_worker_that_has_no_modules_says_so(design, monkeypatch):
+    """An error outside the cases is the sweep's."""
+    broken = chunk_of(design, 0, range(1))
+    object.__setattr__(broken, "parameters", {"nothing": float})
+    with pytest.raises(KeyError, match="nothing"):
+        list(workers.in_processes(iter([broken]), 1))
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as started:
+        yield started
+
+
+def test_a_cluster_gives_the_same_table(tmp_path, cluster):
+    here = sweep(plan_of(**MIXED), tmp_path / "here", workers=1)
+    there = sweep(plan_of(**MIXED), tmp_path / "there", scheduler=cluster.scheduler_address)
+    tables = [(each.folder / "table.parquet").read_bytes() for each in (here, there)]
+    assert tables[0] == tables[1]
+
+
+def test_a_cluster_survives_a_worker_killed_in_mid_run(tmp_path, cluster, monkeypatch):
+    monkeypatch.setattr(run, "MOST_CASES", 1)
+    victim = next(iter(cluster.workers.values()))
+    pid = victim.pid
+    finished = []
+
+    def progress(done, failed):
+        finished.append(done)
+        if len(finished) == 6:
+            # the scheduler has many chunks with this worker now
+            os.kill(pid, signal.SIGKILL)
+
+    result = sweep(
+        plan_of(**MIXED), tmp_path / "killed", scheduler=cluster.scheduler_address,
+        progress=progress,
+    )  # fmt: skip
+    here = sweep(plan_of(**MIXED), tmp_path / "here", workers=1)
+    assert len(finished) == 36 and result.finished
+    tables = [(each.folder / "table.parquet").read_bytes() for each in (here, result)]
+    assert tables[0] == tables[1]
+    with pytest.raises(ProcessLookupError):
+        _until_gone(pid)
+
+
+def _until_gone(pid):
+    for _ in range(200):
+        os.kill(pid, 0)
+        time.sleep(0.02)
+
+
+def test_an_address_without_a_scheduler_is_told(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed")
+    original = distributed.Client
+    monkeypatch.setattr(distributed, "Client", lambda at, timeout: original(at, timeout="1s"))
+    with pytest.raises(InputError, match="cannot be reached"):
+        sweep(plan_of(), tmp_path / "sweep", scheduler="tcp://127.0.0.1:1")
+    assert threading.active_count() < 100

@@ -1,0 +1,119 @@
+"""``isolation-sim sweep`` as a user types it."""
+
+import json
+
+import pytest
+
+from isolation_sim.cli import main
+
+PLAN = """
+[scenario.ground]
+stop_s = 2.0
+[[scenario.controller]]
+name = "passive_off"
+[[scenario.controller]]
+name = "on_off"
+[[vary]]
+field = "ground.scale_factor"
+label = "scale"
+values = [0.5, 1.0, {last}]
+[[vary]]
+field = "isolator.count"
+low = 0.8
+high = 1.2
+count = 2
+"""
+
+
+@pytest.fixture
+def plan(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "plan.toml"
+    path.write_text(PLAN.format(last=2.0))
+    return path
+
+
+def command(capsys, *arguments):
+    """Exit code, standard output and standard error."""
+    code = 0
+    try:
+        main(list(arguments))
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, *capsys.readouterr()
+
+
+def test_a_plan_is_announced_run_and_shown(plan, capsys):
+    code, out, _ = command(capsys, "sweep", "plan.toml", "--workers", "1")
+    assert code == 0
+    assert out.startswith("12 runs (6 cases): about ") and " on 1 process, 0." in out
+    assert out.endswith("results: results/plan\n")
+    code, out, _ = command(
+        capsys, "sweep", "show", "results/plan", "--criterion", "rms_drift_m", "--csv", "t.csv"
+    )
+    assert code == 0
+    assert "plan: medians over 6 cases" in out and "lowest rms drift" in out
+    names = ("comparison", "map")
+    for name in names:
+        for ending in ("svg", "png"):
+            assert (plan.parent / f"results/plan/figures/{name}.{ending}").stat().st_size > 5000
+    assert "report: results/plan/report.html" in out
+    assert "rms drift" in (plan.parent / "results/plan/report.html").read_text()
+    assert "report.html" in (plan.parent / "results/plan/README.txt").read_text()
+    assert (plan.parent / "t.csv").read_text().startswith('"case","scale",')
+
+
+def test_options_may_stand_before_the_plan(plan, capsys):
+    code, out, err = command(capsys, "sweep", "--workers", "1", "--json", "plan.toml")
+    report = json.loads(out)
+    assert code == 0
+    assert (report["runs"], report["status"]) == (12, {"ok": 12})
+    assert report["folder"] == "results/plan" and "results: results/plan" in err
+
+
+def test_quiet_says_where_the_results_are(plan, capsys):
+    assert command(capsys, "sweep", "run", "plan.toml", "--workers", "1", "--quiet") == (
+        0, "results: results/plan\n", ""
+    )
+
+
+def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):
+    plan.write_text(PLAN.format(last=1e4))
+    code, _, err = command(capsys, "sweep", "plan.toml", "--workers", "1")
+    assert code == 1
+    assert "4 of 12 runs failed:" in err and "case 4" in err and "diverged: the run" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nothing.toml"], "no such file"),
+        (["show", "nowhere"], "no sweep there"),
+        (["plan.toml", "--workers", "0"], "workers is 0"),
+        (["show", "results/plan", "--criterion", "rms_drft_m"], "did you mean 'rms_drift_m'"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(plan, capsys, arguments, said):
+    if "results/plan" in arguments:
+        command(capsys, "sweep", "plan.toml", "--workers", "1", "--quiet")
+    code, _, err = command(capsys, "sweep", *arguments)
+    assert code == 2
+    assert said in err and len(err.splitlines()) == 1
+
+
+def test_resume_and_a_plan_that_changed(plan, capsys):
+    command(capsys, "sweep", "plan.toml", "--workers", "1", "--quiet")
+    code, _, err = command(capsys, "sweep", "plan.toml", "--workers", "1")
+    assert code == 2 and "--resume" in err
+    code, out, _ = command(capsys, "sweep", "plan.toml", "--resume")
+    assert code == 0 and out == "results: results/plan\n"
+    plan.write_text(PLAN.format(last=3.0))
+    code, _, err = command(capsys, "sweep", "plan.toml", "--resume")
+    assert code == 2 and "vary[0].values[2] was 2.0, is 3.0" in err
+
+
+def test_new_writes_a_plan_once(plan, capsys):
+    code, out, _ = command(capsys, "sweep", "new", "fresh.toml")
+    assert code == 0 and "isolation-sim sweep fresh.toml" in out
+    code, _, err = command(capsys, "sweep", "new", "fresh.toml")
+    assert code == 2 and "--force" in err
