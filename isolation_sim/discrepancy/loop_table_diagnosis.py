@@ -23,7 +23,12 @@ from .loop_table import LoopTable
 BETTER = 0.8
 """An effect has to lower the error on rows left out to less than this part."""
 MOST_EFFECTS = 3
-FOLDS = 6
+LAWS_TRIED = 6
+"""Laws, nearly as good as the best without effects, from which forms are fitted."""
+FOLDS = 16
+"""Groups of rows, each left out of the fit in turn; of a short table every row is one."""
+JUDGED = 6
+"""Forms that are fitted from several laws and judged on rows left out."""
 N_STEPS = 2
 """Integration steps a sample."""
 _STARTS = 4
@@ -39,6 +44,7 @@ class _Fitted:
     model: LoopModel
     optimum: Optimum
     left_out: float
+    others: tuple[NDArray, ...] = ()
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -78,8 +84,8 @@ def diagnose_loop_table(
     -------
     Diagnosis
         Errors are the RMS of the relative errors of stiffness and damping. Held-out errors are of
-        the rows that the table holds out; without any, of six groups of rows, each left out of the
-        fit in turn.
+        the rows that the table holds out; without any, of rows or groups of rows, each left out of
+        the fit in turn.
     """
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         work = _Work(table, law, pool, seed, progress or (lambda name: None))
@@ -95,24 +101,26 @@ class _Work:
     tell: Callable[[str], None]
 
     def diagnosed(self, device: Device | None, degree: int | None) -> Diagnosis:
-        base = self.base(device, degree)
+        """Search with each degree of the current's influence, and tell of the better outcome."""
+        currents = np.unique(self.table.current[~self.table.held_out])
+        highest = min(len(currents) - 1, 2)
+        degrees = range(min(1, highest), highest + 1) if degree is None else (degree,)
+        bases = [self.base_of(device, currents, one) for one in degrees]
+        outcomes = [(base, *self.extended(base)) for base in bases]
+        base, best, rounds = min(outcomes, key=lambda o: o[1].left_out)
         given = None if device is None else base.model.unknowns.of(device)
+        return self.told(base, given, best, rounds)
+
+    def extended(self, base: _Fitted) -> tuple[_Fitted, list[tuple[_Fitted, list[_Fitted]]]]:
+        """Add effects as long as they lower the error on rows left out."""
         best, rounds = base, []
-        while len(best.model.stages) < MOST_EFFECTS and best.left_out > ACCURACY / 2:
+        while len(best.model.stages) < MOST_EFFECTS and best.left_out > ACCURACY:
             tried = self.tried(best)
             rounds.append((best, tried))
             if not tried or tried[0].left_out > BETTER * best.left_out:
                 break
             best = tried[0]
-        return self.told(base, given, best, rounds)
-
-    def base(self, device: Device | None, degree: int | None) -> _Fitted:
-        """The law alone, with the current's degree that errs least on rows left out."""
-        currents = np.unique(self.table.current[~self.table.held_out])
-        highest = min(len(currents) - 1, 2)
-        degrees = range(min(1, highest), highest + 1) if degree is None else (degree,)
-        found = [self.base_of(device, currents, one) for one in degrees]
-        return min(found, key=lambda f: f.left_out)
+        return best, rounds
 
     def base_of(self, device: Device | None, currents: NDArray, degree: int) -> _Fitted:
         """The law alone, its parameters polynomials of a degree."""
@@ -125,10 +133,12 @@ class _Work:
         starts = unknowns.starts(16, self.seed)
         if device is not None:
             starts.insert(0, unknowns.of(device))
-        found = list(self.pool.map(lambda s: self.minimised(model, s), starts))
-        best = min(found, key=lambda o: o.cost)
+        found = sorted(
+            self.pool.map(lambda s: self.minimised(model, s), starts), key=lambda o: o.cost
+        )
         # the same law is looked for wherever rows or effects change
-        return self.judged(replace(model, expected=best.x), best)
+        judged = self.judged(replace(model, expected=found[0].x), found[0])
+        return replace(judged, others=_different(found)[1:LAWS_TRIED])
 
     def minimised(self, model: LoopModel, start: NDArray, most: int = 40) -> Optimum:
         self.tell("fitting loops")
@@ -142,7 +152,7 @@ class _Work:
             return _Fitted(model, optimum, _rms((ratios - 1)[np.tile(table.held_out, 2)]))
         n, squares = len(table.amplitude), 0.0
         group = np.random.default_rng(self.seed).permutation(n) % FOLDS
-        for fold in range(FOLDS):
+        for fold in range(min(FOLDS, n)):
             part = replace(model, table=replace(table, held_out=group == fold))
             ratios = part.loops(self.minimised(part, optimum.x).x)[0]
             squares += float(np.sum((ratios - 1)[np.tile(group == fold, 2)] ** 2))
@@ -150,7 +160,7 @@ class _Work:
         return _Fitted(model, optimum, left_out)
 
     def tried(self, base: _Fitted) -> list[_Fitted]:
-        """Effects fitted together with the model, the best four judged on rows left out."""
+        """Effects fitted together with the model, the best few judged on rows left out."""
         left = [
             effect
             for cause, forms in EFFECTS.items()
@@ -160,13 +170,18 @@ class _Work:
         ]
         found = list(self.pool.map(lambda e: self.with_effect(base, e), left))
         found.sort(key=lambda pair: pair[1].cost)
-        chosen: list[tuple[LoopModel, Optimum]] = []
-        for model, optimum in found:
-            causes = [m.stages[-1].effect.cause for m, _ in chosen]
-            if model.stages[-1].effect.cause not in causes and len(chosen) < 4:
-                chosen.append((model, optimum))
-        judged = list(self.pool.map(lambda pair: self.judged(*pair), chosen))
+        judged = self.pool.map(lambda pair: self.settled(base, *pair), found[:JUDGED])
         return sorted(judged, key=lambda f: f.left_out)
+
+    def settled(self, base: _Fitted, model: LoopModel, optimum: Optimum) -> _Fitted:
+        """The best of a form over several laws, which without it were nearly as good."""
+        found = [optimum]
+        for law in base.others:
+            start = np.concatenate([law, optimum.x[model.n_law :]])
+            found.append(self.minimised(replace(model, expected=law), start, 60))
+        best = min(found, key=lambda o: o.cost)
+        judged = self.judged(replace(model, expected=best.x[: model.n_law]), best)
+        return replace(judged, others=base.others)
 
     def with_effect(self, base: _Fitted, effect: Effect) -> tuple[LoopModel, Optimum]:
         model: LoopModel = base.model.with_effects(effect)
@@ -253,7 +268,13 @@ class _Work:
             p = len(stage.effect.parameters)
             free = max(m - len(given.optimum.x), 1)
             ratio = (without.optimum.cost - given.optimum.cost) / p / (given.optimum.cost / free)
-            near = [f.causes[-1] for f in tried[1:] if f.left_out < 1.1 * tried[0].left_out]
+            near = list(
+                dict.fromkeys(
+                    f.causes[-1]
+                    for f in tried[1:]
+                    if f.left_out < 1.1 * tried[0].left_out and f.causes[-1] != stage.effect.cause
+                )
+            )
             share = (drops[k] - drops[k + 1]) / total * (1 - unexplained)
             found.append(
                 Cause(
@@ -366,6 +387,15 @@ class _Work:
                 )
             )
         return tuple(found)
+
+
+def _different(found: list[Optimum]) -> tuple[NDArray, ...]:
+    """Where searches ended, each place once, the best first."""
+    kept: list[Optimum] = []
+    for one in found:
+        if not any(abs(one.cost - other.cost) < 1e-3 * other.cost for other in kept):
+            kept.append(one)
+    return tuple(one.x for one in kept)
 
 
 def _applied(best: _Fitted) -> list[tuple[Effect, dict[str, float]]]:

@@ -1,0 +1,104 @@
+"""How often the diagnosis finds what an independent generator has hidden: the confusion matrix.
+
+Run it from a checkout with ``python -m studies.blind [SHARE]``: the generator is part of the tests.
+A share below 1 takes every so many cases. It prints the rates with Wilson's 95 % intervals and
+writes ``results/blind/confusion.md`` and ``rates.md``.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path("results/blind")
+CLEAN, PAIRS, TRIPLES, WRONG = 100, 60, 40, 20
+
+
+def cases(share: float) -> list[Any]:
+    """List the blind cases.
+
+    Parameters
+    ----------
+    share : float
+        Of them all, 0 to 1.
+
+    Returns
+    -------
+    list of tests.blind.cases.Case
+    """
+    from tests.blind import cases as blind
+
+    def part(every: Iterator[Any]) -> list[Any]:
+        listed = list(every)
+        return listed[:: max(1, round(1 / share))]
+
+    return list(
+        chain(
+            part(blind.singles()), part(blind.clean(CLEAN)), part(blind.outside()),
+            part(blind.several(2, PAIRS)), part(blind.several(3, TRIPLES)),
+            part(blind.wrong_law(WRONG)),
+        )
+    )  # fmt: skip
+
+
+def scored(case: Any) -> Any:
+    """Make a case's data, diagnose them, and put the truth beside the outcome.
+
+    Parameters
+    ----------
+    case : tests.blind.cases.Case
+        The case.
+
+    Returns
+    -------
+    tests.blind.score.Scored
+    """
+    from isolation_sim.discrepancy.diagnose import diagnose
+    from tests.blind.campaign import true_form_error
+    from tests.blind.score import Scored
+
+    campaign = case.campaign()
+    with tempfile.TemporaryDirectory() as folder:
+        diagnosis = diagnose(campaign.write(Path(folder) / "campaign"), case.law, threads=1)
+    least = true_form_error(campaign, case.device, case.hidden)
+    return Scored(case.kind, case.truth, diagnosis.to_dict(), least)
+
+
+def main(share: float = 1.0) -> None:
+    """Diagnose all cases and print the rates.
+
+    Parameters
+    ----------
+    share : float
+        Of the cases, 0 to 1.
+    """
+    from rich.progress import track
+
+    from isolation_sim.results import write_text
+    from tests.blind.score import confusion_table, median_held_out_ratio, rates
+
+    listed, begin = cases(share), time.perf_counter()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        results = list(track(pool.map(scored, listed), "diagnosing", total=len(listed)))
+    lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
+    ratio = median_held_out_ratio(results)
+    lines.append(f"- held-out error over that of the true form, median: {ratio:.3f}")
+    spent = (time.perf_counter() - begin) / len(listed)
+    lines.append(f"- {len(listed)} campaigns, {spent:.1f} s each")
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    write_text("\n".join(lines) + "\n", RESULTS / "rates.md")
+    write_text(confusion_table(results) + "\n", RESULTS / "confusion.md")
+    print("\n".join(lines))
+    print(f"results: {RESULTS}")
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0)
