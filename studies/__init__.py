@@ -4,6 +4,7 @@ STUDIES = {
     "benchmark_building": "the smart base-isolated benchmark building under seven records",
     "level_and_period": "which current level suits which isolation period",
     "fragility": "incremental dynamic analysis and fragility curves with confidence bounds",
+    "controllers": "how much of what is physically possible each controller achieves",
     "robustness": "controllers whose model is wrong and whose computer is slow",
     "device_scaling": "how large the isolators should be, and how many",
     "yielding_storeys": "what isolation is worth when the storeys yield",

@@ -192,7 +192,7 @@ def layout(records: Records, title: str) -> Table:
     headings, rows = texts(records)
     for text, key in zip(headings, _keys(records), strict=True):
         numbers = any(isinstance(record.get(key), float | int) for record in records)
-        table.add_column(text, justify="right" if numbers else "left")
+        table.add_column(text, justify="right" if numbers else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table

@@ -82,8 +82,7 @@ def fitted_law(
         If no start gives finite forces.
     """
     u = model.unknowns
-    every = max(1, len(model.data.x) // _ROUGH)
-    data = model.data.thinned(min(every, 6))
+    data = model.data.thinned(max(_ROUGH, len(model.data.x) // 6))
 
     def minimised(
         unknowns: Unknowns, start: NDArray, most: int = 25, expected: NDArray | None = None

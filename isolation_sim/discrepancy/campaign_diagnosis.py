@@ -15,7 +15,7 @@ from ..identification.campaign import Campaign
 from ..laws import Device
 from ..laws.law import Law
 from . import story
-from .base_fit import fitted_law, given_law, law_model
+from .base_fit import fitted_law, given_law, law_model, resolved
 from .candidates import Fitted
 from .checks import data_notes
 from .diagnosis import Cause, Diagnosis, Errors, Interval, Verdict
@@ -117,10 +117,9 @@ def _outcome(
     chosen = data.fitted if data.fitted.all() else ~data.fitted
     floor = np.sqrt(np.mean((noise / data.weight[:, np.newaxis]) ** 2) / np.mean(data.force**2))
 
-    every = max(1, round(len(data.x) / SEARCHED))
-    part = data.thinned(every)
-    small = base.on(replace(base.model, data=part))
-    part_noise = noise_residuals(small, shifts[:, :, data.kept(every)], seed)[part.fitted]
+    part = data.thinned(SEARCHED)
+    small = base.on(resolved(replace(base.model, data=part), base.values))
+    part_noise = noise_residuals(small, shifts[:, :, data.kept(SEARCHED)], seed)[part.fitted]
     varies = np.ptp(part.current) > 0, part.has_temperature and np.ptp(part.temperature) > 1
     largest = float(np.max(np.abs(part.x)))
     search = Search(

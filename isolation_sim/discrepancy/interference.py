@@ -16,6 +16,8 @@ from .measured import Measured
 
 LOWEST = 0.5
 """Hz: slower changes count as drift."""
+LEAST_SHARE = 0.03
+"""Of the squared residual: a smaller disturbance is not what the simulation gets wrong."""
 _STANDS_OUT = 8.0
 _RUNS = 0.25
 """A line has to stand out in all runs but this part."""
@@ -71,6 +73,8 @@ def interference(data: Measured, modelled: NDArray) -> Interference | None:
             continue
         force = _fitted(data, residual, carrier, frequency)
         size = data.relative(force, np.ones(len(force), bool))
+        if float(force @ force) < LEAST_SHARE * float(residual @ residual):
+            continue
         if best is None or size > best.size:
             best = Interference(frequency, modulates, force, size)
     return best

@@ -101,36 +101,37 @@ class Measured:
             return float("nan")
         return float(np.sqrt(np.sum(residual[chosen] ** 2) / np.sum(self.force[chosen] ** 2)))
 
-    def kept(self, every: int) -> NDArray:
-        """Places of every so many samples of each run.
+    def kept(self, most: int) -> NDArray:
+        """Places of the samples that are left when every run is thinned evenly.
 
         Parameters
         ----------
-        every : int
-            1 for all.
+        most : int
+            Samples to leave, about, shared evenly among the runs.
 
         Returns
         -------
         (n_kept,) int array
         """
-        runs = zip(self.starts[:-1], self.starts[1:], strict=True)
-        return np.concatenate([np.arange(a, b, every) for a, b in runs])
+        runs = zip(self.starts[:-1], self.starts[1:], self._every(most), strict=True)
+        return np.concatenate([np.arange(a, b, every) for a, b, every in runs])
 
-    def thinned(self, every: int) -> Measured:
-        """Return every so many samples of each run.
+    def _every(self, most: int) -> NDArray:
+        return np.maximum(np.round(self.lengths * len(self.dt) / most), 1).astype(int)
+
+    def thinned(self, most: int) -> Measured:
+        """Thin every run evenly.
 
         Parameters
         ----------
-        every : int
-            1 for all.
+        most : int
+            As of ``kept``.
 
         Returns
         -------
         Measured
         """
-        if every == 1:
-            return self
-        at = self.kept(every)
+        at, every = self.kept(most), self._every(most)
         columns = ("x", "v", "a", "force", "current", "temperature", "fitted")
         return replace(
             self,

@@ -1,0 +1,185 @@
+"""Runs of controllers on one plant: what each makes of a motion, beside what constants make of it.
+
+A motion's score is J, the peak base displacement and the peak floor acceleration, each over its
+value without current, added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from controllers import Controller, controller
+from controllers.clairvoyant import ACCELERATION, DISPLACEMENT, Plant, bound
+from ground_motions import Record
+from isolation_sim.errors import Diverged
+from isolation_sim.laws import law as law_of
+from isolation_sim.laws import passive
+from isolation_sim.simulation.control import CoilDriver, Sensors
+from isolation_sim.simulation.result import Run
+from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import IsolatedStructure, reference_building, reference_isolators
+
+BASE, FLOOR = f"peak_{DISPLACEMENT}", f"peak_{ACCELERATION}"
+DRIVER = CoilDriver(lag=0.05, high=3.0)
+CONSTANTS = tuple(np.linspace(0.0, 3.0, 13).tolist())
+"""Currents whose constant use draws the line that a controller has to beat, A."""
+UNBOUNDED = {BASE: 1.5, FLOOR: 3.0}
+"""Peaks that count as not bounded: the base's over that without, the floors' over that at 3 A."""
+NOISE = {
+    "displacement_m": 5e-4, "velocity_m_s": 5e-3, "acceleration_m_s2": 0.02, "deformation_m": 5e-4,
+    "force_N": 5e3,
+}  # fmt: skip
+"""Standard deviation of the sensors' white noise."""
+TROUBLED = Sensors(noise=NOISE, delay=0.02, seed=1)
+
+
+@dataclass(frozen=True)
+class Case:
+    """Under what the controllers are judged.
+
+    Attributes
+    ----------
+    switching : {"papers", "passive"}
+        Rule by which the isolators stiffen.
+    believed : float
+        Force of the isolators believed in, over the true one.
+    sensors : Sensors
+        What the controllers are given.
+    """
+
+    switching: str = "papers"
+    believed: float = 1.0
+    sensors: Sensors = field(default_factory=Sensors)
+
+
+CASES = {
+    "nominal": Case(),
+    "soft": Case(believed=0.8, sensors=TROUBLED),
+    "stiff": Case(believed=1.2, sensors=TROUBLED),
+    "passive": Case("passive"),
+}
+"""Nominal; with noise, 20 ms of delay and isolators believed 20 % too soft or stiff; the passive
+rule."""
+
+
+@lru_cache(maxsize=8)
+def plant(switching: str = "papers", factor: float = 1.0) -> IsolatedStructure:
+    """Return the reference building on its isolators.
+
+    Parameters
+    ----------
+    switching : {"papers", "passive"}
+        Rule by which the isolators stiffen.
+    factor : float
+        On their force.
+
+    Returns
+    -------
+    IsolatedStructure
+    """
+    law = law_of("strain_stiffening")
+    given = reference_isolators(passive(law) if switching == "passive" else law)
+    return reference_building().on(given.scaled(force=factor))
+
+
+def judged(entrants: Mapping[str, Controller], record: Record, case: Case) -> list[dict[str, Any]]:
+    """Run controllers under one motion.
+
+    Parameters
+    ----------
+    entrants : mapping of str to Controller
+        By the name to print.
+    record : Record
+        Ground motion.
+    case : Case
+        Under what.
+
+    Returns
+    -------
+    list of dict
+        A row an entrant: peaks, their ratios to those without current, ``J``, the best constant
+        current's as ``constant``, field work (J), mean squared current (A2), time a decision with
+        the simulation of what follows it (s), and whether it stayed bounded. A run that diverges
+        has infinite peaks.
+    """
+    off, on, best = (
+        _run(controller(name), record, case)
+        for name in ("passive_off", "passive_on", "best_constant")
+    )
+    rows = []
+    for name, one in entrants.items():
+        began = perf_counter()
+        try:
+            run = _run(one, record, case)
+        except Diverged:
+            run = None
+        took = perf_counter() - began
+        row = _peaks(run, off) | {"controller": name, "constant": _peaks(best, off)["J"]}
+        row["bounded"] = (
+            row[BASE] <= UNBOUNDED[BASE] * off.criteria[BASE]
+            and row[FLOOR] <= UNBOUNDED[FLOOR] * on.criteria[FLOOR]
+        )
+        if run is not None:
+            decisions = record.duration / (one.period or record.dt)
+            row |= {
+                "field_work_J": float(run.energy.final["field_work_J"]),
+                "mean_squared_current_A2": float(np.mean(run.current**2)),
+                "time_a_decision_s": took / decisions,
+            }
+        rows.append(row)
+    return rows
+
+
+def _run(one: Controller, record: Record, case: Case) -> Run:
+    believed = plant("papers", case.believed)
+    return simulate(
+        plant(case.switching), record, one, belief=believed, driver=DRIVER, sensors=case.sensors
+    )
+
+
+def _peaks(run: Run | None, off: Run) -> dict[str, float]:
+    found = {key: np.inf if run is None else float(run.criteria[key]) for key in (BASE, FLOOR)}
+    ratios = {"base": found[BASE] / off.criteria[BASE], "floor": found[FLOOR] / off.criteria[FLOOR]}
+    return found | ratios | {"J": sum(ratios.values())}
+
+
+def constants(record: Record) -> list[dict[str, float]]:
+    """Run constant currents under one motion, nominal.
+
+    Parameters
+    ----------
+    record : Record
+        Ground motion.
+
+    Returns
+    -------
+    list of dict
+        A row of peaks, ratios and J a current of ``CONSTANTS``.
+    """
+    runs = [_run(controller("constant", amperes=i), record, Case()) for i in CONSTANTS]
+    return [_peaks(run, runs[0]) for run in runs]
+
+
+def possible(record: Record) -> dict[str, Any]:
+    """Solve for the clairvoyant bound of one motion; half a minute or more for 30 s of motion.
+
+    Parameters
+    ----------
+    record : Record
+        Ground motion.
+
+    Returns
+    -------
+    dict
+        Peaks in the engine, ratios and J; ``certified``, the largest relative difference between
+        the optimisation's and the engine's peaks.
+    """
+    best = bound(Plant(plant(), (record,), DRIVER))
+    off = _run(controller("passive_off"), record, Case())
+    return _peaks(best.run, off) | {"certified": best.difference}
