@@ -220,8 +220,8 @@ def ranking(found: Judgement, case: str) -> Rows:
         A row a controller, the best first: medians of the peaks over all motions, mean J over the
         random ones and its excess over the best constant current's with 95 % bounds, share of the
         clairvoyant gap closed where the bound, which is that of the papers' rule, is known; then
-        medians of field work, mean squared current and time a decision, simulation included.
-        None where a run diverged.
+        medians of field work, mean squared current and time a decision, simulation included, and
+        the number of motions that it is not bounded under. None where a run diverged.
     """
     every, random, solved = list(found.constants), found.random, list(found.possible)
     table = []
@@ -246,9 +246,9 @@ def ranking(found: Judgement, case: str) -> Rows:
             row["closed"] = _known(share_of_gap(scores, least, best))
         row |= {
             "field_J": _known(np.median(over("field_work_J", every)), 0),
-            "A²": _known(np.median(over("mean_squared_current_A2", every)), 2),
+            "A²": _known(np.median(over("mean_squared_current_A2", every))),
             "ms": _known(1e3 * np.median(over("time_a_decision_s", every)), 2),
-            "bounded": "yes" if over("bounded", every).all() else "no",
+            "unbounded": int(np.sum(over("bounded", every) == 0)),
         }
         table.append(row)
     return sorted(table, key=lambda row: np.inf if row["J"] is None else row["J"])
@@ -327,12 +327,14 @@ def finding(found: Judgement, table: Rows) -> str:
             f"{worst:.1e} at most); of the gap between the best constant current and it, {told}."
         )
     for name in [case for case in runs.CASES if case not in (NOMINAL, PASSIVE)]:
-        astray = [row["controller"] for row in by_case[name] if row["bounded"] == "no"]
+        astray = [
+            f"{row['controller']} ({row['unbounded']})" for row in by_case[name] if row["unbounded"]
+        ]
         still = [
             row["controller"] for row in by_case[name] if row["to"] is not None and row["to"] < 0
         ]
         sentences.append(
-            f"With noise, 20 ms of delay and a {name} belief: not bounded under some motion: "
+            f"With noise, 20 ms of delay and a {name} belief, not bounded, with how many motions: "
             f"{', '.join(astray) or 'none'}; surely better than constant: "
             f"{', '.join(still) or 'none'}."
         )

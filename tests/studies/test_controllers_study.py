@@ -148,8 +148,8 @@ def test_what_is_not_bounded_is_reported():
         {},
     )
     table = [row for case in runs.CASES for row in study.ranking(found, case)]
-    assert {row["bounded"] for row in table} == {"no"}
-    assert "not bounded under some motion: leaving" in study.finding(found, table)
+    assert {row["unbounded"] for row in table} == {2}
+    assert "not bounded, with how many motions: leaving (2)" in study.finding(found, table)
 
 
 def test_interval_is_that_of_the_mean():

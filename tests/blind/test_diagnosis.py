@@ -1,0 +1,67 @@
+"""A fast part of the blind study: ``python -m studies.blind`` runs all of it."""
+
+import json
+
+import pytest
+
+from isolation_sim.cli import main
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.scenario import Scenario
+
+from .cases import CATALOGUE, Case, clean, outside, several
+
+SINGLES = {
+    "coulomb_friction": "bristles",
+    "current_lag": "coil_and_supply",
+    "end_stop": "hertz",
+    "inertia_force": "plate",
+}
+
+
+def written(case, tmp_path):
+    return case.campaign().write(tmp_path / "campaign")
+
+
+@pytest.mark.parametrize("name", SINGLES)
+def test_a_single_effect_is_named_first(name, tmp_path):
+    case = Case("single", "strain_stiffening", "strain_stiffening", ((name, SINGLES[name]),), 31)
+    found = diagnose(written(case, tmp_path), case.law)
+    assert found.causes[0].name == name
+    assert found.error_after.held_out < 0.5 * found.error_before.held_out
+    assert found.causes[0].p_value < 1e-6
+
+
+def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
+    for k, case in enumerate(clean(2, bases=("strain_stiffening",), seed=77)):
+        found = diagnose(written(case, tmp_path / str(k)), case.law)
+        assert found.verdict == "adequate" and not found.causes
+
+
+def test_both_of_a_pair_are_named(tmp_path):
+    case = next(several(2, 1))
+    found = diagnose(written(case, tmp_path), case.law)
+    assert {effect for effect, _ in case.effects} <= {cause.name for cause in found.causes}
+
+
+def test_what_is_outside_the_catalogue_is_not_blamed_on_it(tmp_path):
+    case = next(c for c in outside() if "pump" in c.name)
+    found = diagnose(written(case, tmp_path), case.law)
+    assert found.verdict == "unexplained"
+    assert not {cause.name for cause in found.causes} & set(CATALOGUE)
+    assert "frequency" in found.depends_on
+
+
+def test_the_command_leaves_a_law_that_a_scenario_takes(tmp_path, capsys):
+    case = Case(
+        "single", "strain_stiffening", "strain_stiffening",
+        (("tension_compression_asymmetry", "stiffer_one_way"),), 32,
+    )  # fmt: skip
+    folder, out = written(case, tmp_path), tmp_path / "out"
+    with pytest.raises(SystemExit) as ended:
+        main(["diagnose", str(folder), "--law", case.law, "--out", str(out), "--json"])
+    assert ended.value.code == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((out / "diagnosis.json").read_text())
+    assert printed["causes"][0]["name"] == "tension_compression_asymmetry"
+    isolated = Scenario.read(out / "extended_law.toml").build().isolated
+    assert "tension_compression_asymmetry" in isolated.elements[0].device.law.name

@@ -1,0 +1,149 @@
+import json
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.checks import data_notes
+from isolation_sim.discrepancy.diagnose import diagnose, kind_of
+from isolation_sim.discrepancy.interference import interference
+from isolation_sim.discrepancy.loop_table import read_loop_table
+from isolation_sim.discrepancy.measured import measured
+from isolation_sim.discrepancy.stages import Stage
+from isolation_sim.discrepancy.zero import run_means
+from isolation_sim.effects import effect
+from isolation_sim.errors import InputError
+from isolation_sim.identification.noise import white_noise
+from isolation_sim.identification.run_table import TestRun
+
+RATE, STIFFNESS = 256.0, 4e4
+
+
+def a_run(name="run", frequency=1.0, force=None, noise=0.0, seed=0, seconds=6.0, current=None):
+    time = np.arange(0, seconds, 1 / RATE)
+    x = 5e-3 * np.sin(2 * np.pi * frequency * time)
+    v = 5e-3 * 2 * np.pi * frequency * np.cos(2 * np.pi * frequency * time)
+    if force is None:
+        force = STIFFNESS * x
+    force = force + noise * np.random.default_rng(seed).standard_normal(len(time))
+    amperes = np.zeros(len(time)) if current is None else current(time)
+    return TestRun(name, time, x, v, force, amperes, velocity_measured=True)
+
+
+def test_noise_is_read_off_a_signal_that_moves():
+    run = a_run(noise=3.0)
+    assert white_noise(run.force) == pytest.approx(3.0, rel=0.1)
+
+
+def test_a_quarter_of_the_runs_is_held_out():
+    data = measured([a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)])
+    held = [not data.fitted[start] for start in data.starts[:-1]]
+    assert sum(held) == 2
+
+
+def test_the_last_third_of_a_lone_run_is_held_out():
+    data = measured([a_run()])
+    n = len(data.x)
+    assert not data.fitted[-(n // 3) :].any() and data.fitted[: n - n // 3].all()
+
+
+def test_thinning_leaves_long_and_short_runs_alike():
+    data = measured([a_run("long", seconds=40.0), a_run("short", seconds=5.0)])
+    thin = data.thinned(2000)
+    long, short = thin.lengths
+    assert long == pytest.approx(1024, rel=0.05) and short == len(a_run(seconds=5.0).time)
+    np.testing.assert_array_equal(thin.x, data.x[data.kept(2000)])
+
+
+def test_a_current_lag_follows_a_step_as_in_the_textbook():
+    lag = 0.05
+    data = measured([a_run(current=lambda t: 2.0 * (t >= 1.0))])
+    seen = Stage(effect("current_lag", "first_order")).course(
+        data, np.zeros(len(data.x)), np.array([lag])
+    )["current"]
+    time = np.arange(len(data.x)) / RATE
+    exact = 2.0 * (1 - np.exp(-np.maximum(time - 1.0, 0.0) / lag))
+    # a step between two samples is known to a sample
+    assert np.max(np.abs(seen - exact)) < 2.0 * (1 / RATE) / lag
+
+
+def test_a_common_line_is_found_and_none_where_there_is_none():
+    frequencies = (0.4, 0.7, 1.0, 1.3, 1.7)
+    quiet = [a_run(f"run{k}", f, noise=1.0, seed=k) for k, f in enumerate(frequencies)]
+    data = measured(quiet)
+    assert interference(data, STIFFNESS * data.x) is None
+    loud = []
+    for k, f in enumerate(frequencies):
+        time = quiet[k].time
+        hum = 3.0 * np.sin(2 * np.pi * 11.3 * time + k)
+        loud.append(a_run(f"run{k}", f, STIFFNESS * quiet[k].displacement + hum, 1.0, k))
+    data = measured(loud)
+    found = interference(data, STIFFNESS * data.x)
+    assert found is not None and not found.modulates
+    assert found.frequency == pytest.approx(11.3, abs=0.1)
+
+
+def test_means_are_taken_run_by_run():
+    data = measured([a_run("a"), a_run("b", seconds=8.0)])
+    values = np.concatenate([np.full(n, k + 1.0) for k, n in enumerate(data.lengths)])
+    np.testing.assert_allclose(run_means(data, values), values)
+
+
+def test_a_clipped_channel_is_told_of():
+    force = np.clip(STIFFNESS * a_run().displacement, -150.0, 150.0)
+    notes = data_notes([a_run("clipped", force=force), a_run("fine", frequency=0.8)])
+    assert len(notes) == 1 and "clipped" in notes[0] and "force" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a,b\n1,2\n", "accepted: a campaign folder"),
+        ("", "accepted: a campaign folder"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused(tmp_path, text, message):
+    path = tmp_path / "data.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        kind_of(path)
+
+
+LOOPS = "amplitude_mm,frequency_Hz,current_A,effective_stiffness_N_per_mm,damping_ratio\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (LOOPS + "2,1,0,5,0.2\n" * 3, "3 rows; accepted: 6 or more"),
+        (LOOPS + "2,1,0,5,0.2\n" * 5 + "2,1,0,-5,0.2\n", "stiffness -5000; accepted: above 0"),
+        (LOOPS + "2,1,0,x,0.2\n" * 6, "line 2, column effective_stiffness_N_per_mm"),
+        (LOOPS.replace("damping_ratio", "damping"), "damping"),
+    ],
+)
+def test_a_loop_table_that_cannot_be_used_is_refused(tmp_path, text, message):
+    path = tmp_path / "loops.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_loop_table(path)
+
+
+def test_a_law_that_reproduces_its_loops_is_adequate(tmp_path):
+    # a spring beside a dashpot: K = k, zeta = c omega / (2 k)
+    rows = [
+        f"{x},{f},0,20,{0.5 * 2 * np.pi * f / (2 * 20):.9f}"
+        for x in (2, 4, 8)
+        for f in (0.5, 1.0, 2.0)
+    ]
+    path = tmp_path / "loops.csv"
+    path.write_text(LOOPS + "\n".join(rows) + "\n")
+    found = diagnose(path, "kelvin_voigt")
+    assert found.verdict == "adequate" and not found.causes
+    assert found.error_before.fit < 1e-3
+    assert json.loads(found.to_json())["causes"] == []
+
+
+def test_numbers_of_another_law_are_refused():
+    from isolation_sim.laws import law
+
+    with pytest.raises(InputError, match="accepted: of bouc_wen"):
+        diagnose("anywhere", "bouc_wen", law("linear", {"k": 1.0}))
