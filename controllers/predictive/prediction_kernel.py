@@ -51,16 +51,18 @@ def devices(
 
     Parameters
     ----------
-    z, s, i : numpy.ndarray
-        Modes, (2 n_modes,); states, (n_devices, n_states); coil currents, (n_channels,), A.
-    dz, ds, di : numpy.ndarray
-        Their derivatives, one more axis of ``width``.
+    z, dz : numpy.ndarray
+        Modes, (2 n_modes,), and their derivatives, one more axis of ``width``.
+    s, ds : numpy.ndarray
+        States, (n_devices, n_states), and their derivatives.
+    i, di : numpy.ndarray
+        Coil currents, (n_channels,), A, and their derivatives.
     plant : tuple
         As ``Prediction.plant``.
-    force, rate : numpy.ndarray
-        Results: N in the device's scale, (n_devices,); (n_devices, n_states).
-    dforce, drate : numpy.ndarray
-        Their derivatives, one more axis.
+    force, dforce : numpy.ndarray
+        Results: N in the device's scale, (n_devices,), and their derivatives.
+    rate, drate : numpy.ndarray
+        Results: rates of the states, (n_devices, n_states), and their derivatives.
     side : numpy.ndarray
         Scratch for one device's values and derivatives.
     width : int

@@ -280,5 +280,5 @@ def afresh(given: Fitted) -> Fitted:
         return given
     start = np.concatenate([model.expected, given.values[model.n_law :]])
     other = fitted(model, start, most=30, tolerance=1e-4)
-    better = other if other.cost < given.cost else given
+    better = given if given.cost <= other.cost else other
     return fitted(model, better.values, most=20, tolerance=1e-5)

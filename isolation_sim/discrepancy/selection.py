@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from .candidates import Fitted, directions, fitted, try_all
+from .candidates import Fitted, afresh, directions, fitted, try_all
 from .terms import OUTSIDE
 from .zero import EACH_RUN
 
@@ -157,7 +157,8 @@ class Search:
         """Fit a model again without one of its effects."""
         gone = model.model.slices()[place]
         values = np.delete(model.values, np.arange(gone.start, gone.stop))
-        return fitted(model.model.without(place), values)
+        # the law may have been bent by what is taken away
+        return afresh(fitted(model.model.without(place), values))
 
     def rivals(self, model: Fitted, place: int) -> tuple[Fitted, list[Fitted]]:
         """Put other causes in the place of one.
