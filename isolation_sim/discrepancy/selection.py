@@ -157,8 +157,9 @@ class Search:
         """Fit a model again without one of its effects."""
         gone = model.model.slices()[place]
         values = np.delete(model.values, np.arange(gone.start, gone.stop))
-        # the law may have been bent by what is taken away
-        return afresh(fitted(model.model.without(place), values))
+        found = fitted(model.model.without(place), values)
+        # a law that leans on what is taken away may fail without it
+        return found if np.isfinite(found.cost) else afresh(found)
 
     def rivals(self, model: Fitted, place: int) -> tuple[Fitted, list[Fitted]]:
         """Put other causes in the place of one.

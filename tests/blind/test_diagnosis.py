@@ -13,7 +13,6 @@ from .cases import CATALOGUE, Case, clean, outside, several
 SINGLES = {
     "coulomb_friction": "bristles",
     "end_stop": "hertz",
-    "inertia_force": "plate",
 }
 
 
