@@ -134,8 +134,8 @@ FORMS = (
         parameters=(
             POWER,
             EffectParameter(
-                "by_current", "1/A", "growth of the exponent with the current", lower=-1.0,
-                upper=10.0, starts=(0.2,),
+                "by_current", "1/A", "growth of the exponent with the current", lower=0.0,
+                upper=1.0, starts=(0.2,),
             ),
             KNEE,
             MEMORY,

@@ -15,7 +15,7 @@ from typing import Any
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
 
-SHORTEST = 1e-4
+SHORTEST = 5e-4
 """s: shorter time constants make no difference at any sampling rate in use."""
 
 
@@ -38,7 +38,9 @@ def rates_two_filters(signals: Signals, states: tuple, parameters: tuple) -> tup
 
 def recorded(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """What the last filter lets through instead of the force."""
-    return states[-1] - signals.force
+    lag = parameters[0]
+    # without a filter the force is recorded as it is
+    return (states[-1] - signals.force) * lag / (lag + SHORTEST)
 
 
 LATENESS = EffectParameter(
