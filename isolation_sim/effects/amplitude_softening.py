@@ -44,7 +44,7 @@ def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def power_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     n, by_current, half, _ = parameters
-    return (1 + states[0] / half) ** (-n * (1 + by_current * signals.current))
+    return (1 + np.fabs(states[0]) / half) ** (-n * (1 + by_current * signals.current))
 
 
 def mean_square(signals: Signals, states: tuple, parameters: tuple) -> Any:
