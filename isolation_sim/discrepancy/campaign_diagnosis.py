@@ -210,6 +210,7 @@ def _diagnosis(outcome: Outcome, seed: int) -> Diagnosis:
         depends_on=_depends_on(outcome, verdict, causes),
         next_test=next_test(outcome.final, outcome.search, rivals),
         steps=story.steps(outcome, causes, verdict, errors),
+        judged=replace(device, current=base.model.unknowns.dependence(base.values)),
         extended=extend(device, applied),
         gain=gain_interval(
             before - data.force, after - data.force, data.starts, outcome.chosen, seed
@@ -276,11 +277,8 @@ def _numbers_wrong(outcome: Outcome, misfit: float) -> list[Cause]:
     """The cause that the given numbers, not the law, are to blame for a part of the misfit."""
     assert outcome.given is not None
     refitted = outcome.base.model.forces(outcome.base.values, False)[0]
-    weight = outcome.data.weight
-    costs = [
-        float(np.sum(((force - outcome.data.force) * weight)[outcome.data.fitted] ** 2))
-        for force in (outcome.given, refitted)
-    ]
+    data = outcome.data
+    costs = [data.cost(force, data.fitted) for force in (outcome.given, refitted)]
     n = outcome.base.model.n_law
     if costs[0] - costs[1] < SIGNIFICANT + 2 * n or misfit == 0.0:
         return []

@@ -78,9 +78,7 @@ class Fitted:
         -------
         float
         """
-        data = self.model.data
-        force = self.model.forces(self.values, False)[0]
-        return float(np.sum(((force - data.force) * data.weight)[chosen] ** 2))
+        return self.model.data.cost(self.model.forces(self.values, False)[0], chosen)
 
     def on(self, data_model: Model) -> Fitted:
         """Return the same values on other data, fitted further there.
@@ -125,6 +123,25 @@ def fitted(model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5
     u, s, _ = np.linalg.svd(np.nan_to_num(jacobian / norm), full_matrices=False)
     basis = u[:, s > 1e-6 * max(float(s[0]), 1e-300)] if len(s) else u
     return Fitted(model, best.x, 2 * best.cost, residual, basis)
+
+
+def noise_gain(step: NDArray, noise: NDArray) -> float:
+    """Decrease of the cost that noise alone brings along a change of the residual, on average.
+
+    Parameters
+    ----------
+    step : (n_fitted,) array
+        The change.
+    noise : (n_fitted, n_examples) array
+        Residuals that noise alone leaves.
+
+    Returns
+    -------
+    float
+        1 where the noise is white; 1 also for no change.
+    """
+    length = float(step @ step)
+    return float(np.mean((step @ noise) ** 2)) / length if length > 0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +209,7 @@ def direction(base: Fitted, effect: Effect, noise: NDArray) -> Direction | None:
             continue
         gain = amount**2 * length
         if best is None or gain > best.gain:
-            from_noise = float(np.mean((across @ noise) ** 2)) / length
+            from_noise = noise_gain(across, noise)
             start[effect.strength] *= np.sign(amount) * min(max(abs(amount), 0.02), 5.0)
             start = np.clip(start, [q.lower for q in effect.parameters],
                             [q.upper for q in effect.parameters])  # fmt: skip

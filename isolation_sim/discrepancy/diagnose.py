@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from ..errors import InputError, unknown_name
@@ -65,17 +66,19 @@ def diagnose(
         from .loop_table import read_loop_table
         from .loop_table_diagnosis import diagnose_loop_table
 
-        return diagnose_loop_table(
+        found = diagnose_loop_table(
             read_loop_table(data), law, device, current_degree=current_degree, seed=seed,
             threads=threads, progress=progress,
         )  # fmt: skip
+        return found if device is None else replace(found, judged=device)
     from .campaign_diagnosis import diagnose_campaign
 
     campaign = data if isinstance(data, Campaign) else read_campaign(data)
-    return diagnose_campaign(
+    found = diagnose_campaign(
         campaign, law, device, current_degree=current_degree, seed=seed, threads=threads,
         progress=progress,
     )  # fmt: skip
+    return found if device is None else replace(found, judged=device)
 
 
 def kind_of(path: str | Path) -> str:

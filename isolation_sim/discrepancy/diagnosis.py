@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..laws import Device
+    from .consequence import Consequence
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
@@ -172,12 +173,16 @@ class Diagnosis:
         The test that would best tell apart what these data do not.
     steps : tuple of Step
         How it was found.
+    judged : Device or None
+        The device that was judged, with the numbers that it was given or fitted with.
     extended : Device or None
         The device with the causes in it; None where nothing was found in the device.
     gain : (float, float) or None
         95 % interval of the held-out error's reduction, as a fraction.
     traces : tuple of Trace
         The runs, to draw.
+    consequence : Consequence or None
+        What the error would have meant for a controlled building; None where nobody asked.
     details : mapping of str to object
         More plain numbers, for the JSON.
     """
@@ -193,9 +198,11 @@ class Diagnosis:
     depends_on: tuple[str, ...]
     next_test: str | None
     steps: tuple[Step, ...]
+    judged: Device | None = None
     extended: Device | None = None
     gain: tuple[float, float] | None = None
     traces: tuple[Trace, ...] = ()
+    consequence: Consequence | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
@@ -237,6 +244,7 @@ class Diagnosis:
             "unexplained_share": _number(self.unexplained_share),
             "depends_on": list(self.depends_on),
             "next_test": self.next_test,
+            **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
             **self.details,
         }
 

@@ -86,7 +86,7 @@ def depends_on(found: list[Dependence]) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        None where nothing is predicted.
+        Empty where nothing is predicted.
     """
     best = max((d.share for d in found), default=0.0)
     if best < 0.05:
@@ -167,14 +167,10 @@ def _sets(data: Measured, force: NDArray) -> list[tuple[tuple[str, ...], str, ND
     return found
 
 
-def _runs(data: Measured) -> list[slice]:
-    return [slice(a, b) for a, b in zip(data.starts[:-1], data.starts[1:], strict=True)]
-
-
 def _amplitudes(data: Measured) -> tuple[NDArray, NDArray]:
     """Largest deformation so far, and over the last second or so."""
     peak, recent = np.empty_like(data.x), np.empty_like(data.x)
-    for run, dt in zip(_runs(data), data.dt, strict=True):
+    for run, dt in zip(data.runs, data.dt, strict=True):
         size = np.abs(data.x[run])
         peak[run] = np.maximum.accumulate(size)
         width = max(int(1.0 / dt), 1)
@@ -191,7 +187,7 @@ def _rate(data: Measured) -> NDArray:
     columns = []
     for lag in (0.02, 0.06, 0.2):
         column = np.empty_like(data.current)
-        for run, dt in zip(_runs(data), data.dt, strict=True):
+        for run, dt in zip(data.runs, data.dt, strict=True):
             keep, value, current = np.exp(-dt / lag), data.current[run.start], data.current[run]
             for k, now in enumerate(current.tolist()):
                 value = now + (value - now) * keep
@@ -203,7 +199,7 @@ def _rate(data: Measured) -> NDArray:
 def _by_run(data: Measured, force: NDArray) -> NDArray:
     """The modelled force times four slow functions of time, each run by itself."""
     columns = np.zeros((len(data.x), 4 * len(data.dt)))
-    for k, run in enumerate(_runs(data)):
+    for k, run in enumerate(data.runs):
         columns[run, 4 * k : 4 * k + 4] = (
             _hats(np.arange(run.stop - run.start, dtype=float), 4) * force[run, np.newaxis]
         )

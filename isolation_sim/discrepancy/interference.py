@@ -80,10 +80,6 @@ def interference(data: Measured, modelled: NDArray) -> Interference | None:
     return best
 
 
-def _runs(data: Measured) -> list[slice]:
-    return [slice(a, b) for a, b in zip(data.starts[:-1], data.starts[1:], strict=True)]
-
-
 def _common_line(data: Measured, signal: NDArray) -> float | None:
     """Frequency that stands out in the runs' periodograms taken together."""
     dt = float(data.dt[0])
@@ -91,7 +87,7 @@ def _common_line(data: Measured, signal: NDArray) -> float | None:
     frequencies = np.fft.rfftfreq(size, dt)
     band = (frequencies > LOWEST) & (frequencies < 0.9 / (2 * dt))
     logs = []
-    for run in _runs(data):
+    for run in data.runs:
         own = _own_lines(data.x[run], dt, frequencies)
         part = signal[run] - np.mean(signal[run])
         power = np.abs(np.fft.rfft(part * np.hanning(len(part)), size)) ** 2
@@ -135,7 +131,7 @@ def _running_mean(values: NDArray, width: int) -> NDArray:
 def _fitted(data: Measured, residual: NDArray, carrier: NDArray, frequency: float) -> NDArray:
     """The disturbance, with an amplitude and phase of its own in every run."""
     force = np.zeros_like(residual)
-    for run, dt in zip(_runs(data), data.dt, strict=True):
+    for run, dt in zip(data.runs, data.dt, strict=True):
         angle = 2 * np.pi * frequency * dt * np.arange(run.stop - run.start)
         design = np.stack([np.cos(angle), np.sin(angle)], axis=1) * carrier[run, np.newaxis]
         force[run] = design @ np.linalg.lstsq(design, residual[run], rcond=None)[0]

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from ..effects import EFFECTS, Effect, extend
 from ..identification.least_squares import Optimum
+from ..identification.multistart import different
 from ..identification.unknowns import Unknowns
 from ..laws import Device
 from ..laws.law import Law
-from .diagnosis import MEANINGS, Cause, Diagnosis, Errors, Interval, Step, Trace, Verdict
+from .diagnosis import MEANINGS, Cause, Diagnosis, Errors, Step, Trace, Verdict
 from .loop_model import ACCURACY, CYCLES, SAMPLES, LoopModel, loop_motion
 from .loop_table import LoopTable
+from .summary import linear_intervals
 
 BETTER = 0.8
 """An effect has to lower the error on rows left out to less than this part."""
@@ -138,7 +140,7 @@ class _Work:
         )
         # the same law is looked for wherever rows or effects change
         judged = self.judged(replace(model, expected=found[0].x), found[0])
-        return replace(judged, others=_different(found)[1:LAWS_TRIED])
+        return replace(judged, others=tuple(o.x for o in different(found)[1:LAWS_TRIED]))
 
     def minimised(self, model: LoopModel, start: NDArray, most: int = 40) -> Optimum:
         self.tell("fitting loops")
@@ -222,18 +224,17 @@ class _Work:
         else:
             verdict = "explained" if unexplained < 0.1 else "partly_explained"
         model = best.model
-        extended = extend(
-            Device(
-                self.law,
-                model.unknowns.dependence(best.optimum.x[: model.n_law]),
-                (float(self.table.current.min()), float(self.table.current.max()))
-                if np.ptp(self.table.current) > 0
-                else (-np.inf, np.inf),
-                float(self.table.amplitude.max()),
-                source=f"diagnosed from {self.table.name}",
-            ),
-            _applied(best),
+        judged = Device(
+            self.law,
+            base.model.unknowns.dependence(start),
+            (float(self.table.current.min()), float(self.table.current.max()))
+            if np.ptp(self.table.current) > 0
+            else (-np.inf, np.inf),
+            float(self.table.amplitude.max()),
+            source=f"diagnosed from {self.table.name}",
         )
+        fitted = model.unknowns.dependence(best.optimum.x[: model.n_law])
+        extended = extend(replace(judged, current=fitted), _applied(best))
         return Diagnosis(
             data=self.table.name,
             model=self.law.title,
@@ -246,6 +247,7 @@ class _Work:
             depends_on=self.depends_on(before),
             next_test=None,
             steps=self.steps(base, given, before, after, rounds, verdict),
+            judged=judged,
             extended=extended,
             traces=self.traces(base, start, best),
             details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
@@ -262,6 +264,8 @@ class _Work:
         drops = [r[0].left_out ** 2 for r in rounds[: len(best.model.stages)]]
         drops.append(best.left_out**2)
         total = max(drops[0] - drops[-1], 1e-300)
+        where = best.optimum.x
+        numbers = linear_intervals(best.model, where, *best.model.residuals(where, True))
         for k, stage in enumerate(best.model.stages):
             without, tried = rounds[k]
             given = next(f for f in tried if f.causes == best.causes[: k + 1])
@@ -281,7 +285,7 @@ class _Work:
                     name=stage.effect.cause,
                     share=float(share),
                     p_value=float(min(1.0, len(EFFECTS) * f_distribution.sf(ratio, p, free))),
-                    parameters=_intervals(best, k),
+                    parameters=numbers[k],
                     evidence=(
                         f"With {stage.effect.title.lower()} the error on rows left out falls from "
                         f"{100 * without.left_out:.1f} to {100 * given.left_out:.1f} %."
@@ -389,40 +393,12 @@ class _Work:
         return tuple(found)
 
 
-def _different(found: list[Optimum]) -> tuple[NDArray, ...]:
-    """Where searches ended, each place once, the best first."""
-    kept: list[Optimum] = []
-    for one in found:
-        if not any(abs(one.cost - other.cost) < 1e-3 * other.cost for other in kept):
-            kept.append(one)
-    return tuple(one.x for one in kept)
-
-
 def _applied(best: _Fitted) -> list[tuple[Effect, dict[str, float]]]:
     found = []
     for stage, place in zip(best.model.stages, best.model.slices(), strict=True):
         numbers = best.optimum.x[place].tolist()
         found.append((stage.effect, dict(zip(stage.effect.parameter_names, numbers, strict=True))))
     return found
-
-
-def _intervals(best: _Fitted, k: int) -> dict[str, Interval]:
-    residual, jacobian = best.model.residuals(best.optimum.x, True)
-    variance = float(residual @ residual) / max(len(residual) - len(best.optimum.x), 1)
-    norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    norm[norm == 0] = 1.0
-    scaled = jacobian / norm
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
-    half = 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
-    place = best.model.slices()[k]
-    return {
-        q.name: Interval(
-            float(value), float(max(value - h, q.lower)), float(min(value + h, q.upper)), q.unit
-        )
-        for q, value, h in zip(
-            best.model.stages[k].effect.parameters, best.optimum.x[place], half[place], strict=True
-        )
-    }
 
 
 def _rms(values: NDArray) -> float:

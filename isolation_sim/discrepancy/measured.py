@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,18 +70,40 @@ class Measured:
 
     @property
     def lengths(self) -> NDArray:
-        """Samples of each run."""
+        """Number of samples of each run."""
         return np.diff(self.starts)
+
+    @property
+    def runs(self) -> list[slice]:
+        """Samples of each run."""
+        return [slice(int(a), int(b)) for a, b in pairwise(self.starts)]
+
+    @property
+    def force_size(self) -> NDArray:
+        """RMS of each run's measured force, N."""
+        return np.array([np.sqrt(np.mean(self.force[run] ** 2)) for run in self.runs])
 
     @property
     def weight(self) -> NDArray:
         """One over each sample's noise, 1/N, so that every run counts by what it can tell."""
-        sizes = [
-            np.sqrt(np.mean(self.force[a:b] ** 2))
-            for a, b in zip(self.starts[:-1], self.starts[1:], strict=True)
-        ]
-        noise = np.maximum(self.force_noise, LEAST_NOISE * np.array(sizes))
+        noise = np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
         return np.repeat(1 / noise, self.lengths)
+
+    def cost(self, force: NDArray, chosen: NDArray) -> float:
+        """Sum of squared residuals over their noise, over some samples.
+
+        Parameters
+        ----------
+        force : (n_samples,) array
+            Modelled, N.
+        chosen : (n_samples,) bool array
+            Which samples.
+
+        Returns
+        -------
+        float
+        """
+        return float(np.sum(((force - self.force) * self.weight)[chosen] ** 2))
 
     def relative(self, residual: NDArray, chosen: NDArray) -> float:
         """RMS of a residual over RMS of the measured force, over some samples.
@@ -113,8 +136,8 @@ class Measured:
         -------
         (n_kept,) int array
         """
-        runs = zip(self.starts[:-1], self.starts[1:], self._every(most), strict=True)
-        return np.concatenate([np.arange(a, b, every) for a, b, every in runs])
+        runs = zip(self.runs, self._every(most), strict=True)
+        return np.concatenate([np.arange(run.start, run.stop, every) for run, every in runs])
 
     def _every(self, most: int) -> NDArray:
         return np.maximum(np.round(self.lengths * len(self.dt) / most), 1).astype(int)

@@ -77,5 +77,4 @@ class Outcome:
 
     def misfit(self, force: NDArray) -> float:
         """Cost of a force above that of noise, on the samples on which it is judged."""
-        residual = (force - self.data.force) * self.data.weight
-        return max(float(np.sum(residual[self.chosen] ** 2)) - self.noise_cost, 0.0)
+        return max(self.data.cost(force, self.chosen) - self.noise_cost, 0.0)

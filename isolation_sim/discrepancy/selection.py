@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from .candidates import Fitted, afresh, directions, fitted, try_all
+from .candidates import Fitted, afresh, directions, fitted, noise_gain, try_all
 from .terms import OUTSIDE
 from .zero import EACH_RUN
 
@@ -130,7 +131,7 @@ class Search:
         term = try_all(base, found, self.pool, self.advance)[0]
         return term if term.cost - noise_cost < CLEARLY_BETTER * left else None
 
-    @property
+    @cached_property
     def noise_cost(self) -> float:
         """Cost that noise alone leaves."""
         return float(np.mean(np.sum(self.noise**2, axis=0)))
@@ -138,9 +139,7 @@ class Search:
     def helps(self, without: Fitted, given: Fitted) -> bool:
         """Whether the last effect of a model is more than noise."""
         gain = without.cost - given.cost
-        step = given.residual - without.residual
-        length = float(step @ step)
-        from_noise = float(np.mean((step @ self.noise) ** 2)) / length if length > 0 else 1.0
+        from_noise = noise_gain(given.residual - without.residual, self.noise)
         least = max(LEAST_PART * without.cost, LEAST_SHARE * self.misfit)
         return gain > SIGNIFICANT * max(from_noise, 1.0) and gain > least
 

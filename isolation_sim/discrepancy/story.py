@@ -40,9 +40,7 @@ def steps(
 
 def _data(outcome: Outcome) -> Step:
     data, runs = outcome.data, outcome.campaign.runs
-    held = len(runs) - sum(
-        bool(data.fitted[a]) for a in data.starts[:-1]
-    )
+    held = int(np.sum(~data.fitted[data.starts[:-1]]))
     duration = float(np.sum(data.lengths * data.dt))
     text = (
         f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
@@ -55,11 +53,7 @@ def _data(outcome: Outcome) -> Step:
 
 def _noise(outcome: Outcome) -> Step:
     data = outcome.data
-    sizes = [
-        float(np.sqrt(np.mean(data.force[a:b] ** 2)))
-        for a, b in zip(data.starts[:-1], data.starts[1:], strict=True)
-    ]
-    own = float(np.median(data.force_noise / sizes))
+    own = float(np.median(data.force_noise / data.force_size))
     moved = float(np.median(data.displacement_noise)) * 1e3
     return Step(
         "The noise",
@@ -203,13 +197,12 @@ def traces(outcome: Outcome) -> tuple[Trace, ...]:
     """
     data, before, after = outcome.data, outcome.before, outcome.after
     found = []
-    for k, name in enumerate(data.names):
-        run = slice(int(data.starts[k]), int(data.starts[k + 1]))
+    for name, dt, run in zip(data.names, data.dt, data.runs, strict=True):
         found.append(
             Trace(
                 name=name,
                 held_out=not bool(data.fitted[run.start]),
-                time=np.arange(run.stop - run.start) * data.dt[k],
+                time=np.arange(run.stop - run.start) * dt,
                 across=1e3 * data.x[run],
                 across_label="deformation, mm",
                 label="force, N",

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..identification.noise import correlation_time
-from .candidates import Fitted
+from .candidates import Fitted, noise_gain
 from .diagnosis import Interval
+from .model import Model
 from .selection import SIGNIFICANT
 from .terms import OUTSIDE
 
@@ -33,19 +34,44 @@ def intervals(final: Fitted) -> list[dict[str, Interval]]:
     """
     model = final.model
     residual, jacobian = model.residuals(final.values, True)
+    memory = correlation_time(residual, _starts_of_fitted(final))
+    return linear_intervals(model, final.values, residual, jacobian, memory)
+
+
+def linear_intervals(
+    model: Model, values: NDArray, residual: NDArray, jacobian: NDArray, memory: float = 1.0
+) -> list[dict[str, Interval]]:
+    """95 % intervals of each effect's parameters by the residuals' derivatives.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    values : (n_values,) array
+        Where it fits best.
+    residual : (n_residuals,) array
+        There.
+    jacobian : (n_residuals, n_values) array
+        Its derivatives.
+    memory : float, samples
+        Over which a residual resembles its neighbours.
+
+    Returns
+    -------
+    list of dict of str to Interval
+        One an effect; an interval ends at the parameter's bounds.
+    """
     norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     norm[~(norm > 0)] = 1.0
     scaled = np.nan_to_num(jacobian / norm)
-    kept_starts = _starts_of_fitted(final)
-    variance = float(residual @ residual) / max(len(residual) - len(final.values), 1)
-    variance *= correlation_time(residual, kept_starts)
+    variance = memory * float(residual @ residual) / max(len(residual) - len(values), 1)
     inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
     spread = 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
     found = []
     for stage, place in zip(model.stages, model.slices(), strict=True):
         own = {}
         for quantity, value, half in zip(
-            stage.effect.parameters, final.values[place], spread[place], strict=True
+            stage.effect.parameters, values[place], spread[place], strict=True
         ):
             own[quantity.name] = Interval(
                 value=float(value),
@@ -59,10 +85,7 @@ def intervals(final: Fitted) -> list[dict[str, Interval]]:
 
 def _starts_of_fitted(final: Fitted) -> NDArray:
     data = final.model.data
-    counts = [
-        int(np.sum(data.fitted[a:b]))
-        for a, b in zip(data.starts[:-1], data.starts[1:], strict=True)
-    ]
+    counts = [int(np.sum(data.fitted[run])) for run in data.runs]
     return np.concatenate([[0], np.cumsum([c for c in counts if c])])
 
 
@@ -113,9 +136,7 @@ def p_value(without: Fitted, given: Fitted, noise: NDArray, tried: int) -> float
     """
     from scipy.stats import chi2
 
-    step = given.residual - without.residual
-    length = float(step @ step)
-    inflation = float(np.mean((step @ noise) ** 2)) / length if length > 0 else 1.0
+    inflation = noise_gain(given.residual - without.residual, noise)
     gain = max(without.cost - given.cost, 0.0) / max(inflation, 1.0)
     freedom = max(len(given.values) - len(without.values), 1)
     return float(min(1.0, tried * chi2.sf(gain, freedom)))

@@ -1,0 +1,283 @@
+"""What a wrong law would have cost: a building controlled by the law as it was, and as it is.
+
+Every controller is run three times: as the law that was judged predicts it; as it then turns out,
+on the extended law but designed with the old one; and designed with the extended law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ground_motions import Record
+
+from ..comparison import UNCONTROLLED
+from ..criteria import criteria
+from ..errors import Diverged, InputError
+from ..simulation.control import Control, Situation
+from ..simulation.result import Run
+from ..simulation.run import simulate
+from ..structures import IsolatedStructure
+
+CASES = {
+    "predicted": "plant and controllers' belief by the law that was judged",
+    "actual": "plant by the extended law, controllers designed with the one that was judged",
+    "redesigned": "plant and controllers' belief by the extended law",
+}
+"""How each controller is run."""
+
+
+DIGITS = 3
+"""After the point, of J: controllers that are alike in these share a rank."""
+
+
+@dataclass(frozen=True)
+class Performance:
+    """What a run came to.
+
+    Attributes
+    ----------
+    peak_base_displacement_m, peak_floor_acceleration_m_s2 : float
+        As in ``isolation_sim.criteria``.
+    J : float
+        Mean of J3 and J5: both peaks over those with the coils off, on the same plant.
+    rank : int
+        Place among the controllers by ``J``, 1 the best.
+    """
+
+    peak_base_displacement_m: float
+    peak_floor_acceleration_m_s2: float
+    J: float
+    rank: int
+
+
+@dataclass(frozen=True)
+class Consequence:
+    """What the error of a law would have meant for a controlled building.
+
+    Attributes
+    ----------
+    scenario : str
+        Building and ground motion.
+    scaling : str
+        How the tested device was scaled to the building; empty where it was not.
+    finding : str
+        What the numbers say; why there are none where the device cannot carry a building.
+    performance : mapping of str to mapping of str to Performance or None
+        By controller and by case of ``CASES``; None for a run that diverged.
+    warnings : tuple of str
+        Runs that went further than the device was tested.
+    """
+
+    scenario: str
+    scaling: str
+    finding: str
+    performance: Mapping[str, Mapping[str, Performance | None]]
+    warnings: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain numbers and text.
+
+        Returns
+        -------
+        dict
+            Peaks in SI units; None where a run diverged.
+        """
+        return {
+            "scenario": self.scenario,
+            "scaling": self.scaling,
+            "finding": self.finding,
+            "warnings": list(self.warnings),
+            "controllers": {
+                name: {case: vars(one) if one else None for case, one in cases.items()}
+                for name, cases in self.performance.items()
+            },
+        }
+
+
+class _AsDesigned:
+    """A controller that keeps what it has learnt on the plant that it was prepared for."""
+
+    def __init__(self, control: Control):
+        self._control = control
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._control, name)
+
+    def prepare(self, situation: Situation, trial: Any) -> None:
+        """Learn nothing more."""
+
+
+def consequence(
+    before: IsolatedStructure,
+    after: IsolatedStructure,
+    ground: Record | Sequence[Record],
+    controllers: Mapping[str, Control],
+    *,
+    options: Mapping[str, Any] | None = None,
+    scaling: str = "",
+    progress: Callable[[str], None] | None = None,
+) -> Consequence:
+    """Run controllers on a building as it was simulated and as it is.
+
+    Parameters
+    ----------
+    before, after : IsolatedStructure
+        The building with the law that was judged, and with the extended one.
+    ground : Record or sequence of Record
+        Ground acceleration, m/s2, one record a direction of the structure.
+    controllers : mapping of str to Control
+        By the name to print; ``passive_off`` among them, which J refers to.
+    options : mapping, optional
+        Further keyword arguments of ``simulate``, the same for all runs.
+    scaling : str
+        How the device was scaled, in words.
+    progress : callable, optional
+        Called with the name of what is being done.
+
+    Returns
+    -------
+    Consequence
+
+    Raises
+    ------
+    InputError
+        If ``passive_off`` is missing, or the runs cannot be made.
+    """
+    if UNCONTROLLED not in controllers:
+        raise InputError(
+            f"controllers are {', '.join(controllers)}; accepted: {UNCONTROLLED} among them, which "
+            "J refers to"
+        )
+    tell = progress or (lambda what: None)
+    runs: dict[str, dict[str, Run | None]] = {case: {} for case in CASES}
+    for name, control in controllers.items():
+        # in this order: what is learnt on the old plant is used on the new one
+        for case, plant, belief, one in (
+            ("predicted", before, before, control),
+            ("actual", after, before, _AsDesigned(control)),
+            ("redesigned", after, after, control),
+        ):
+            tell(f"{name}, {case}")
+            try:
+                run = simulate(plant, ground, one, **{**(options or {}), "belief": belief})
+            except Diverged:
+                run = None
+            runs[case][name] = run
+    ranked = {case: _ranked(of_case) for case, of_case in runs.items()}
+    performance = {name: {case: ranked[case][name] for case in CASES} for name in controllers}
+    records = (ground,) if isinstance(ground, Record) else tuple(ground)
+    return Consequence(
+        scenario=f"{before.structure.name}, {', '.join(record.name for record in records)}",
+        scaling=scaling,
+        finding=_finding(performance),
+        performance=performance,
+        warnings=tuple(_beyond(runs)),
+    )
+
+
+def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
+    ranked: dict[str, Performance | None] = dict.fromkeys(runs)
+    off = runs[UNCONTROLLED]
+    if off is None:
+        return ranked
+    numbers = {name: criteria(run, off) for name, run in runs.items() if run is not None}
+    scores = {name: round((n["J3"] + n["J5"]) / 2, DIGITS) for name, n in numbers.items()}
+    for name, found in numbers.items():
+        ranked[name] = Performance(
+            peak_base_displacement_m=found["peak_base_displacement_m"],
+            peak_floor_acceleration_m_s2=found["peak_floor_acceleration_m_s2"],
+            J=scores[name],
+            rank=1 + sum(score < scores[name] for score in scores.values()),
+        )
+    return ranked
+
+
+def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
+    """Say which runs deform the device further than it was tested."""
+    told = []
+    for case, of_case in runs.items():
+        peaks = {}
+        for name, run in of_case.items():
+            if run is None:
+                continue
+            element = run.isolated.elements[0]
+            tested = element.device.length * element.device.tested_deformation
+            peak = float(np.abs(run.output(f"{element.name}_deformation_m")).max())
+            if peak > tested:
+                peaks[name] = peak / tested
+        if peaks:
+            how = ", ".join(f"{name} {ratio:.2f} times" for name, ratio in peaks.items())
+            told.append(f"{case.capitalize()}, the device deforms further than tested: {how}.")
+    return told
+
+
+def _finding(performance: Mapping[str, Mapping[str, Performance | None]]) -> str:
+    failed = [
+        f"{name} ({case})"
+        for name, cases in performance.items()
+        for case, one in cases.items()
+        if one is None
+    ]
+    known = {
+        name: (predicted, actual, redesigned)
+        for name, cases in performance.items()
+        if (predicted := cases["predicted"])
+        and (actual := cases["actual"])
+        and (redesigned := cases["redesigned"])
+    }
+    told = [f"The response diverges: {', '.join(failed)}."] if failed else []
+    if not known:
+        return " ".join(told)
+    told.append(
+        f"The law that was judged misses the peak base displacement by "
+        f"{_range(known, 'peak_base_displacement_m')} and the peak floor acceleration by "
+        f"{_range(known, 'peak_floor_acceleration_m_s2')}."
+    )
+    if len(known) > 1:
+        told += [_choice(known), *_redesign(known)]
+    return " ".join(told)
+
+
+_Known = Mapping[str, tuple[Performance, Performance, Performance]]
+
+
+def _range(known: _Known, quantity: str) -> str:
+    errors = [
+        100 * (getattr(predicted, quantity) / getattr(actual, quantity) - 1)
+        for predicted, actual, _ in known.values()
+    ]
+    low, high = f"{min(errors):+.0f}", f"{max(errors):+.0f}"
+    return f"{low} %" if low == high else f"{low} to {high} %"
+
+
+def _choice(known: _Known) -> str:
+    """Say which controller it would have chosen, and what that costs."""
+    chosen = min(known, key=lambda name: known[name][0].J)
+    best = min(known, key=lambda name: known[name][1].J)
+    same = all(predicted.rank == actual.rank for predicted, actual, _ in known.values())
+    if same:
+        return f"It ranks the controllers as they are, {chosen} first."
+    hoped, got, possible = known[chosen][0].J, known[chosen][1].J, known[best][1].J
+    if got == possible:
+        return f"It finds the best controller, {chosen}, but not the order of the others."
+    return (
+        f"It chooses {chosen} for a J of {hoped:.2f} that turns out to be {got:.2f}; {best} has "
+        f"{possible:.2f}: the wrong choice costs {100 * (got / possible - 1):.0f} %."
+    )
+
+
+def _redesign(known: _Known) -> list[str]:
+    """Say whom the extended law helps most as a model."""
+    changes = {name: after.J / before.J - 1 for name, (_, before, after) in known.items()}
+    most = max(changes, key=lambda name: abs(changes[name]))
+    if abs(changes[most]) < 0.005:
+        return ["Designing the controllers with the extended law changes nothing."]
+    _, before, after = known[most]
+    return [
+        f"Designing with the extended law changes {most} most: J goes from {before.J:.3f} to "
+        f"{after.J:.3f}."
+    ]
