@@ -14,7 +14,7 @@ from ground_motions.readers.lines import parse_number, read_lines
 from ground_motions.readers.time_column import uniform_step
 
 from ..errors import InputError
-from .velocity import differentiate
+from .velocity import smooth
 
 MINIMUM_SAMPLES = 16
 
@@ -164,7 +164,7 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         _check_velocity(data, f"{path}, column {names[columns['velocity']]}")
     else:
         time = data["time"]
-        data["velocity"] = differentiate(
+        _, data["velocity"], _ = smooth(
             data["displacement"], (time[-1] - time[0]) / (time.size - 1)
         )
     ignored = tuple(name for k, name in enumerate(names) if k not in columns.values())
@@ -242,7 +242,7 @@ def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
 
 def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
     time, given = data["time"], data["velocity"]
-    slope = differentiate(data["displacement"], (time[-1] - time[0]) / (time.size - 1))
+    _, slope, _ = smooth(data["displacement"], (time[-1] - time[0]) / (time.size - 1))
     size, expected = np.std(given), np.std(slope)
     agrees = np.mean((given - given.mean()) * (slope - slope.mean())) > -0.5 * size * expected
     if not (expected <= _VELOCITY_FACTOR * size and size <= _VELOCITY_FACTOR * expected and agrees):

@@ -1,55 +1,46 @@
-"""Velocity and acceleration from sampled, noisy displacement."""
+"""Displacement, velocity and acceleration from sampled, noisy displacement."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
 
 MINIMUM_SAMPLES = 5
+_CUT_OFFS = 100
+# the low-pass passes 1 / (1 + (f / cut-off)^8): a Butterworth filter of order 4, back and forth
+_POWER = 8
+# periods of the cut-off over which a quartic tells the ends' values and curvatures
+_END_PERIODS = 0.75
 _DEGREE = 4
-_KEPT_ENERGY = 0.999
-# of the shortest period kept: a quartic through three tenths of a period errs by under 0.2 %
-_WINDOW_PERIODS = 0.3
-# white noise passes this many medians in one line of a thousand million
-_NOISE_MARGIN = 30.0
+# the cubic has to leave less than this part of what the line leaves
+_CLEARLY = 0.8
+# multiples of the cut-off within which that is judged: beyond it all is noise
+_NEAR = 1.5
 # of the square of a normal variable
 _MEDIAN_OF_SQUARE = 0.4549
 
 
-def differentiate(displacement: Any, step: float) -> np.ndarray:
-    """Return the velocity of a uniformly sampled displacement.
+class _Series(NamedTuple):
+    """A cubic, by its coefficients in time, and a sine series; what filtering leaves wrong."""
 
-    Savitzky-Golay: the slope of a quartic fitted to a window around each sample. The window
-    follows the data. Lines of the displacement's periodogram that stand above its noise floor
-    (median of the upper half of the frequencies) make the signal; the highest frequency needed for
-    99.9 % of the signal's velocity energy is kept, and the window is three tenths of its period. A
-    sinusoid so sampled keeps its velocity to 0.2 %; data without visible noise at high frequency
-    get five points, a central difference of fourth order.
-
-    Parameters
-    ----------
-    displacement : array_like, shape (n,), m
-        Samples; five or more.
-    step : float, s
-        Time between samples.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,), m/s
-
-    Raises
-    ------
-    InputError
-        If there are fewer than five samples, one is not finite, or the step is not positive.
-    """
-    return smooth(displacement, step)[1]
+    cubic: np.ndarray
+    terms: np.ndarray
+    cut_off: float
+    wrong: float
 
 
 def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return displacement, velocity and acceleration from a sampled displacement.
+    """Return displacement, velocity and acceleration from a uniformly sampled displacement.
+
+    The samples are a sine series about a line through their ends, or about a cubic that has the
+    ends' curvatures as well; so the series converges fast without a window, and motion that starts
+    or stops abruptly counts in full. The series is low-passed without phase at the frequency that
+    leaves the least expected error of the velocity: the signal cut off plus the noise let through,
+    by Stein's unbiased estimate, with the noise taken from the upper half of the frequencies. The
+    cubic is taken where it leaves clearly less. Data without visible noise are not filtered.
 
     Parameters
     ----------
@@ -61,15 +52,11 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
     Returns
     -------
     tuple of numpy.ndarray, shape (n,), m, m/s, m/s^2
-        Value and slope of the quartics that `differentiate` fits. Their curvature would be mostly
-        noise; the acceleration is that of the sine series through the samples, each term reduced
-        by the part of its power that is noise (Wiener). A cubic with the ends' values and
-        curvatures goes first, so that the series converges fast.
 
     Raises
     ------
     InputError
-        As `differentiate`.
+        If there are fewer than five samples, one is not finite, or the step is not positive.
     """
     x = np.asarray(displacement, dtype=float)
     if x.ndim != 1 or x.size < MINIMUM_SAMPLES or not np.all(np.isfinite(x)):
@@ -78,59 +65,64 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
         )
     if not (np.isfinite(step) and step > 0):
         raise InputError(f"step {step!r} s; accepted: a positive number")
-    from scipy.signal import savgol_filter
+    from scipy.fft import dct, idst
 
-    window = smoothing_window(x)
-    value, slope, curvature = (
-        np.asarray(savgol_filter(x, window, _DEGREE, deriv=order, delta=step)) for order in range(3)
-    )
-    ends = (value[0], value[-1], curvature[0], curvature[-1])
-    return value, slope, _acceleration(x, step, ends)
+    # in units of the step and of the largest value
+    size = float(np.max(np.abs(x))) or 1.0
+    cubic, terms, cut_off, _ = _series(x / size)
+    n = x.size
+    t = np.arange(n)
+    omega = np.pi * np.arange(1, n - 1) / (n - 1)
+    terms = terms / (1 + (omega / cut_off) ** _POWER)
+    line = np.polynomial.Polynomial(cubic)
+    value, slope, bend = line(t), line.deriv(1)(t), line.deriv(2)(t)
+    value[1:-1] += idst(terms, type=1)
+    slope += dct(np.concatenate([[0.0], omega * terms, [0.0]]), type=1) / (2 * (n - 1))
+    bend[1:-1] -= idst(omega**2 * terms, type=1)
+    return size * value, size * slope / step, size * bend / step**2
 
 
-def _acceleration(x: np.ndarray, step: float, ends: tuple[float, ...]) -> np.ndarray:
-    """Second derivative by a sine series; see `smooth`. Ends: values, then curvatures."""
-    from scipy.fft import dst, idst
+def _series(x: np.ndarray) -> _Series:
+    """Sine series of samples, about their ends, with the better of both kinds of ends."""
+    first, last = float(x[0]), float(x[-1])
+    found = _about(x, first, last)
+    # the ends' values are noisy samples until a cut-off is known
+    width = _END_PERIODS * 2 * np.pi / found.cut_off
+    count = int(np.clip(width, _DEGREE + 1, x.size))
+    ends = [_end(x[:count]), _end(x[::-1][:count])]
+    (first, bend_first), (last, bend_last) = ends
+    line, cubic = _about(x, first, last), _about(x, first, last, bend_first, bend_last)
+    # curvatures bring noise of their own
+    return cubic if cubic.wrong < _CLEARLY * line.wrong else line
+
+
+def _end(x: np.ndarray) -> tuple[float, float]:
+    """Value and curvature at the first of some samples, by a quartic through them."""
+    fitted = np.polynomial.Polynomial.fit(np.arange(x.size), x, _DEGREE)
+    return float(fitted(0)), float(fitted.deriv(2)(0))
+
+
+def _about(
+    x: np.ndarray, first: float, last: float, bend_first: float = 0.0, bend_last: float = 0.0
+) -> _Series:
+    """Sine series about the cubic with some values and curvatures at its ends."""
+    from scipy.fft import dst
 
     n = x.size
-    duration = (n - 1) * step
-    t = np.linspace(0.0, duration, n)
-    first, last, bend_first, bend_last = ends
-    c2, c3 = bend_first / 2, (bend_last - bend_first) / (6 * duration)
-    c1 = (last - first) / duration - c2 * duration - c3 * duration**2
-    terms = dst((x - (first + t * (c1 + t * (c2 + t * c3))))[1:-1], type=1)
+    c2, c3 = bend_first / 2, (bend_last - bend_first) / (6 * (n - 1))
+    c1 = (last - first) / (n - 1) - (n - 1) * (c2 + (n - 1) * c3)
+    cubic = np.array([first, c1, c2, c3])
+    terms = dst((x - np.polynomial.Polynomial(cubic)(np.arange(n)))[1:-1], type=1)
     power = terms**2
-    noise = np.median(power[power.size // 2 :]) / _MEDIAN_OF_SQUARE
-    near = np.convolve(power, np.full(3, 1 / 3), mode="same")
-    terms *= np.maximum(1 - 4 * noise / np.maximum(near, 1e-300), 0.0)
-    seen = np.flatnonzero(near > _NOISE_MARGIN * noise)
-    if seen.size:
-        terms[seen[-1] + 3 :] = 0.0
-    omega = np.pi * np.arange(1, n - 1) / duration
-    series = np.concatenate([[0.0], idst(-(omega**2) * terms, type=1), [0.0]])
-    return bend_first + (bend_last - bend_first) * t / duration + series
-
-
-def smoothing_window(x: np.ndarray) -> int:
-    """Odd number of samples to fit a quartic to; see `differentiate`.
-
-    Parameters
-    ----------
-    x : numpy.ndarray, shape (n,)
-        Samples of the displacement.
-
-    Returns
-    -------
-    int
-    """
-    longest = x.size - 1 + x.size % 2
-    line = np.linspace(x[0], x[-1], x.size)
-    power = np.abs(np.fft.rfft((x - line) * np.hanning(x.size))) ** 2
-    floor = np.median(power[power.size // 2 :])
-    frequency = np.arange(power.size)  # cycles in the whole series
-    energy = frequency**2 * np.where(power > _NOISE_MARGIN * floor, power, 0.0)
-    if not np.any(energy):
-        return MINIMUM_SAMPLES
-    highest = np.searchsorted(np.cumsum(energy), _KEPT_ENERGY * energy.sum())
-    samples = int(_WINDOW_PERIODS * x.size / max(highest, 1))
-    return int(np.clip(samples - 1 + samples % 2, MINIMUM_SAMPLES, longest))
+    noise = float(np.median(power[power.size // 2 :])) / _MEDIAN_OF_SQUARE
+    omega = np.pi * np.arange(1, n - 1) / (n - 1)
+    best, least = np.inf, noise * float(np.sum(omega**2))
+    for cut_off in np.geomspace(omega[0], omega[-1], _CUT_OFFS):
+        passed = 1 / (1 + (omega / cut_off) ** _POWER)
+        wrong = (1 - passed) ** 2 * (power - noise) + passed**2 * noise
+        risk = float(np.sum(omega**2 * wrong))
+        if risk < least:
+            best, least = float(cut_off), risk
+    passed = 1 / (1 + (omega / best) ** _POWER)
+    wrong = omega**2 * ((1 - passed) ** 2 * power + passed**2 * noise)
+    return _Series(cubic, terms, best, float(np.sum(wrong[omega < _NEAR * best])))
