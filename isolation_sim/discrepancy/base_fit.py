@@ -22,6 +22,8 @@ from .measured import Measured
 from .model import Model
 
 STARTS = 20
+_LAST = 2
+"""Starts that get all samples."""
 _ROUGH = 5000
 """Samples on which starts are sorted out."""
 
@@ -101,9 +103,8 @@ def fitted_law(
     ready = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
     if not ready:
         raise InputError(f"no start gives {u.law.name} finite forces under these data")
-    stepped = resolved(model, ready[0].x)
-    last = pool.map(lambda o: fitted(stepped, o.x, 100, 1e-8), ready[:2])
-    return min(last, key=lambda f: f.cost)
+    last = pool.map(lambda o: fitted(resolved(model, o.x), o.x, 100, 1e-8), ready[:_LAST])
+    return min(last, key=lambda f: f.cost if np.isfinite(f.cost) else np.inf)
 
 
 def given_law(model: Model, start: NDArray) -> Fitted:

@@ -203,7 +203,7 @@ class Comparison:
                 jacobian[:, k] = (residuals(moved) - at) / step
             return at, jacobian
 
-        optimum = levenberg_marquardt(problem, start, lower, upper, most, tolerance=1e-6)
+        optimum = levenberg_marquardt(problem, start, lower, upper, most, 1e-6, eager=False)
         return self.judged(put(optimum.x), optimum)
 
     def _whitened(self, found: Found, parts: Sequence[Part]) -> tuple[NDArray, ...]:

@@ -34,8 +34,9 @@ SEARCHED = 24_000
 """Samples, about, on which effects are searched; the outcome is fitted to all of them."""
 EXAMPLES = 6
 """Examples of noise against which a misfit is held."""
-TO_BLAME = 0.35
-"""Share of the misfit, on data held out, that effects have to remove together to be named."""
+TO_BLAME = 0.5
+"""Share of the misfit, of the runs fitted as of those held out, that effects have to remove
+together to be named."""
 EXPLAINED = 0.1
 """Unexplained share up to which a misfit counts as explained."""
 ADEQUATE = 1.25
@@ -142,13 +143,12 @@ def _outcome(
         evidence=evidence,
         disturbance=disturbance,
         floor=float(floor),
-        noise_cost=float(np.mean(np.sum(noise[chosen] ** 2, axis=0))),
+        noise_power=np.mean(noise**2, axis=1),
         chosen=chosen,
         notes=data_notes(campaign.runs),
     )
-    misfit = outcome.misfit(outcome.before)
-    if outcome.misfit(outcome.after) > (1 - TO_BLAME) * misfit:
-        # what helps on the fitted runs alone is no cause
+    # what helps on the fitted runs alone, or only where the law runs away, is no cause
+    if max(outcome.left(), outcome.left(data.fitted)) > 1 - TO_BLAME:
         outcome = replace(outcome, final=base)
     return outcome
 
@@ -173,8 +173,7 @@ def _diagnosis(outcome: Outcome, seed: int) -> Diagnosis:
     before, after = outcome.before, outcome.after
     misfit = outcome.misfit(before)
     # noise that proves smaller than its estimate leaves nothing unexplained
-    left = outcome.misfit(after)
-    unexplained = left / misfit if misfit > 0 else 0.0
+    unexplained = outcome.left()
     causes = _causes(outcome, 1 - min(unexplained, 1.0), misfit)
     verdict = _verdict(outcome, causes, unexplained)
     if verdict == "adequate":

@@ -196,6 +196,13 @@ def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
     return ranked
 
 
+_WHERE = {
+    "predicted": "By the law that was judged",
+    "actual": "By the extended law",
+    "redesigned": "Under controllers designed with the extended law",
+}
+
+
 def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
     """Say which runs deform the device further than it was tested."""
     told = []
@@ -211,7 +218,7 @@ def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
                 peaks[name] = peak / tested
         if peaks:
             how = ", ".join(f"{name} {ratio:.2f} times" for name, ratio in peaks.items())
-            told.append(f"{case.capitalize()}, the device deforms further than tested: {how}.")
+            told.append(f"{_WHERE[case]} the device deforms further than it was tested: {how}.")
     return told
 
 

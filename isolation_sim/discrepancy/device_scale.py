@@ -18,7 +18,8 @@ from ..structures.reference import ISOLATED_PERIOD
 
 MOST_DAMPING = 0.5
 """Damping ratio up to which a device restores enough to carry a building by itself."""
-_CYCLES = 6
+# so many points that a spring-pot, which relaxes within a millisecond, is integrated stably
+_CYCLES, _POINTS = 6, 2048
 
 
 class Scale(NamedTuple):
@@ -68,7 +69,8 @@ def carrying(device: Device, structure: Structure, ground: Sequence[Record]) -> 
     low, high = device.current_range if device.depends_on_current else (0.0, 0.0)
     current = (low + high) / 2
     frequency = 1 / ISOLATED_PERIOD
-    loops = sinusoidal(device, tested, current, frequency, _CYCLES).measured(skip=_CYCLES // 2)
+    motion = sinusoidal(device, tested, current, frequency, _CYCLES, _POINTS)
+    loops = motion.measured(skip=_CYCLES // 2)
     stiffness, damping = loops.effective_stiffness.value, loops.damping_ratio.value
     if not (stiffness > 0 and damping < MOST_DAMPING):
         raise InputError(

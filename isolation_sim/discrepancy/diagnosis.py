@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
 MEANINGS: dict[Verdict, str] = {
-    "adequate": "The simulation reproduces the data to within their noise: nothing is missing.",
-    "explained": "What the simulation gets wrong is explained, down to the noise of the data.",
+    "adequate": "The simulation reproduces the data as far as they can tell: nothing is missing.",
+    "explained": "What the simulation gets wrong is explained, as far as the data can tell.",
     "partly_explained": "Part of what the simulation gets wrong is explained; a remainder is not.",
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }

@@ -37,8 +37,8 @@ class Outcome:
         Removed from the force.
     floor : float
         RMS of what noise leaves over RMS of the force.
-    noise_cost : float
-        Its cost on ``chosen``.
+    noise_power : (n_samples,) array
+        Mean square of the residual over its noise that noise leaves at each sample.
     chosen : (n_samples,) bool array
         Samples on which the outcome is judged.
     notes : list of str
@@ -54,7 +54,7 @@ class Outcome:
     evidence: list[Dependence]
     disturbance: Interference | None
     floor: float
-    noise_cost: float
+    noise_power: NDArray
     chosen: NDArray
     notes: list[str]
 
@@ -75,6 +75,12 @@ class Outcome:
         most = 10 * float(np.max(np.abs(self.data.force)))
         return np.clip(np.nan_to_num(force, nan=most), -most, most)
 
-    def misfit(self, force: NDArray) -> float:
-        """Cost of a force above that of noise, on the samples on which it is judged."""
-        return max(self.data.cost(force, self.chosen) - self.noise_cost, 0.0)
+    def misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
+        """Cost of a force above that of noise; by default where the outcome is judged."""
+        chosen = self.chosen if chosen is None else chosen
+        return max(self.data.cost(force, chosen) - float(np.sum(self.noise_power[chosen])), 0.0)
+
+    def left(self, chosen: NDArray | None = None) -> float:
+        """Part of the misfit that is left after all that was found."""
+        before = self.misfit(self.before, chosen)
+        return self.misfit(self.after, chosen) / before if before > 0 else 0.0

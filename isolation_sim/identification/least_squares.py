@@ -50,6 +50,7 @@ def levenberg_marquardt(
     upper: NDArray,
     most: int = 100,
     tolerance: float = 1e-10,
+    eager: bool = True,
 ) -> Optimum:
     """Minimise half the sum of squared residuals within bounds.
 
@@ -65,6 +66,9 @@ def levenberg_marquardt(
         Most steps to try.
     tolerance : float
         Relative decrease of the cost below which the search ends.
+    eager : bool
+        Whether a step that may well succeed asks for the derivatives at once: right where they cost
+        no more than the residuals.
 
     Returns
     -------
@@ -94,6 +98,7 @@ def levenberg_marquardt(
         free = ((below < 0) | (gradient <= 0)) & ((above > 0) | (gradient >= 0))
         if not free.any():
             return Optimum(x, cost, jacobian, iteration, True)
+        hopeful = eager
         while True:
             step, clipped = _step(gradient, curvature, free, damping, below, above)
             predicted = -float((gradient + 0.5 * (curvature @ step)) @ step)
@@ -102,17 +107,18 @@ def levenberg_marquardt(
             gain = -1.0
             if predicted > 0:
                 trial = np.minimum(np.maximum(x + step / norm, lower), upper)
-                new_cost = _cost(problem(trial, False)[0])
+                new_residual, new_jacobian = problem(trial, hopeful)
+                new_cost = _cost(new_residual)
                 gain = (cost - new_cost) / predicted
             if gain > 0:
                 break
+            hopeful = False
             damping, growth = damping * growth, growth * 2
             if damping > 1e12:
                 return Optimum(x, cost, jacobian, iteration, True)
         small = cost - new_cost <= tolerance * cost and not clipped
-        x = trial
-        residual, jacobian = problem(x, True)
-        cost = _cost(residual)
+        x, cost = trial, new_cost
+        residual, jacobian = (new_residual, new_jacobian) if hopeful else problem(x, True)
         damping, growth = damping * max(1 / 3, 1 - (2 * gain - 1) ** 3), 2.0
         if small:
             return Optimum(x, cost, jacobian, iteration, True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from ..errors import InputError
 
@@ -19,7 +20,12 @@ _POWERS = {
 
 
 def magnitude(
-    unit: str, force: float, length: float, time: float, current: float = 1.0
+    unit: str,
+    force: float,
+    length: float,
+    time: float,
+    current: float = 1.0,
+    exponents: Mapping[str, float] | None = None,
 ) -> float:
     """Size that a quantity has when force, length, time and current have given sizes.
 
@@ -30,6 +36,8 @@ def magnitude(
         ``"-"``; a degree counts as one.
     force, length, time, current : float
         Sizes, N, m, s, A.
+    exponents : mapping of str to float, optional
+        Exponents that a unit names, such as the n of ``"1/m^n"``; 2 where they are not given.
 
     Returns
     -------
@@ -52,11 +60,15 @@ def magnitude(
         for symbol in part.split():
             if symbol in ("1", "-", ""):
                 continue
-            found = re.fullmatch(r"([A-Za-z]+)(?:\^(-?[\d.]+|n))?", symbol)
+            found = re.fullmatch(r"([A-Za-z]+)(?:\^(-?[\d.]+|[a-z]\w*))?", symbol)
             if found is None or found[1] not in _POWERS:
                 raise InputError(f"unit {unit!r} is not made of {', '.join(_POWERS)}")
-            # an exponent that is itself a parameter is mostly near 2
-            power = sign * (2.0 if found[2] == "n" else float(found[2] or 1))
+            power = sign * _exponent(found[2] or "1", exponents or {})
             for base, exponent in zip(sizes, _POWERS[found[1]], strict=True):
                 size *= base ** (power * exponent)
     return size
+
+
+def _exponent(text: str, exponents: Mapping[str, float]) -> float:
+    """An exponent that is itself a parameter is mostly near 2."""
+    return exponents.get(text, 2.0) if text[0].isalpha() else float(text)

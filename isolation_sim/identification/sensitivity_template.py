@@ -35,6 +35,10 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
                     factor[k] = last ** power[k]
                     parameters[owner[k]] += theta[k] * factor[k]
             force[sample] = respond(x[sample], v[sample], s, parameters, by)
+            if not abs(force[sample]) < np.inf:  # the rest would be no better
+                force[sample : starts[run + 1]] = np.nan
+                jacobian[sample : starts[run + 1]] = np.nan
+                break
             if wanted:
                 for k in range(n_theta):
                     total = by[0, N_STATES + owner[k]] * factor[k]

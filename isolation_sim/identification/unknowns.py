@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from ..errors import InputError, unknown_name
 from ..laws import CurrentDependence, Device
 from ..laws import law as published
-from ..laws.law import Law, Quantity
+from ..laws.law import Law
 from .current_basis import bernstein
 from .magnitudes import magnitude
+
+_DECADES = 0.5
+"""Standard deviation of random starts about the data's magnitude."""
 
 
 class Unknowns:
@@ -162,15 +165,31 @@ class Unknowns:
         except InputError:
             pass  # a law without published numbers
         while len(begin) < number:
-            drawn = [self._random(k, q, random) for k, q in enumerate(self.free)]
-            begin.append(np.clip(np.concatenate(drawn), self.lower, self.upper))
+            drawn = self._drawn(random)
+            begin.append(np.clip(np.repeat(drawn, len(self.currents)), self.lower, self.upper))
         return begin
 
-    def _random(self, k: int, quantity: Quantity, random: np.random.Generator) -> NDArray:
-        n = len(self.currents)
-        if np.isfinite(quantity.lower) and np.isfinite(quantity.upper):
-            return np.full(n, random.uniform(quantity.lower, quantity.upper))
-        size = self.scale[k * n] * 10 ** random.uniform(-1.5, 1.5)
-        if quantity.lower < 0:
-            size *= random.uniform(-1, 1)
-        return np.full(n, max(size, quantity.lower))
+    def _drawn(self, random: np.random.Generator) -> list[float]:
+        """A random number for each free parameter."""
+        bounded = {
+            q.name: _between(q.lower, q.upper, random)
+            for q in self.free
+            if np.isfinite(q.lower) and np.isfinite(q.upper)
+        }
+        # a unit such as 1/m^n means another size for every n
+        exponents = self.fixed | bounded
+        drawn = []
+        for quantity in self.free:
+            size = magnitude(quantity.unit, *self.sizes, exponents=exponents)
+            size *= 10 ** random.normal(0.0, _DECADES)
+            if quantity.lower < 0:
+                size *= random.uniform(-1, 1)
+            drawn.append(bounded.get(quantity.name, max(size, quantity.lower)))
+        return drawn
+
+
+def _between(lower: float, upper: float, random: np.random.Generator) -> float:
+    """A random number between bounds, as likely in every octave where they are positive."""
+    if lower > 0:
+        return float(np.exp(random.uniform(np.log(lower), np.log(upper))))
+    return float(random.uniform(lower, upper))

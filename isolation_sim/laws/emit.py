@@ -155,6 +155,30 @@ def function_text(
     return "\n".join(lines) + "\n"
 
 
+def own_slopes(
+    inputs: dict[str, Any], rates: Sequence[Any], states: Sequence[Any]
+) -> tuple[list[str], list[str]]:
+    """Print the derivative of each state's rate by that state.
+
+    Parameters
+    ----------
+    inputs : dict of str to casadi.SX scalar
+        Input name to symbol.
+    rates, states : sequence of casadi.SX scalar
+        One rate a state.
+
+    Returns
+    -------
+    statements, results : list of str
+        As by ``straight_line``.
+    """
+    import casadi
+
+    slopes = [casadi.gradient(casadi.SX(r), s) for r, s in zip(rates, states, strict=True)]
+    _, _, statements, results = straight_line(inputs, slopes)
+    return statements, results
+
+
 def symbols(names: Sequence[str]) -> list[Any]:
     """One CasADi symbol a name."""
     import casadi

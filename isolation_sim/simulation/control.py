@@ -130,7 +130,7 @@ class Schedule:
 
     def __post_init__(self) -> None:
         time = np.asarray(self.time, float)
-        if not (time.ndim == 1 and time.size and time[0] >= 0 and (np.diff(time) > 0).all()):
+        if not (time.ndim == 1 and time.size and time[0] >= 0 and (time[1:] > time[:-1]).all()):
             raise InputError(
                 "a schedule's instants must increase from 0 s or later; given "
                 f"{np.array2string(time, threshold=6)}"

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..laws.emit import function_text, straight_line, symbols
+from ..laws.emit import function_text, own_slopes, straight_line, symbols
 from ..laws.law import Law
 
 _ROOT15 = 15.0**0.5
@@ -27,6 +27,8 @@ COLLOCATION = (
 """Integrals of the Lagrange polynomials from the step's start to each node."""
 END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
 """State at the end = state at the start + sum of these times (state at node - state at start)."""
+GAIN_SLOPE = (np.array(COLLOCATION) @ COLLOCATION - np.array(COLLOCATION) / 2).tolist()
+"""What a state's own relaxation changes in ``COLLOCATION``, to first order."""
 RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
 """Step times rates at the nodes = these times (states at the nodes - state at the start)."""
 
@@ -76,10 +78,12 @@ class ElementCode:
         s, p = tuple(symbols(self.states)), tuple(symbols(self.parameters))
         inputs = {"x": x, "v": v}
         inputs |= dict(zip(self.states + self.parameters, s + p, strict=True))
+        rates = law.rates(x, v, s, p)
         self.hoisted, self.kept, self.statements, self.results = straight_line(
-            inputs, [law.force(x, v, s, p), *law.rates(x, v, s, p)], hoist=self.parameters
+            inputs, [law.force(x, v, s, p), *rates], hoist=self.parameters
         )
         self.derived = [q for q in self.kept if q not in self.parameters]
+        self.relaxation = own_slopes(inputs, rates, s) if n else ([], [])
         self.start = [f"start{i}" for i in range(n)]
         self.end = [f"end{i}" for i in range(n)]
         self.scale = [f"scale{i}" for i in range(n)]
@@ -90,6 +94,8 @@ class ElementCode:
         # three nodes and the end of the step: each has its own current while the coil moves
         self.slots += [f"{q}_{j}" for j in range(4) for q in self.parameters]
         self.slots += [f"{q}_{j}" for j in range(4) for q in self.derived]
+        self.slots += [f"relax{i}" for i in range(n)]
+        self.slots += [f"gain{i}_{j}{k}" for i in range(n) for j in range(3) for k in range(3)]
 
     def at(self, name: str) -> str:
         """The array element that holds a slot."""
@@ -118,6 +124,7 @@ class ElementCode:
             "respond": (", ".join(["x", "v", *self.states, *self.kept]), self._respond()),
             "prepare_held": ("w, b, on", self._prepare([0], copies=[1, 2, 3])),
             "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
+            "relax": ("w, b, h, on", self._relax()),
             "sweep": ("w, b, h, table, at, on", self._sweep()),
             "finish": ("w, b, h, table, at, on", self._finish()),
             "inside": ("w, b, tau, states, at, on", self._inside()),
@@ -150,6 +157,34 @@ class ElementCode:
         own = " + ".join(f"table[at + {8 * k + r} * LANES] * {f}" for k, f in enumerate(forces))
         return f"{given} + {own}"
 
+    def _relax(self) -> list[str]:
+        """Each state's own relaxation, d rate / d state, and the collocation that solves for it.
+
+        The rate's linear part, relax * (state - start), is taken to the left side of the
+        collocation s = start + h C rate(s): what is left to iterate hardly depends on the state.
+        It changes how fast the sweeps converge, and not what they converge to. A state that grows
+        by itself, or whose rate has a kink here, is left as it is.
+        """
+        statements, results = self.relaxation
+        body = [f"x = {self.at('d_end')}", f"v = {self.at('v_end')}"]
+        body += [f"{s} = {self.at(f'start{i}')}" for i, s in enumerate(self.states)]
+        body += [f"{p} = {self.at(f'{p}_0')}" for p in self.parameters]
+        body += statements
+        for i, result in enumerate(results):
+            body.append(f"relax = {result}")
+            body.append("relax = relax if -HOPELESS < relax < 0.0 else 0.0")
+            body.append("m = h * relax")
+            # (I - m C)**-1 C by Cayley and Hamilton
+            body.append("scale = h / (1.0 + m * (m * (0.1 - m / 120.0) - 0.5))")
+            body.append(self.put(f"relax{i}", "relax"))
+            for j in range(3):
+                for k in range(3):
+                    c, slope = COLLOCATION[j][k], GAIN_SLOPE[j][k]
+                    square = " + m * m / 120.0" if j == k else ""
+                    gain = f"scale * ({c!r} + m * {slope!r}{square})"
+                    body.append(self.put(f"gain{i}_{j}{k}", gain))
+        return body
+
     def _sweep(self) -> list[str]:
         """One fixed-point sweep: response to the forces, rates, states, forces."""
         forces = ["f0", "f1", "f2"]
@@ -163,9 +198,12 @@ class ElementCode:
                 body.append(f"r{j} = {call}")
         body += self.load(*self.start, *self.scale)
         for i, s in enumerate(self.states):
+            body += self.load(f"relax{i}", *(f"gain{i}_{j}{k}" for j in range(3) for k in range(3)))
             for j in range(3):
-                integral = _sum(COLLOCATION[j], [f"r{k}[{i + 1}]" for k in range(3)])
-                body.append(f"new_{s}_{j} = start{i} + h * ({integral})")
+                body.append(f"rest{j} = r{j}[{i + 1}] - relax{i} * ({s}_{j} - start{i})")
+            for j in range(3):
+                integral = " + ".join(f"gain{i}_{j}{k} * rest{k}" for k in range(3))
+                body.append(f"new_{s}_{j} = start{i} + ({integral})")
                 body.append(self.put(f"{s}_{j}", f"new_{s}_{j}"))
             moved = " + ".join(f"abs(new_{s}_{j} - {s}_{j})" for j in range(3))
             body.append(f"change = change + ({moved}) * scale{i}")

@@ -28,6 +28,7 @@ TEMPLATES = tuple(
 DISPATCHED = (
     ("prepare_held", "", ""),
     ("prepare_moving", "", ""),
+    ("relax", "h", ""),
     ("sweep", "h, table, at", "at"),
     ("finish", "h, table, at", "at"),
     ("inside", "tau, states, at", "at"),

@@ -40,6 +40,7 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
     record_steps, clamp = info[8], info[10]
     sweep_tolerance, error_limit = settings[0], settings[1]
     defect_limit = settings[2]
+    per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
 
     while info[0] < n_windows:
@@ -97,6 +98,8 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 return BUFFER_FULL
             n_sub = max(n_intervals >> depth, 1)
             per_interval = max(n_steps // n_intervals, 1)
+            # a step counts by its share of the sample, with some reserve where steps had to be cut
+            share = 4.0 / per_interval if per_interval > 1 else 1.0
             h = span / n_steps
             offset = offsets[kind, depth]
             _, _, decay, ground_columns, force_columns = layout(n_modes, n_pad, n_sub)
@@ -123,6 +126,8 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
             if fresh:
                 for e in range(N_ELEMENTS):
                     restart(e, w, e * STRIDE * LANES, going)
+            for e in range(N_ELEMENTS):
+                relax(e, w, e * STRIDE * LANES, h, active)
             mark = step_count[0]
             for step in range(n_steps):
                 first = step * n_sub if per_interval == 1 else step // per_interval
@@ -160,21 +165,17 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 for lane in range(LANES):
                     if active[lane] == 0:
                         continue
-                    # a step counts by its share of the sample, with some reserve where steps had to
-                    # be cut; samples inside a step are read off the polynomial, so that its defect
-                    # is their error
-                    if per_interval > 1:
-                        errors[lane] *= 4.0 / per_interval
-                    accepted = errors[lane] <= error_limit and (
-                        (n_sub == 1 and defects[lane] < np.inf) or defects[lane] <= defect_limit
+                    # samples inside a step are read off the polynomial: its defect is their error
+                    error, defect = errors[lane] * share, defects[lane]
+                    accepted = error <= error_limit and (
+                        (n_sub == 1 and defect < np.inf) or defect <= defect_limit
                     )
-                    if not accepted and depth + 1 == n_levels and defects[lane] < np.inf:
+                    if not accepted and depth + 1 == n_levels and defect < np.inf:
                         counts[4, lane] += 1
                         accepted = True
                     if accepted:
-                        worst[lane] = max(worst[lane], max(
-                            errors[lane] / error_limit,
-                            defects[lane] / defect_limit if n_steps <= n_intervals else 0.0))
+                        missed = defect * per_defect if n_steps <= n_intervals else 0.0
+                        worst[lane] = max(worst[lane], max(error * per_error, missed))
                         continue
                     active[lane] = 0
                     running -= 1

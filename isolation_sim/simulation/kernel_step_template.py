@@ -23,7 +23,6 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
         going[lane] = active[lane]
         previous[lane] = 0.0
         defects[lane] = 0.0
-        errors[lane] = 0.0
     waiting = 1
     for count in range(MAX_SWEEPS):
         for e in range(N_ELEMENTS):
@@ -68,9 +67,12 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
         respond_to_others(e, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
         finish(e, w, base * LANES, h, table, at * LANES, active)
-        for lane in range(LANES):
-            defects[lane] += w[(base + SLOT_DEFECT) * LANES + lane]
-            errors[lane] += w[(base + SLOT_ERROR) * LANES + lane]
+    for lane in range(LANES):
+        defect, error = defects[lane], 0.0
+        for e in range(N_ELEMENTS):
+            defect += w[(e * STRIDE + SLOT_DEFECT) * LANES + lane]
+            error += w[(e * STRIDE + SLOT_ERROR) * LANES + lane]
+        defects[lane], errors[lane] = defect, error
 
 
 @inline

@@ -18,6 +18,7 @@ from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CompiledDecision, Schedule, Sensors, Situation, instants
+from .elements import Elements, elements_of
 from .grid import Grid, make_grid
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
@@ -97,6 +98,12 @@ def kernel_for(isolated: IsolatedStructure, lanes: int) -> Any:
     """Compiled kernel for a structure's elements."""
     laws = tuple(e.device.law for e in isolated.elements)
     return kernel.load(laws, len(isolated.structure.directions), lanes)
+
+
+@lru_cache(maxsize=256)
+def _elements_for(plants: tuple[IsolatedStructure, ...]) -> Elements:
+    module = kernel_for(plants[0], len(plants))
+    return elements_of(module, plants, [modes_for(plant)[0] for plant in plants])
 
 
 @dataclass(frozen=True)
@@ -272,13 +279,10 @@ class Plan:
         for k, lane in enumerate(lanes):
             driver[:width, :, k] = lane.coils[:, :5]
             initial[:width, k] = lane.coils[:, 5]
-        elements = lanes[0].isolated.elements
         return Workspace(
             module=self.module,
             tables=self.tables,
-            modes=self.modes,
-            devices=[tuple(e.device for e in lane.isolated.elements) for lane in lanes],
-            channel=np.array([width if e.channel is None else e.channel for e in elements]),
+            elements=_elements_for(tuple(lane.isolated for lane in lanes)),
             grid=self.grid,
             ground=self.ground,
             driver=driver,
@@ -286,8 +290,6 @@ class Plan:
             chosen=self.chosen,
             sensing=self.sensing,
             tolerance=tolerance,
-            deformation_limit=np.array([deformation_limit(lane.isolated) for lane in lanes]),
-            least_force=np.array([1e-5 * lane.isolated.structure.total_mass for lane in lanes]),
             clamp=clamp,
             record_steps=record_steps,
             buffers=buffers,
@@ -330,8 +332,3 @@ _FATES = (
     "a device is deformed a hundred times further than it was tested; the controller or the law "
     "puts energy into the building",
 )
-
-
-def deformation_limit(isolated: IsolatedStructure) -> float:
-    """Summed device deformation that counts as diverged, m: a hundred times what was tested."""
-    return 100.0 * sum(e.device.deformation_scale / e.device.length for e in isolated.elements)

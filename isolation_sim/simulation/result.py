@@ -33,8 +33,6 @@ class Run:
         Ground motion, one a direction.
     controller : str
         Name of the controller.
-    time : (n_samples,) array
-        Samples of the record, s.
     clamped : int
         Commands that were clamped to the driver's limits.
     steps : int
@@ -55,10 +53,14 @@ class Run:
         self.isolated, self.records, self.controller = isolated, records, controller
         self.modes, self.outputs, self.work = modes, outputs, work
         self.grid: Grid = work.grid
-        self.time: NDArray = records[0].time
         self.clamped = int(work.counts[0].sum())
         self.steps = int(work.counts[1, 0])
         self.unresolved = int(work.counts[4, 0])
+
+    @cached_property
+    def time(self) -> NDArray:
+        """Samples of the record, s, (n_samples,)."""
+        return self.records[0].time
 
     @cached_property
     def modal(self) -> NDArray:

@@ -63,19 +63,24 @@ class _Emitter:
         """Numbers of the vectors that eight rows take."""
         return range(1 if self.lanes == 1 else EIGHT)
 
-    def product(
-        self, table: Any, at: Any, x: Any, x_at: Any, x_stride: Any, n: Any, start: list[Any]
-    ) -> list[Any]:
-        """Eight rows of start + sum_k table[at + 8 k + r] x[x_at + k x_stride]."""
+    def products(
+        self, table: Any, terms: Sequence[tuple], n: Any, starts: Sequence[list[Any]]
+    ) -> list[list[Any]]:
+        """Eight rows of start + sum_k table[at + 8 k + r] x[x_at + k x_stride], for each term.
+
+        A term is (at, x, x_at, x_stride); all go through one loop, so that no sum waits for
+        another.
+        """
         builder = self.builder
-        sums = [cgutils.alloca_once_value(builder, value) for value in start]
+        sums = [[cgutils.alloca_once_value(builder, v) for v in start] for start in starts]
         with cgutils.for_range(builder, n, intp=INTEGER) as loop:
-            factor = self.value(x, builder.add(x_at, builder.mul(loop.index, x_stride)))
-            first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
-            for r, place in zip(self.rows, sums, strict=True):
-                product = self.times(self.load(table, self.row(first, r)), factor)
-                builder.store(self.plus(builder.load(place), product), place)
-        return [builder.load(place) for place in sums]
+            for (at, x, x_at, x_stride), places in zip(terms, sums, strict=True):
+                factor = self.value(x, builder.add(x_at, builder.mul(loop.index, x_stride)))
+                first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
+                for r, place in zip(self.rows, places, strict=True):
+                    product = self.times(self.load(table, self.row(first, r)), factor)
+                    builder.store(self.plus(builder.load(place), product), place)
+        return [[builder.load(place) for place in places] for places in sums]
 
     def times(self, a: Any, b: Any) -> Any:
         """Product."""
@@ -109,7 +114,7 @@ def make_add_rows(lanes: int) -> Callable:
             emit = _Emitter(context, builder, lanes)
             w, table, x = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4))
             start = [emit.load(w, emit.row(to, r)) for r in emit.rows]
-            total = emit.product(table, at, x, x_at, x_stride, n, start)
+            (total,) = emit.products(table, [(at, x, x_at, x_stride)], n, [start])
             for r, value in zip(emit.rows, total, strict=True):
                 emit.store(w, emit.row(to, r), value)
             return context.get_dummy_value()
@@ -138,15 +143,13 @@ def make_free_rows(lanes: int, n_ground: int) -> Callable:
             w, table, z, u = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 5, 9))
             zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
             one = INTEGER(1)
-            real = emit.product(table, at, z, z_at, one, n_modes, zero)
-            at = builder.add(at, builder.mul(n_modes, INTEGER(EIGHT)))
-            z_at = builder.add(z_at, n_pad)
-            total = emit.product(table, at, z, z_at, one, n_modes, zero)
-            total = [emit.plus(a, b) for a, b in zip(real, total, strict=True)]
+            imaginary = builder.add(at, builder.mul(n_modes, INTEGER(EIGHT)))
+            parts = [(at, z, z_at, one), (imaginary, z, builder.add(z_at, n_pad), one)]
+            a, b = emit.products(table, parts, n_modes, [zero, zero])
+            total = [emit.plus(x, y) for x, y in zip(a, b, strict=True)]
             for g in range(n_ground):
-                pushed = emit.product(
-                    table, ground_at, u, INTEGER(g), INTEGER(n_ground), n_points, zero
-                )
+                term = (ground_at, u, INTEGER(g), INTEGER(n_ground))
+                (pushed,) = emit.products(table, [term], n_points, [zero])
                 total = [emit.plus(a, b) for a, b in zip(total, pushed, strict=True)]
                 ground_at = builder.add(ground_at, builder.mul(n_points, INTEGER(EIGHT)))
             for r, value in zip(emit.rows, total, strict=True):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..laws.device import Device
+from .elements import Elements
 from .grid import Grid
 from .modal import Modes
 
@@ -120,12 +120,8 @@ class Workspace:
         Compiled kernel.
     tables : Tables
         Coefficients; shared by consecutive runs of one structure on one grid.
-    modes : sequence of Modes
-        One a lane.
-    devices : sequence of tuple of Device
-        The elements' devices, a lane.
-    channel : (n_elements,) int array
-        Coil channel of each element.
+    elements : Elements
+        The plants' elements.
     grid : Grid
         Grid points, windows and events.
     ground : (n_points, n_directions, lanes) array
@@ -140,10 +136,6 @@ class Workspace:
         What is measured, when it is decided on, and by what compiled code.
     tolerance : float
         Wanted relative accuracy of the response.
-    deformation_limit : (lanes,) array
-        Largest device deformation, m, summed over elements, before a run counts as diverged.
-    least_force : (lanes,) array
-        Force on the structure, N, below which nothing needs to be resolved.
     clamp : bool
         Whether a command outside the driver's limits is clamped and counted, or ends the run.
     record_steps : bool
@@ -154,9 +146,7 @@ class Workspace:
 
     module: ModuleType
     tables: Tables
-    modes: Sequence[Modes]
-    devices: Sequence[tuple[Device, ...]]
-    channel: NDArray
+    elements: Elements
     grid: Grid
     ground: NDArray
     driver: NDArray
@@ -164,8 +154,6 @@ class Workspace:
     chosen: NDArray
     sensing: Sensing
     tolerance: float
-    deformation_limit: NDArray
-    least_force: NDArray
     clamp: bool
     record_steps: bool
     buffers: dict[str, NDArray] | None = None
@@ -175,7 +163,7 @@ class Workspace:
 
     def __post_init__(self) -> None:
         module, grid, lanes = self.module, self.grid, self.module.LANES
-        n_modes = self.modes[0].eigenvalues.size
+        n_modes = self.elements.n_modes
         n_pad, n_points = padded(module, n_modes), len(grid.time)
         n_windows, n_channels = len(grid.windows) - 1, len(self.driver)
         sensing = self.sensing
@@ -215,7 +203,6 @@ class Workspace:
         self.steps = np.empty((n_points + 256 if self.record_steps else 0, per_step))
         self.step_count = np.zeros(1, np.int64)
         self._work = self._scratch()
-        self._laws = self._law_tables()
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -225,38 +212,15 @@ class Workspace:
             self.buffers[name] = np.empty(shape)
         return self.buffers[name]
 
-    def _lanes(self) -> list[tuple[int, slice]]:
-        """Lanes with one plant, as its first lane and all of them: all, or each by itself."""
-        first = self.devices[0]
-        alike = all(m is self.modes[0] for m in self.modes) and all(
-            a is b for devices in self.devices for a, b in zip(devices, first, strict=True)
-        )
-        if alike:
-            return [(0, slice(None))]
-        return [(k, slice(k, k + 1)) for k in range(self.module.LANES)]
-
     def _scratch(self) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES
-        w = np.zeros((module.N_ELEMENTS, module.STRIDE, lanes))
-        for lane, alike in self._lanes():
-            for e, device in enumerate(self.devices[lane]):
-                w[e, module.SLOT_K_REF, alike] = self.modes[lane].stiffness[e]
-                w[e, module.SLOT_C_REF, alike] = self.modes[lane].damping[e]
-                # scales begin at a ten-thousandth of what the device was tested to
-                small = 1e-4 * device.deformation_scale / device.length
-                force = small * self.modes[lane].stiffness[e]
-                w[e, module.SLOT_FORCE_SCALE, alike] = 1.0 / max(
-                    force, self.least_force[lane] / device.force_scale
-                )
-                w[e, module.SLOT_TO_STRUCTURE, alike] = device.force_scale
-                scale = module.SLOT_SCALE[module.KIND[e]]
-                w[e, scale : scale + len(device.law.states), alike] = 1.0 / small
+        w = self.elements.numbers.copy()
         flags = {k: np.zeros(lanes, np.int64) for k in ("hold", "active", "going", "todo")}
         names = ("last", "previous", "contraction", "defects", "errors", "worst")
         floats = {k: np.zeros(lanes) for k in names}
         floats["contraction"][:] = 1.0
         return {
-            "w": w.ravel(),
+            "w": w,
             "w_saved": np.empty(w.size),
             "applied": np.full((module.N_ELEMENTS, lanes), np.nan),
             "level": np.full(lanes, 1, np.int64),
@@ -268,34 +232,19 @@ class Workspace:
             **floats,
         }
 
-    def _law_tables(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Current dependence of every element and lane, padded to one shape."""
-        lanes = self.module.LANES
-        # lanes go side by side only if their dependences have the same shapes
-        shapes = np.array([d.current.coefficients.shape for d in self.devices[0]])
-        pieces, parameters, n_powers = shapes.max(axis=0)
-        table = np.zeros((self.module.N_ELEMENTS, pieces, parameters, n_powers, lanes))
-        breaks = np.full((self.module.N_ELEMENTS, pieces + 1, lanes), np.inf)
-        for lane, alike in self._lanes():
-            for e, device in enumerate(self.devices[lane]):
-                a, b, c = shapes[e]
-                table[e, :a, :b, :c, alike] = device.current.coefficients[..., None]
-                breaks[e, : a + 1, alike] = device.current.breaks[:, None]
-        return table, breaks, np.ascontiguousarray(shapes[:, [0, 2]])
-
     def march(self) -> int:
         """Integrate on, until the kernel stops; returns its status."""
-        module, grid, work = self.module, self.grid, self._work
-        law_table, law_breaks, law_shape = self._laws
+        module, grid, work, elements = self.module, self.grid, self._work, self.elements
         while True:
             status = module.march(
-                self.info, self.settings, self.deformation_limit, grid.windows, grid.spans,
+                self.info, self.settings, elements.deformation_limit, grid.windows, grid.spans,
                 self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes,
                 self.tables.table, self.tables.built, work["phi"], work["integral"],
                 self.sensing.measure, self.sensing.noise, self.measured, self.chosen,
                 self.sensing.decided, self.sensing.measured_for, self._addresses,
                 self.command, self.driver,
-                law_table, law_breaks, law_shape, self.channel, self.z, self.states.ravel(),
+                elements.table, elements.breaks, elements.shape, elements.channel, self.z,
+                self.states.ravel(),
                 self.levels, work["w"], work["w_saved"], self.coil,
                 work["applied"], work["level"], work["hold"],
                 self.alive, work["moving"], work["active"], work["going"], work["todo"],
@@ -312,12 +261,13 @@ class Workspace:
         peak: NDArray, total: NDArray,
     ) -> None:
         """Add every quantity's peak and weighted sum of squares, (n_quantities, lanes)."""
-        module, grid, work = self.module, self.grid, self._work
+        module, grid, work, elements = self.module, self.grid, self._work, self.elements
         inputs = np.zeros(8 * (1 + module.N_ELEMENTS) * module.LANES)
         module.summarise(
             self.info, grid.windows, grid.spans, weights, motion.ravel(), quantities.ravel(),
             n_directions, self.ground.ravel(), self.z, self.states.ravel(), self.command,
-            self.coil_history, self.driver, *self._laws, self.channel, inputs,
+            self.coil_history, self.driver, elements.table, elements.breaks, elements.shape,
+            elements.channel, inputs,
             np.zeros(module.N_ELEMENTS * module.LANES), work["w"], work["applied"], work["going"],
             peak.ravel(), total.ravel(),
         )

@@ -142,3 +142,24 @@ def test_everything_at_a_bound_is_an_optimum():
     found = minimised(lambda x: (x, np.eye(2)), [3.0, 3.0], [1.0, 1.0], [5.0, 5.0])
     np.testing.assert_array_equal(found.x, [1.0, 1.0])
     assert found.converged
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_asking_for_derivatives_early_changes_only_the_number_of_calls(case):
+    problem, start, lower, upper = CASES[case]
+    asked = []
+
+    def counted(x, derivatives):
+        asked.append(derivatives)
+        residual, jacobian = problem(x)
+        return residual, jacobian if derivatives else np.zeros((0, len(x)))
+
+    found, calls, steps = [], [], []
+    for eager in (True, False):
+        asked.clear()
+        limits = np.array(lower), np.array(upper)
+        found.append(levenberg_marquardt(counted, np.array(start), *limits, eager=eager))
+        calls.append(len(asked))
+        steps.append(sum(asked))
+    np.testing.assert_array_equal(found[0].x, found[1].x)
+    assert calls[0] < calls[1] and steps[0] >= steps[1]

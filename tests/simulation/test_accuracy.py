@@ -1,5 +1,7 @@
 """Order of convergence, and that the tolerance is what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -110,3 +112,21 @@ def test_quiet_start_changes_nothing(plant, quiet, strong_motion, held, motion, 
 def test_no_ground_motion_no_response(stiffening, strong_motion, held):
     run = simulate(stiffening, Record(np.zeros(50), strong_motion.dt), held())
     assert not run.values.any()
+
+
+def test_a_state_that_relaxes_within_a_step_costs_hardly_more_steps(
+    stiffening, strong_motion, held, worst, motion
+):
+    element = stiffening.elements[0]
+
+    def runs(relaxation):
+        """At two tolerances; the spring beside dashpot c0 relaxes in so many seconds."""
+        spring = sum(element.device.parameters_at(1.5)[k] for k in (1, 3))
+        device = element.device.with_parameters(c0=spring * relaxation)
+        plant = replace(stiffening, elements=(replace(element, device=device),))
+        return [simulate(plant, strong_motion, held(), tolerance=t) for t in (1e-6, 1e-10)]
+
+    slow, _ = runs(0.02)
+    fast, exact = runs(0.001)
+    assert worst(motion(fast), motion(exact)) < 1e-6
+    assert fast.steps < 1.5 * slow.steps

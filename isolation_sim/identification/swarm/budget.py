@@ -1,4 +1,4 @@
-"""An objective that may be evaluated so often and no more."""
+"""An objective within bounds that may be evaluated so often and no more."""
 
 from __future__ import annotations
 
@@ -12,17 +12,21 @@ class BudgetSpent(Exception):
 
 
 class Budget:
-    """An objective, counted.
+    """An objective within bounds, counted.
 
     Parameters
     ----------
     objective : callable
         Point, shape (n_parameters,), to a number.
+    lower, upper : numpy.ndarray, shape (n_parameters,)
+        Bounds, in the parameters' units.
     allowed : int
         Evaluations that may be spent.
 
     Attributes
     ----------
+    lower, upper : numpy.ndarray, shape (n_parameters,)
+        The bounds.
     allowed, spent : int
         Evaluations that may be and have been spent.
     best : numpy.ndarray or None, shape (n_parameters,)
@@ -31,8 +35,15 @@ class Budget:
         Best value after each evaluation, in the objective's unit.
     """
 
-    def __init__(self, objective: Callable[[np.ndarray], float], allowed: int):
+    def __init__(
+        self,
+        objective: Callable[[np.ndarray], float],
+        lower: np.ndarray,
+        upper: np.ndarray,
+        allowed: int,
+    ):
         self._objective = objective
+        self.lower, self.upper = lower, upper
         self.allowed = allowed
         self.best: np.ndarray | None = None
         self.history: list[float] = []

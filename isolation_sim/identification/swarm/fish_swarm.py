@@ -16,8 +16,6 @@ from .budget import Budget
 
 def fish_swarm(
     evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
     rng: np.random.Generator,
     population: int = 50,
     sight: float = 0.3,
@@ -30,9 +28,7 @@ def fish_swarm(
     Parameters
     ----------
     evaluate : Budget
-        The objective; keeps the best point.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units.
+        The objective within its bounds; keeps the best point.
     rng : numpy.random.Generator
     population : int
         Fish.
@@ -56,6 +52,7 @@ def fish_swarm(
             f"population {population!r}, sight {sight!r}, step {step!r}, crowding {crowding!r}, "
             f"tries {tries!r}; accepted: 2 fish or more, positive numbers, crowding up to 1"
         )
+    lower, upper = evaluate.lower, evaluate.upper
     n = lower.size
     diagonal = np.sqrt(n)  # of the unit cube, in which the fish swim
 

@@ -100,8 +100,6 @@ def fly(
 
 def adaptive_step(
     evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
     rng: np.random.Generator,
     population: int = 50,
     step: float = 20.0,
@@ -112,9 +110,7 @@ def adaptive_step(
     Parameters
     ----------
     evaluate : Budget
-        The objective; keeps the best point.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units; beyond the upper one a fly stands for the upper bound.
+        The objective within its bounds; keeps the best point.
     rng : numpy.random.Generator
     population : int
         Flies.
@@ -129,13 +125,11 @@ def adaptive_step(
     InputError
         If a setting is not positive.
     """
-    _search(evaluate, lower, upper, rng, population, step, scale, adaptive=True)
+    _search(evaluate, rng, population, step, scale, adaptive=True)
 
 
 def fixed_step(
     evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
     rng: np.random.Generator,
     population: int = 50,
     step: float = 20.0,
@@ -146,9 +140,7 @@ def fixed_step(
     Parameters
     ----------
     evaluate : Budget
-        The objective; keeps the best point.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units.
+        The objective within its bounds; keeps the best point.
     rng : numpy.random.Generator
     population : int
         Flies.
@@ -162,19 +154,18 @@ def fixed_step(
     InputError
         If a setting is not positive.
     """
-    _search(evaluate, lower, upper, rng, population, step, scale, adaptive=False)
+    _search(evaluate, rng, population, step, scale, adaptive=False)
 
 
 def _search(
     evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
     rng: np.random.Generator,
     population: int,
     step: float,
     scale: Any,
     adaptive: bool,
 ) -> None:
+    lower, upper = evaluate.lower, evaluate.upper
     scales = _SCALE_WIDTHS * (upper - lower) if scale is None else np.array(scale, dtype=float)
     if scales.shape not in ((), lower.shape) or not np.all(np.isfinite(scales) & (scales > 0)):
         raise InputError(f"scale {scale!r}; accepted: {lower.size} positive numbers")
@@ -182,6 +173,7 @@ def _search(
         raise InputError(f"population {population!r} and step {step!r}; accepted: positive numbers")
 
     def objective(smell: np.ndarray) -> np.ndarray:
+        # beyond the upper bound a fly stands for the bound
         return evaluate(np.clip(lower + scales * smell, lower, upper))
 
     starts = rng.uniform(-START, START, (1, lower.size, 2))

@@ -10,21 +10,13 @@ from ...errors import InputError
 from .budget import Budget
 
 
-def genetic(
-    evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    rng: np.random.Generator,
-    population: int = 50,
-) -> None:
+def genetic(evaluate: Budget, rng: np.random.Generator, population: int = 50) -> None:
     """Search by pymoo's genetic algorithm: tournament, simulated binary crossover, mutation.
 
     Parameters
     ----------
     evaluate : Budget
-        The objective; keeps the best point.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units.
+        The objective within its bounds; keeps the best point.
     rng : numpy.random.Generator
     population : int
         Individuals.
@@ -37,24 +29,16 @@ def genetic(
     _require(population)
     from pymoo.algorithms.soo.nonconvex.ga import GA
 
-    _minimise(GA(pop_size=population), evaluate, lower, upper, rng)
+    _minimise(GA(pop_size=population), evaluate, rng)
 
 
-def particle_swarm(
-    evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    rng: np.random.Generator,
-    population: int = 50,
-) -> None:
+def particle_swarm(evaluate: Budget, rng: np.random.Generator, population: int = 50) -> None:
     """Search by pymoo's particle swarm, whose inertia and attractions adapt.
 
     Parameters
     ----------
     evaluate : Budget
-        The objective; keeps the best point.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units.
+        The objective within its bounds; keeps the best point.
     rng : numpy.random.Generator
     population : int
         Particles.
@@ -67,25 +51,18 @@ def particle_swarm(
     _require(population)
     from pymoo.algorithms.soo.nonconvex.pso import PSO
 
-    _minimise(PSO(pop_size=population), evaluate, lower, upper, rng)
+    _minimise(PSO(pop_size=population), evaluate, rng)
 
 
 def cma_es(
-    evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    rng: np.random.Generator,
-    sigma: float = 0.3,
-    restarts: int = 9,
+    evaluate: Budget, rng: np.random.Generator, sigma: float = 0.3, restarts: int = 9
 ) -> None:
     """Search by covariance matrix adaptation, restarted with twice the population when it ends.
 
     Parameters
     ----------
     evaluate : Budget
-        The objective; keeps the best point.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units.
+        The objective within its bounds; keeps the best point.
     rng : numpy.random.Generator
     sigma : float
         Initial standard deviation as a share of the bounds' width.
@@ -104,9 +81,9 @@ def cma_es(
     _require(1)
     from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
 
-    start = rng.uniform(lower, upper)
+    start = rng.uniform(evaluate.lower, evaluate.upper)
     algorithm = CMAES(x0=start, sigma=sigma, restarts=restarts, incpopsize=2)
-    _minimise(algorithm, evaluate, lower, upper, rng)
+    _minimise(algorithm, evaluate, rng)
 
 
 def _require(population: int) -> None:
@@ -121,18 +98,13 @@ def _require(population: int) -> None:
         ) from None
 
 
-def _minimise(
-    algorithm: Any,
-    evaluate: Budget,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    rng: np.random.Generator,
-) -> None:
+def _minimise(algorithm: Any, evaluate: Budget, rng: np.random.Generator) -> None:
     from pymoo.core.problem import ElementwiseProblem
     from pymoo.optimize import minimize
 
     class Objective(ElementwiseProblem):
         def __init__(self) -> None:
+            lower, upper = evaluate.lower, evaluate.upper
             super().__init__(n_var=lower.size, n_obj=1, xl=lower, xu=upper)
 
         def _evaluate(self, x: np.ndarray, out: dict, *args: Any, **kwargs: Any) -> None:

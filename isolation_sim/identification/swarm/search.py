@@ -13,7 +13,7 @@ from ...errors import InputError, unknown_name
 from . import fish_swarm, fruit_fly, library
 from .budget import Budget, BudgetSpent
 
-# one line a method: a function of the budgeted objective, the bounds and a random generator
+# one line a method: a function of the budgeted objective and a random generator
 _METHODS: dict[str, Callable[..., None]] = {
     "fruit_fly": fruit_fly.adaptive_step,
     "fruit_fly_fixed": fruit_fly.fixed_step,
@@ -22,7 +22,7 @@ _METHODS: dict[str, Callable[..., None]] = {
     "particle_swarm": library.particle_swarm,
     "cma_es": library.cma_es,
 }
-_GIVEN = ("evaluate", "lower", "upper", "rng")
+_GIVEN = ("evaluate", "rng")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +107,9 @@ def search(
     whole = isinstance(budget, int | np.integer) and not isinstance(budget, bool)
     if not (whole and budget >= 1):
         raise InputError(f"budget {budget!r}; accepted: a whole number of evaluations, 1 or more")
-    evaluate = Budget(objective, int(budget))
+    evaluate = Budget(objective, lower, upper, int(budget))
     try:
-        run(evaluate, lower, upper, np.random.default_rng(seed), **settings)
+        run(evaluate, np.random.default_rng(seed), **settings)
     except BudgetSpent:
         pass
     if evaluate.best is None:

@@ -1,0 +1,109 @@
+"""What the kernel is told of its elements: what stays the same from run to run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..structures import IsolatedStructure
+from .modal import Modes
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Elements of the plants of a block of lanes, at rest; its arrays are read-only.
+
+    Attributes
+    ----------
+    n_modes : int
+        Modes of each plant.
+    channel : (n_elements,) int array
+        Coil channel of each element; one more than there are for an element without a coil.
+    numbers : flat array, lanes innermost
+        Each element's slots, see ``element_code.py``: reference springs, dashpots and scales.
+    table : (n_elements, n_pieces, n_parameters, n_powers, lanes) array
+        Polynomials of the parameters in the current.
+    breaks : (n_elements, n_pieces + 1, lanes) array
+        Currents at which their pieces begin, A.
+    shape : (n_elements, 2) int array
+        Numbers of pieces and powers that each element uses.
+    deformation_limit : (lanes,) array
+        Largest device deformation, m, summed over elements, before a run counts as diverged: a
+        hundred times what was tested.
+    """
+
+    n_modes: int
+    channel: NDArray
+    numbers: NDArray
+    table: NDArray
+    breaks: NDArray
+    shape: NDArray
+    deformation_limit: NDArray
+
+    def __post_init__(self) -> None:
+        for array in (self.numbers, self.table, self.breaks):
+            array.flags.writeable = False
+
+
+def elements_of(
+    module: ModuleType, plants: Sequence[IsolatedStructure], modes: Sequence[Modes]
+) -> Elements:
+    """Gather a block's elements.
+
+    Parameters
+    ----------
+    module : module
+        Compiled kernel.
+    plants : sequence of IsolatedStructure
+        One a lane; alike in their elements' laws and in the shapes of their current dependence.
+    modes : sequence of Modes
+        Of each plant.
+
+    Returns
+    -------
+    Elements
+    """
+    first, lanes = plants[0], module.LANES
+    shapes = np.array([e.device.current.coefficients.shape for e in first.elements])
+    pieces, parameters, n_powers = shapes.max(axis=0)
+    numbers = np.zeros((module.N_ELEMENTS, module.STRIDE, lanes))
+    table = np.zeros((module.N_ELEMENTS, pieces, parameters, n_powers, lanes))
+    breaks = np.full((module.N_ELEMENTS, pieces + 1, lanes), np.inf)
+    # lanes of one plant are filled together
+    for plant, own in dict(zip(plants, modes, strict=True)).items():
+        alike = np.array([p is plant for p in plants])
+        # force on the structure below which nothing needs to be resolved, N
+        least = 1e-5 * plant.structure.total_mass
+        for e, element in enumerate(plant.elements):
+            device = element.device
+            # scales begin at a ten-thousandth of what the device was tested to
+            small = 1e-4 * device.deformation_scale / device.length
+            force = max(small * own.stiffness[e], least / device.force_scale)
+            numbers[e, module.SLOT_K_REF, alike] = own.stiffness[e]
+            numbers[e, module.SLOT_C_REF, alike] = own.damping[e]
+            numbers[e, module.SLOT_FORCE_SCALE, alike] = 1.0 / force
+            numbers[e, module.SLOT_TO_STRUCTURE, alike] = device.force_scale
+            scale = module.SLOT_SCALE[module.KIND[e]]
+            numbers[e, scale : scale + len(device.law.states), alike] = 1.0 / small
+            a, b, c = shapes[e]
+            table[e, :a, :b, :c, alike] = device.current.coefficients
+            breaks[e, : a + 1, alike] = device.current.breaks
+    width = first.n_channels
+    return Elements(
+        n_modes=modes[0].eigenvalues.size,
+        channel=np.array([width if e.channel is None else e.channel for e in first.elements]),
+        numbers=numbers.ravel(),
+        table=table,
+        breaks=breaks,
+        shape=np.ascontiguousarray(shapes[:, [0, 2]]),
+        deformation_limit=100.0 * np.array([_tested(plant) for plant in plants]),
+    )
+
+
+def _tested(plant: IsolatedStructure) -> float:
+    """Summed deformations to which a plant's devices were tested, in their own scale, m."""
+    return sum(e.device.deformation_scale / e.device.length for e in plant.elements)
