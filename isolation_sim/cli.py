@@ -102,6 +102,9 @@ def run(
         print(json_text(comparison), end="")
     elif not quiet:
         page().print(comparison.table())
+        for label in runs:
+            if job.controllers[label].report is not None:
+                print(f"{label}: {job.controllers[label].report}")
     for warning in comparison.warnings():
         _messages.print(f"warning: {warning}", style="yellow", markup=False)
     for divergence in diverged:
@@ -113,6 +116,10 @@ def run(
     print(f"results: {where}", file=told)
     if diverged:
         raise typer.Exit(1)
+
+
+# what some will type for it
+app.command("compare", hidden=True)(run)
 
 
 @app.command(

@@ -22,7 +22,7 @@ from .measured import Measured
 from .model import Model
 
 STARTS = 20
-_LAST = 2
+_LAST = 3
 """Starts that get all samples."""
 _ROUGH = 5000
 """Samples on which starts are sorted out."""
@@ -104,7 +104,14 @@ def fitted_law(
     if not ready:
         raise InputError(f"no start gives {u.law.name} finite forces under these data")
     last = pool.map(lambda o: fitted(resolved(model, o.x), o.x, 100, 1e-8), ready[:_LAST])
-    return min(last, key=lambda f: f.cost if np.isfinite(f.cost) else np.inf)
+    return min(last, key=_rank)
+
+
+def _rank(found: Fitted) -> tuple[bool, float]:
+    """A law that runs away under any of the motions, held out or not, comes last."""
+    force = found.model.forces(found.values, False)[0]
+    runs_away = not np.array_equal(force, found.model.data.bounded(force))
+    return runs_away or not np.isfinite(found.cost), found.cost
 
 
 def given_law(model: Model, start: NDArray) -> Fitted:

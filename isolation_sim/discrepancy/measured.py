@@ -17,6 +17,8 @@ from ..identification.velocity import smooth
 
 LEAST_NOISE = 2e-3
 """Of a run's RMS force: a run is never trusted more than this."""
+RUNAWAY = 10.0
+"""Of the largest measured force: beyond it a model has run away."""
 HELD_OUT_PART = 4
 """One run in so many is held out where the campaign does not say which."""
 
@@ -104,6 +106,22 @@ class Measured:
         float
         """
         return float(np.sum(((force - self.force) * self.weight)[chosen] ** 2))
+
+    def bounded(self, force: NDArray) -> NDArray:
+        """Put a limit to the force of a model that runs away.
+
+        Parameters
+        ----------
+        force : (n_samples,) array
+            Modelled, N.
+
+        Returns
+        -------
+        (n_samples,) array
+            Ten times the largest measured force in place of what is beyond or no number.
+        """
+        most = RUNAWAY * float(np.max(np.abs(self.force)))
+        return np.clip(np.nan_to_num(force, nan=most), -most, most)
 
     def relative(self, residual: NDArray, chosen: NDArray) -> float:
         """RMS of a residual over RMS of the measured force, over some samples.

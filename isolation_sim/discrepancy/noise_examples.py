@@ -11,6 +11,10 @@ from ..identification.velocity import smooth
 from .candidates import Fitted
 from .measured import Measured
 
+_FINER = 4
+_RUNAWAY = 0.3
+"""Of a run's force: noise does not do more to a law that is stable under its motion."""
+
 
 def motion_noise(full: Measured, number: int, seed: int = 0) -> NDArray:
     """Draw noise of the displacement as it passes the smoothing.
@@ -58,16 +62,21 @@ def noise_residuals(base: Fitted, shifts: NDArray, seed: int = 0) -> NDArray:
     (n_samples, number) array
         Residuals of all samples over their noise.
     """
-    data = base.model.data
+    # noise asks for finer steps than smooth motion does
+    model = replace(base.model, n_steps=_FINER * base.model.n_steps)
+    data = model.data
     random = np.random.default_rng(seed)
-    without = base.model.forces(base.values, False)[0]
+    without = data.bounded(model.forces(base.values, False)[0])
     white = np.repeat(data.force_noise, data.lengths)
     columns = []
     for dx, dv, da in shifts:
-        moved = replace(base.model, data=replace(data, x=data.x + dx, v=data.v + dv, a=data.a + da))
-        shift = moved.forces(base.values, False)[0] - without
-        # where the law itself fails there is the noise of the force alone
-        shift = np.where(np.isfinite(shift), shift, 0.0) + white * random.standard_normal(len(shift))
+        moved = replace(model, data=replace(data, x=data.x + dx, v=data.v + dv, a=data.a + da))
+        shift = data.bounded(moved.forces(base.values, False)[0]) - without
+        for run, size in zip(data.runs, data.force_size, strict=True):
+            # where the law itself runs away there is the noise of the force alone
+            if np.sqrt(np.mean(shift[run] ** 2)) > _RUNAWAY * size:
+                shift[run] = 0.0
+        shift += white * random.standard_normal(len(shift))
         columns.append(shift * data.weight)
     return np.stack(columns, axis=1)
 

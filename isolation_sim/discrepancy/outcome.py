@@ -62,18 +62,13 @@ class Outcome:
     def before(self) -> NDArray:
         """Force of the simulation that was judged, N."""
         if self.given is not None:
-            return self._bounded(self.given)
-        return self._bounded(self.base.model.forces(self.base.values, False)[0])
+            return self.data.bounded(self.given)
+        return self.data.bounded(self.base.model.forces(self.base.values, False)[0])
 
     @property
     def after(self) -> NDArray:
         """Force with all that was found, N."""
-        return self._bounded(self.final.model.forces(self.final.values, False)[0])
-
-    def _bounded(self, force: NDArray) -> NDArray:
-        """Ten times the largest measured force in place of what is beyond or no number."""
-        most = 10 * float(np.max(np.abs(self.data.force)))
-        return np.clip(np.nan_to_num(force, nan=most), -most, most)
+        return self.data.bounded(self.final.model.forces(self.final.values, False)[0])
 
     def misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
         """Cost of a force above that of noise; by default where the outcome is judged."""
