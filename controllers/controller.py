@@ -55,6 +55,9 @@ class Controller:
         Interval between decisions; None for the ground motion's sampling interval.
     foresight : float, s
         How far ahead of its arrival it is told the ground motion; 0 for not at all.
+    report : object or None
+        What its decisions were like in the last run, for those that count something; printed as
+        ``str`` after a run.
 
     Parameters
     ----------
@@ -80,6 +83,7 @@ class Controller:
     }
     period: float | None = None
     foresight: float = 0.0
+    report: Any = None
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)

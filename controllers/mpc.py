@@ -47,8 +47,8 @@ class Report:
             return "no decisions"
         median, slow = np.percentile(self.seconds, [50, 99]) * 1e3
         return (
-            f"{len(self.seconds)} decisions, {self.failed} failed, {self.late} late; median "
-            f"{median:.3f} ms, 99th percentile {slow:.3f} ms"
+            f"{len(self.seconds)} decisions, {self.failed} failed and {self.late} late (the plan "
+            f"before was followed); median {median:.3f} ms, 99th percentile {slow:.3f} ms"
         )
 
 
@@ -71,6 +71,9 @@ class MPC(Controller):
     ----------
     report : Report
         What happened in the last run's decisions.
+    units : numpy.ndarray, shape (3,)
+        Displacement (m), acceleration (m/s^2) and velocity (m/s) that the last decision's costs
+        were in units of.
     """
 
     name = "mpc"
@@ -85,28 +88,31 @@ class MPC(Controller):
         "law", "device in the prediction: its law, or spring and dashpot at each current",
         OneOf(("law", "linear")),
     )  # fmt: skip
-    horizon: float = setting(1.6, "how far ahead it predicts", Number(above=0), "s")
+    horizon: float | None = setting(
+        None, "how far ahead it predicts; None for 0.8 s and half of the preview",
+        Optional(Number(above=0)), "s",
+    )  # fmt: skip
     blocks: int = setting(20, "blocks of commands that move together", Integer(at_least=1))
     order: int = setting(
         6, "order of the autoregressive model of the ground motion, identified as it arrives; 0 "
         "for none", Integer(at_least=0),
     )  # fmt: skip
-    displacement: float = setting(0.08, "weight of squared displacement", Number(at_least=0))
+    displacement: float = setting(3.0, "weight of squared displacement", Number(at_least=0))
     acceleration: float = setting(0.7, "weight of squared acceleration", Number(at_least=0))
     end: float = setting(0.15, "weight of the squared amplitude at the end", Number(at_least=0))
     change: float = setting(0.11, "weight of squared changes of the plan", Number(above=0))
     roughness: float = setting(
         0.005, "weight of squared differences between commands of the plan", Number(at_least=0)
     )
-    effort: float | None = setting(
-        None, "weight of squared currents, for what is stiff is exposed to the unforeseen; None "
-        "for 4 without preview and 0.02 with it", Optional(Number(at_least=0)),
+    effort: float = setting(
+        0.05, "weight of squared currents, for what is stiff is exposed to the unforeseen",
+        Number(at_least=0),
     )  # fmt: skip
     displacement_excess: float = setting(
-        0.03, "weight of the displacement that exceeds its level", Number(at_least=0)
+        2.0, "weight of the displacement that exceeds its level", Number(at_least=0)
     )
     acceleration_excess: float = setting(
-        0.2, "weight of the acceleration that exceeds its level", Number(at_least=0)
+        2.0, "weight of the acceleration that exceeds its level", Number(at_least=0)
     )
     displacement_level: float = setting(
         0.5, "peak displacement that counts as unavoidable, over the strongest ground "
@@ -150,7 +156,8 @@ class MPC(Controller):
         if self.model == "linear":
             belief = spring_and_dashpot(belief, coils, frequency)
         self.step = situation.period
-        n_steps = max(2, round(self.horizon / self.step))
+        horizon = 0.8 + self.preview / 2 if self.horizon is None else self.horizon
+        n_steps = max(2, round(horizon / self.step))
         n_blocks = min(self.blocks, n_steps)
         self.block = np.arange(n_steps) * n_blocks // n_steps
         self.prediction = Prediction(belief, coils, self.step, self.block)
@@ -161,16 +168,12 @@ class MPC(Controller):
             np.zeros(n + most),
         )  # fmt: skip
         self._sense = np.zeros(n + most, dtype=np.int32)
-        effort = self.effort
-        if effort is None:
-            effort = 0.02 if self.preview > 0 else 4.0
         self._weights = np.array(
             [
                 self.displacement, self.acceleration, self.end, self.change, self.roughness,
-                effort,
-                self.displacement_excess, self.acceleration_excess,
+                self.effort, self.displacement_excess, self.acceleration_excess,
             ]
-        )
+        )  # fmt: skip
         directions = len(belief.structure.directions)
         order = max(self.order, 1)
         self._ground = np.zeros((n_steps + 1, directions))
@@ -207,6 +210,11 @@ class MPC(Controller):
                 plan = self.commands
                 break
             plan += move[self.block]
+        # what the solver leaves of a bound, 1e-6 at most, no coil gets to see
+        lag, slew = self.coils[:, 0], self.coils[:, 1]
+        start = np.where(lag > 0, coil, before)
+        reach = slew * np.where(lag > 0, lag, self.step)
+        plan[0] = np.clip(plan[0], start - reach, start + reach)
         np.clip(plan, self.coils[:, 2], self.coils[:, 3], out=plan)
         took = perf_counter() - began
         self.report.seconds.append(took)
@@ -246,10 +254,10 @@ class MPC(Controller):
         expected = self._strongest * np.array([self.displacement_level, self.acceleration_level])
         levels = np.maximum(self._peaks, expected / [self.frequency**2, 1.0])
         unit = (levels[1] + self.frequency**2 * levels[0]) / 2
-        units = np.array([unit / self.frequency**2, unit, unit / self.frequency])
+        self.units = np.array([unit / self.frequency**2, unit, unit / self.frequency])
         count = p.module.programme(
-            (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a), units,
-            levels, self._weights, self._programme,
+            (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
+            self.units, levels, self._weights, self._programme,
         )  # fmt: skip
         hessian, gradient, rows, upper, lower = self._programme
         n = len(gradient)

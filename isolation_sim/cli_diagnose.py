@@ -27,8 +27,14 @@ def diagnose(
     ] = "fit",
     scenario: Annotated[
         Path | None,
-        typer.Option(help="Scenario with the structure; needed for a building record."),
+        typer.Option(
+            help="Scenario of the consequence, the main job by default; for a building record, the "
+            "building, and needed."
+        ),
     ] = None,
+    consequence: Annotated[
+        bool, typer.Option(help="Run the scenario's controllers with the old and extended law.")
+    ] = True,
     current_degree: Annotated[
         int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
     ] = None,
@@ -45,8 +51,9 @@ def diagnose(
 
     with progress(quiet, _PARTS) as step:
         result = run_diagnosis(
-            data, law, parameters, scenario=scenario, current_degree=current_degree, progress=step
-        )
+            data, law, parameters, scenario=scenario, consequence=consequence,
+            current_degree=current_degree, progress=step,
+        )  # fmt: skip
     where = out or Path("results") / file_name(f"diagnosis of {data.stem}")
     with ResultsFolder(where) as folder:
         result.save(folder.unfinished)

@@ -87,7 +87,7 @@ def _command(name: str, about: str) -> None:
             print(f"report: {path / 'report.html'}", file=told)
         print(f"results: {path}", file=told)
 
-    run.__doc__ = f"Find {about}."
+    run.__doc__ = f"{about[0].upper()}{about[1:]}."
     studies.command(
         name,
         epilog=examples(f"isolation-sim study {name}", f"isolation-sim study {name} --short"),

@@ -149,6 +149,7 @@ def diagnose(
     parameters: str | Path | Device = "fit",
     *,
     scenario: Scenario | IsolatedStructure | str | Path | None = None,
+    consequence: bool = True,
     **options: Any,
 ) -> Diagnosis:
     """Find what a simulation gets wrong in measured data, and why.
@@ -163,7 +164,13 @@ def diagnose(
     parameters : str, pathlib.Path or Device, default "fit"
         Its numbers: "fit", "published", or a file that ``fit --out`` writes.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
-        The building as it is believed to be; needed for building records.
+        The building as it is believed to be; needed for building records. For device tests, where
+        the consequence is shown: the main job by default. A scenario whose isolator section has no
+        scales leaves it to the diagnosis to scale the device.
+    consequence : bool, default True
+        Whether to run the scenario's controllers with the law that was judged and with the
+        extended one, where a cause was found; of a building record only if it is a scenario that
+        describes the building.
     **options
         ``progress`` (called with the name of what is being done), ``seed``; for campaigns also
         ``current_degree`` and ``threads``.
@@ -181,29 +188,35 @@ def diagnose(
     from .discrepancy.building_record import read_building_record
     from .discrepancy.diagnose import diagnose as of_device
     from .discrepancy.diagnose import kind_of
+    from .scenario import Scenario
+    from .scenario.consequence import with_consequence
 
+    if isinstance(scenario, str | Path):
+        scenario = Scenario.read(scenario)
     paths: list[str | Path]
     if isinstance(data, Sequence) and not isinstance(data, str):
         paths = list(data)
     else:
         paths = [] if not isinstance(data, str | Path) or kind_of(data) != "building" else [data]
+    found: Diagnosis
     if not paths:
-        return of_device(data, law, parameters, **options)  # type: ignore[arg-type]
-    from .discrepancy.building import diagnose_building
-    from .scenario import Scenario
+        found = of_device(data, law, parameters, **options)  # type: ignore[arg-type]
+        scenario = Scenario() if scenario is None else scenario
+    else:
+        from .discrepancy.building import diagnose_building
 
-    if scenario is None:
-        raise InputError(
-            f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
-            "scenario file that describes it"
-        )
-    isolated: Any = scenario
-    if isinstance(scenario, str | Path):
-        isolated = Scenario.read(scenario)
-    if isinstance(isolated, Scenario):
-        isolated = isolated.build().isolated
-    options.pop("current_degree", None)
-    return diagnose_building([read_building_record(path) for path in paths], isolated, **options)
+        if scenario is None:
+            raise InputError(
+                f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
+                "scenario file that describes it"
+            )
+        isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
+        options.pop("current_degree", None)
+        records = [read_building_record(path) for path in paths]
+        found = diagnose_building(records, isolated, **options)
+    if not (consequence and isinstance(scenario, Scenario)):
+        return found
+    return with_consequence(found, scenario, options.get("progress"))
 
 
 def _controller(given: str | Control) -> Control:

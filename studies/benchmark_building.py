@@ -12,7 +12,6 @@ building. Part I: problem definition", Structural Control and Health Monitoring 
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +20,11 @@ import numpy as np
 import isolation_sim as iso
 from ground_motions import Record, read
 from isolation_sim.criteria import criteria
-from isolation_sim.errors import InputError
+from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.results import write_table
 from isolation_sim.structures import IsolatedStructure, Structure, from_fixed_base
 
-from .papers.loops import sinusoidal
-from .study import Outcome, Step
+from .study import Outcome, Step, data_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +34,6 @@ if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
 
 TITLE = "Smart base-isolated benchmark building"
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 RECORDS = ("newhall", "sylmar", "elcentro", "rinaldi", "kobe", "jiji", "erzikan")
 CONTROLLERS = ("passive_off", "passive_on", "on_off", "clipped_lqr", "clipped_lqg")
 
@@ -59,24 +56,6 @@ WHAT = (
     "device\nforce", "rms base\ndisplacement", "rms floor\nacceleration", "dissipated",
 )  # fmt: skip
 """What the indices are of."""
-
-
-def data_folder() -> Path:
-    """Return the folder of the building's matrices and records.
-
-    Raises
-    ------
-    InputError
-        If it is absent.
-    """
-    given = os.environ.get("ISOLATION_SIM_DATA")
-    folder = (Path(given) if given else DATA) / "benchmark_8_storey"
-    if not (folder / "structure.npz").is_file():
-        raise InputError(
-            f"{folder}: the benchmark building's matrices and records are not there; accepted: "
-            "ISOLATION_SIM_DATA set to the folder that holds benchmark_8_storey"
-        )
-    return folder
 
 
 def structure(folder: Path) -> Structure:
@@ -232,7 +211,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         Table: medians over the records; the linear bearings are the uncontrolled structure of the
         nine indices. ``runs.csv`` has every run.
     """
-    data = data_folder()
+    data = data_folder("benchmark_8_storey")
     linear = on_bearings(data, linear_bearing())
     controlled = on_bearings(data, mr_isolator(1 / isolated_period(linear.structure)))
     wanted = RECORDS[2:4] if short else RECORDS

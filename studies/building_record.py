@@ -1,68 +1,72 @@
 """A real building on rubber isolators: what a linear isolation layer gets wrong, and why.
 
-Run it with ``python -m studies.building_record [FOLDER]``; the folder is ``bncs`` of the shared
-data: a five-storey building on high-damping rubber, shaken on a table. Floors of equal mass are
-assumed. Storeys and a linear isolation layer are fitted to one record (ICA at 50 %); the diagnosis
-then sees two records and is judged by the third. The measured isolator displacement was integrated
-from the accelerations: its agreement with them is no independent evidence. Table, findings and a
-figure of the isolators' loops go to the terminal and to ``results/building_record``.
+A five-storey building on high-damping rubber was shaken on a table (``bncs`` of the shared data).
+Floors of equal mass are assumed. The superstructure is identified from the base's accelerations,
+apart from any isolator; a linear spring and dashpot below it are fitted to the response at 50 %.
+The isolation layer's force is minus the mass times the mean of the six accelerations, so that the
+records hold measured loops of it: the diagnosis judges the linear layer by them, and what it finds
+is put under the building again, to predict the response to each ground motion. The measured
+isolator displacement was integrated from the accelerations: its agreement with them is no
+independent evidence.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building import BuildingDiagnosis, diagnose_building
-from isolation_sim.discrepancy.building_causes import Candidate, Parameter, Values
-from isolation_sim.discrepancy.building_fit import compare_records
-from isolation_sim.discrepancy.building_model import BuildingModel, building_model
-from isolation_sim.discrepancy.building_record import (
-    DISPLACEMENT,
-    BuildingRecord,
-    read_building_record,
-)
-from isolation_sim.structures import IsolatedStructure
+from isolation_sim.discrepancy.building_record import BuildingRecord, read_building_record
+from isolation_sim.discrepancy.campaign_diagnosis import diagnose_campaign
+from isolation_sim.discrepancy.diagnosis import Diagnosis
+from isolation_sim.identification.campaign import Campaign, TestRun
+from isolation_sim.laws import Device
+from isolation_sim.structures import IsolatedStructure, Structure
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "bncs"
-RESULTS = Path("results/building_record")
-FITTED_FIRST, OTHERS = "ICA50", ("ICA100", "CNP100")
+from .study import Outcome, Step, data_folder
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = "A real building on rubber isolators: what a linear isolation layer gets wrong"
+RECORDS = {"ICA50": "ICA 50 %", "ICA100": "ICA 100 %", "CNP100": "Canoga Park 100 %"}
+FIRST = "ICA50"
+SHOWN = (("ICA50",), ("ICA50", "ICA100"))
+"""Records that the diagnosis is shown; the others judge."""
 EVERY = 4
 """Samples of 200 Hz that become one of 50 Hz: the building's modes lie below 15 Hz."""
+LOOPS_EVERY = 2
+"""Samples of 50 Hz that become one in the loops: the layer's force lies below 5 Hz."""
 STRONG = 0.98
 """Share of the ground motion's energy after which a record is cut."""
 FLOOR_MASS = 2e5
 """kg; only ratios to it matter, since no force was measured."""
+TOTAL_MASS = 6 * FLOOR_MASS
 
 
-@dataclass(frozen=True)
-class Prediction:
-    """Errors of one channel group on one record.
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """An isolation layer under the building, and what it predicts.
 
     Attributes
     ----------
-    record : str
-        Name.
-    fitted : bool
-        Whether the extended model has seen it.
-    displacement, acceleration : tuple of float
-        RMS error over RMS, linear and extended, of isolator displacement and floors.
+    name : str
+        To print.
+    shown : tuple of str
+        Records that it was fitted to.
+    responses : dict of str to (n, n_channels) array
+        By record; channels as measured, m/s2 and m.
     """
 
-    record: str
-    fitted: bool
-    displacement: tuple[float, float]
-    acceleration: tuple[float, float]
+    name: str
+    shown: tuple[str, ...]
+    responses: dict[str, NDArray]
 
 
 def prepared(folder: Path, name: str) -> BuildingRecord:
@@ -81,164 +85,314 @@ def prepared(folder: Path, name: str) -> BuildingRecord:
     return BuildingRecord(name, ground, {c: slower(v)[:end] for c, v in record.response.items()})
 
 
-def linear_building(values: Sequence[float]) -> IsolatedStructure:
-    """Five storeys on a linear spring and dashpot.
+def superstructure(storey_stiffness: float, damping_ratio: float) -> Structure:
+    """Five equal storeys on a base, all floors of one mass.
 
     Parameters
     ----------
-    values : sequence of float
-        Layer's stiffness (N/m) and damping (N s/m), storeys' stiffness from below (N/m), damping
-        ratio of the superstructure.
+    storey_stiffness : float, N/m
+        Of each.
+    damping_ratio : float
+        Rayleigh's, at the first two modes.
+
+    Returns
+    -------
+    Structure
     """
-    k, c, *storeys, ratio = values
-    structure = iso.shear_building(
-        [FLOOR_MASS] * 5, storeys, base_mass=FLOOR_MASS, damping_ratio=ratio, name="BNCS building"
-    )
-    return structure.on(iso.law("kelvin_voigt", {"k": k, "c": c}))
-
-
-def fitted_building(record: BuildingRecord) -> IsolatedStructure:
-    """Fit storeys and a linear isolation layer to one record."""
-    total = 6 * FLOOR_MASS
-    layer, storey = total * (2 * np.pi / 2.2) ** 2, FLOOR_MASS * (2 * np.pi / 0.25) ** 2
-    start = (layer, 0.2 * np.sqrt(layer * total), *[storey] * 5, 0.04)
-
-    def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        isolated = linear_building(values)
-        return replace(model, nominal=isolated, structure=isolated.structure)
-
-    whole = Candidate(
-        "linear_building", "",
-        (
-            *(Parameter(f"p{k}", "1", v / 30, v * 30, True) for k, v in enumerate(start[:-1])),
-            Parameter("ratio", "1", 0.001, 0.3),
-        ),
-        (start,), apply, "",
+    return iso.shear_building(
+        [FLOOR_MASS] * 5, [storey_stiffness] * 5, base_mass=FLOOR_MASS,
+        damping_ratio=damping_ratio, name="BNCS building",
     )  # fmt: skip
-    model = building_model(linear_building(start), [record])
-    outcome = compare_records(model, [record]).fit((), ((whole, start),), most=40)
-    return linear_building(outcome.found[0][1])
 
 
-def errors(isolated: IsolatedStructure, record: BuildingRecord) -> tuple[float, float]:
-    """Relative error of the isolator displacement and of the floors' accelerations."""
+def floor_accelerations(structure: Structure, base: NDArray, dt: float) -> NDArray:
+    """Absolute accelerations of the floors above a base that moves as measured.
+
+    Parameters
+    ----------
+    structure : Structure
+        Base included.
+    base : (n,) array, m/s2
+        Absolute acceleration of the base.
+    dt : float, s
+        Sampling interval.
+
+    Returns
+    -------
+    (n, n_floors) array, m/s2
+    """
+    from scipy.signal import lsim
+
+    fixed = structure.fixed_base()
+    n = fixed.n_dofs
+    rates = -np.linalg.solve(fixed.mass, np.hstack([fixed.stiffness, fixed.damping]))
+    states = np.vstack([np.eye(2 * n)[n:], rates])
+    driven = np.concatenate([np.zeros(n), -fixed.influence[:, 0]])[:, np.newaxis]
+    system = states, driven, rates, np.zeros((n, 1))
+    return lsim(system, base, dt * np.arange(len(base)))[1]
+
+
+def identified(record: BuildingRecord) -> Structure:
+    """Fit storey stiffness and damping ratio to the floors' accelerations above the measured base.
+
+    Parameters
+    ----------
+    record : BuildingRecord
+        With accelerations of base and floors.
+
+    Returns
+    -------
+    Structure
+    """
+    base, floors = record.values[:, 0], record.values[:, 1:-1]
+
+    def residual(x: NDArray) -> NDArray:
+        found = floor_accelerations(superstructure(*np.exp(x)), base, record.ground.dt)
+        return ((found - floors) / np.linalg.norm(floors, axis=0)).ravel()
+
+    return superstructure(*_fitted(residual, (FLOOR_MASS * (2 * np.pi / 0.2) ** 2, 0.05)))
+
+
+def linear_layer(structure: Structure, record: BuildingRecord) -> Device:
+    """Fit a spring and dashpot under the building to its response.
+
+    Parameters
+    ----------
+    structure : Structure
+        The building.
+    record : BuildingRecord
+        Its ground motion and response.
+
+    Returns
+    -------
+    Device
+    """
     measured = record.values
-    residual = measured - building_model(isolated, [record]).predict(record)
-    share = np.sqrt((residual**2).sum(axis=0) / (measured**2).sum(axis=0))
-    return float(share[-1]), float(np.sqrt(np.mean(share[:-1] ** 2)))
+
+    def layer(x: NDArray) -> Device:
+        k, c = np.exp(x).tolist()
+        return iso.law("kelvin_voigt", {"k": k, "c": c})
+
+    def residual(x: NDArray) -> NDArray:
+        found = response(structure.on(layer(x)), record)
+        return ((found - measured) / np.linalg.norm(measured, axis=0)).ravel()
+
+    omega = 2 * np.pi / 2.4
+    start = (TOTAL_MASS * omega**2, 0.3 * omega * TOTAL_MASS)
+    return layer(np.log(_fitted(residual, start)))
 
 
-def judged(
-    linear: IsolatedStructure, diagnosis: BuildingDiagnosis, records: Sequence[BuildingRecord]
-) -> list[Prediction]:
-    """Errors of the linear and of the extended building on every record."""
-    assert diagnosis.building is not None
-    rows = []
+def _fitted(residual: Callable[[NDArray], NDArray], start: Sequence[float]) -> NDArray:
+    """Least squares over the logarithms of positive numbers."""
+    from scipy.optimize import least_squares
+
+    return np.exp(least_squares(residual, np.log(start), diff_step=1e-3, xtol=1e-5).x)
+
+
+def response(isolated: IsolatedStructure, record: BuildingRecord) -> NDArray:
+    """Simulate a record's channels.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The building on an isolation layer.
+    record : BuildingRecord
+        Its ground motion.
+
+    Returns
+    -------
+    (n, n_channels) array
+        Accelerations of base and floors (m/s2), isolator displacement (m).
+    """
+    run = iso.simulate(isolated, record.ground)
+    names = [f"{dof}_acceleration_m_s2" for dof in isolated.structure.names]
+    return np.column_stack([run.output(name) for name in (*names, "base_displacement_m")])
+
+
+def layer_force(values: NDArray) -> NDArray:
+    """Restoring force of the isolation layer from the accelerations, floors of equal mass.
+
+    Parameters
+    ----------
+    values : (n, n_channels) array
+        As `response` returns them.
+
+    Returns
+    -------
+    (n,) array, N
+    """
+    return -TOTAL_MASS * values[:, :-1].mean(axis=1)
+
+
+def loops(records: Sequence[BuildingRecord], shown: Sequence[str]) -> Campaign:
+    """Measured loops of the isolation layer as a campaign of device tests.
+
+    Parameters
+    ----------
+    records : sequence of BuildingRecord
+        All of them.
+    shown : sequence of str
+        Those to fit; the others are held out.
+
+    Returns
+    -------
+    Campaign
+    """
+    runs = []
     for record in records:
-        pairs = [errors(model, record) for model in (linear, diagnosis.building)]
-        displacement, acceleration = zip(*pairs, strict=True)
-        rows.append(Prediction(record.name, not record.hold_out, displacement, acceleration))
-    return rows
+        kept = slice(None, None, LOOPS_EVERY)
+        x = record.values[:, -1]
+        v = np.gradient(x, record.ground.dt)
+        time = record.ground.time[kept]
+        runs.append(
+            TestRun(
+                record.name, time, x[kept], v[kept], layer_force(record.values)[kept],
+                np.zeros(len(time)), hold_out=record.name not in shown, velocity_measured=True,
+            )
+        )  # fmt: skip
+    return Campaign("BNCS isolation layer", "shake table", tuple(runs))
 
 
-def table(rows: Sequence[Prediction]) -> Table:
-    """Errors, a line a record."""
-    result = Table(title="RMS error over RMS, %")
-    for heading in ("record", "extended model", "displacement\nlinear", "\nextended",
-                    "acceleration\nlinear", "\nextended"):  # fmt: skip
-        result.add_column(heading, justify="right")
-    for row in rows:
-        cells = [f"{100 * e:.1f}" for e in (*row.displacement, *row.acceleration)]
-        result.add_row(row.record, "fitted" if row.fitted else "not seen", *cells)
-    return result
-
-
-def findings(rows: Sequence[Prediction], diagnosis: BuildingDiagnosis) -> str:
-    """Say what was found, from the numbers alone."""
-    unseen = next(row for row in rows if not row.fitted)
-
-    def change(pair: tuple[float, float]) -> str:
-        return f"{100 * pair[0]:.0f} to {100 * pair[1]:.0f} %"
-
-    named = "; ".join(
-        f"{cause.name} ({100 * cause.share:.0f} % of the misfit on {unseen.record})"
-        for cause in diagnosis.causes
-    )
-    return (
-        f"The linear isolation layer is {diagnosis.verdict.replace('_', ' ')} by: "
-        f"{named or 'none of the causes known'}. On {unseen.record}, which the extended model has "
-        f"not seen, the error of the isolator displacement goes from "
-        f"{change(unseen.displacement)} and that of the accelerations from "
-        f"{change(unseen.acceleration)}. {100 * diagnosis.unexplained_share:.0f} % of the weighted "
-        "misfit there stays without a name. Before any cause, the residual depends on "
-        f"{', '.join(diagnosis.depends_on) or 'nothing that was asked'}."
-    )
-
-
-def figure(
-    linear: IsolatedStructure, extended: IsolatedStructure, records: Sequence[BuildingRecord]
-) -> Any:
-    """Draw the isolators' loops: restoring force over total mass against displacement."""
-    import matplotlib.pyplot as plt
-
-    from isolation_sim.reports.style import DOUBLE_COLUMN, style
-
-    with style():
-        fig, axes = plt.subplots(
-            1, len(records), figsize=(DOUBLE_COLUMN, 2.8), squeeze=False, sharey=True
-        )
-        for axis, record in zip(axes[0], records, strict=True):
-            drawn = [("measured", record.values, {"color": "0.7", "lw": 1.8})]
-            for label, model in (("linear", linear), ("extended", extended)):
-                values = building_model(model, [record]).predict(record)
-                drawn.append((label, values, {"lw": 0.7}))
-            for label, values, look in drawn:
-                force = -values[:, :-1].mean(axis=1)
-                axis.plot(1e3 * values[:, -1], force, label=label, **look)
-            seen = "not seen" if record.hold_out else "fitted"
-            axis.set_title(f"{record.name}, {seen}")
-            axis.set_xlabel("isolator displacement, mm")
-        axes[0, 0].set_ylabel("force over mass, m/s²")
-        lines, names = axes[0, 0].get_legend_handles_labels()
-        fig.legend(lines, names, loc="outside upper center", ncols=len(names))
-    return fig
-
-
-def main(folder: Path = DATA, results: Path = RESULTS, unseen: str = "CNP100") -> str:
+def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study.
 
     Parameters
     ----------
     folder : pathlib.Path
-        With the three records.
-    results : pathlib.Path
-        Where table, findings and figure go.
-    unseen : str
-        The record that judges.
+        Where the diagnoses are kept.
+    short : bool
+        Whether to diagnose once, with both ICA records shown.
+    step : callable
+        Told the share that has just been done.
 
     Returns
     -------
-    str
-        The findings.
+    Outcome
+        Table: errors of each isolation layer on each record.
     """
-    records = [prepared(folder, name) for name in (FITTED_FIRST, *OTHERS)]
-    linear = fitted_building(records[0])
-    records = [replace(r, hold_out=r.name == unseen) for r in records]
-    diagnosis = diagnose_building(records, linear)
-    rows = judged(linear, diagnosis, records)
-    said = findings(rows, diagnosis)
-    console = Console(width=100)
-    diagnosis.save(results)
-    with (results / "building_record.txt").open("w", encoding="utf-8") as file:
-        for out in (console, Console(file=file, width=100)):
-            out.print(table(rows))
-            for cause in diagnosis.causes:
-                out.print(cause.evidence)
-            out.print(said)
-    assert diagnosis.building is not None
-    figure(linear, diagnosis.building, records).savefig(results / f"loops_{DISPLACEMENT}.png")
-    return said
+    data = data_folder("bncs")
+    records = [prepared(data, name) for name in RECORDS]
+    first = next(record for record in records if record.name == FIRST)
+    step("fitting the building at 50 %", 0.0)
+    structure = identified(first)
+    linear = linear_layer(structure, first)
+    step("linear layer", 0.1)
+    layers = [_layer("linear", (FIRST,), structure, linear, records)]
+    diagnoses = []
+    choices = SHOWN[-1:] if short else SHOWN
+    for shown in choices:
+        step(f"diagnosing {', '.join(shown)}", 0.0)
+        campaign = loops(records, shown)
+        diagnosis = diagnose_campaign(campaign, linear.law, linear)
+        diagnosis.save(folder / f"diagnosis_{'_'.join(shown)}")
+        assert diagnosis.extended is not None
+        name = f"extended by {', '.join(RECORDS[one] for one in shown)}"
+        layers.append(_layer(name, shown, structure, diagnosis.extended, records))
+        diagnoses.append(diagnosis)
+        step(f"diagnosing {', '.join(shown)}", 0.9 / len(choices))
+    table = [_row(layer, record) for layer in layers for record in records]
+    finding = _finding(structure, first, table, diagnoses, layers)
+    return Outcome(table, finding, {"loops": _figure(records, layers[0], layers[-1])})
 
 
-if __name__ == "__main__":
-    main(*(Path(argument) for argument in sys.argv[1:2]))
+def _layer(
+    name: str, shown: tuple[str, ...], structure: Structure, device: Device,
+    records: Sequence[BuildingRecord],
+) -> Layer:  # fmt: skip
+    isolated = structure.on(device)
+    return Layer(name, shown, {record.name: response(isolated, record) for record in records})
+
+
+def _row(layer: Layer, record: BuildingRecord) -> dict[str, Any]:
+    found, measured = layer.responses[record.name], record.values
+    errors = np.linalg.norm(found - measured, axis=0) / np.linalg.norm(measured, axis=0)
+    peaks = np.abs(found).max(axis=0) / np.abs(measured).max(axis=0)
+    return {
+        "isolation layer": layer.name, "record": RECORDS[record.name],
+        "used": "fitted" if record.name in layer.shown else "not seen",
+        "isolator displacement, RMS error %": 100 * float(errors[-1]),
+        "accelerations, %": 100 * float(np.sqrt(np.mean(errors[:-1] ** 2))),
+        "peak displacement over measured": float(peaks[-1]),
+        "peak acceleration over measured": float(
+            np.abs(found[:, :-1]).max() / np.abs(measured[:, :-1]).max()
+        ),
+    }  # fmt: skip
+
+
+def _finding(
+    structure: Structure, first: BuildingRecord, table: Sequence[dict[str, Any]],
+    diagnoses: Sequence[Diagnosis], layers: Sequence[Layer],
+) -> str:  # fmt: skip
+    base, floors = first.values[:, 0], first.values[:, 1:-1]
+    missed = floor_accelerations(structure, base, first.ground.dt) - floors
+    sentences = [
+        f"Above the measured base the identified storeys follow the floors within "
+        f"{100 * np.linalg.norm(missed) / np.linalg.norm(floors):.0f} % (RMS, {RECORDS[FIRST]}); "
+        f"the linear layer fitted to that record misses it all the same:{_told(table, layers[0])}."
+    ]
+    for diagnosis, layer in zip(diagnoses, layers[1:], strict=True):
+        named = ", ".join(
+            f"{cause.name} ({cause.form}, {100 * cause.share:.0f} %)"
+            if cause.form
+            else f"{cause.name} ({100 * cause.share:.0f} %)"
+            for cause in diagnosis.causes
+        )
+        sentences.append(
+            f"Shown the loops of {', '.join(RECORDS[one] for one in layer.shown)}, the diagnosis "
+            f"calls it {diagnosis.verdict.replace('_', ' ')} by {named or 'nothing'}; the force's "
+            f"error on the other records goes from {100 * diagnosis.error_before.held_out:.0f} to "
+            f"{100 * diagnosis.error_after.held_out:.0f} %. Under the building, the extended "
+            f"layer misses{_told(table, layer)}."
+        )
+    return " ".join(sentences)
+
+
+def _told(table: Sequence[dict[str, Any]], layer: Layer) -> str:
+    rows = [row for row in table if row["isolation layer"] == layer.name]
+    return ";".join(
+        f" {row['record']} ({row['used']}) by {row['isolator displacement, RMS error %']:.0f} % in "
+        f"isolator displacement (its peak {row['peak displacement over measured']:.2f} times the "
+        f"measured one) and {row['accelerations, %']:.0f} % in accelerations"
+        for row in rows
+    )
+
+
+def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -> Figure:
+    from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
+
+    looks = {
+        "measured": {"color": "#9a9a9a", "linewidth": 1.4},
+        "linear": {"color": "#D55E00", "linewidth": 0.7, "linestyle": "--"},
+        "extended": {"color": "#000000", "linewidth": 0.7},
+    }
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 4.6)
+        panels = figure.subplots(2, len(records))
+        for (upper, lower), record in zip(panels.T, records, strict=True):
+            lines = {
+                "measured": record.values,
+                "linear": linear.responses[record.name],
+                "extended": extended.responses[record.name],
+            }
+            strong = _strong(record)
+            for name, values in lines.items():
+                force = layer_force(values)[strong] / TOTAL_MASS
+                moved = 1e3 * values[strong, -1]
+                upper.plot(moved, force, label=name, **looks[name])
+                lower.plot(record.ground.time[strong], moved, **looks[name])
+            seen = "fitted" if record.name in extended.shown else "not seen"
+            upper.set_title(f"{RECORDS[record.name]}, {seen}")
+            upper.set_xlabel("isolator displacement, mm")
+            lower.set_xlabel("time, s")
+        panels[0, 0].set_ylabel("force over mass, m/s²")
+        panels[1, 0].set_ylabel("isolator displacement, mm")
+        lines, names = panels[0, 0].get_legend_handles_labels()
+        figure.legend(lines, names, loc="outside upper center", ncols=len(names))
+    return figure
+
+
+def _strong(record: BuildingRecord, duration: float = 30.0) -> slice:
+    """The time around the largest displacement."""
+    dt = record.ground.dt
+    peak, half = int(np.argmax(np.abs(record.values[:, -1]))), int(duration / 2 / dt)
+    return slice(max(peak - half, 0), peak + half)

@@ -6,11 +6,12 @@ value without current, added.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from functools import lru_cache
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from isolation_sim.simulation.result import Run
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import IsolatedStructure, reference_building, reference_isolators
 
+Key = TypeVar("Key")
+Task = tuple[Callable[..., Any], tuple[Any, ...]]
+"""A function of a module and its arguments, to be called in some process."""
 BASE, FLOOR = f"peak_{DISPLACEMENT}", f"peak_{ACCELERATION}"
 DRIVER = CoilDriver(lag=0.05, high=3.0)
 CONSTANTS = tuple(np.linspace(0.0, 3.0, 13).tolist())
@@ -183,3 +187,36 @@ def possible(record: Record) -> dict[str, Any]:
     best = bound(Plant(plant(), (record,), DRIVER))
     off = _run(controller("passive_off"), record, Case())
     return _peaks(best.run, off) | {"certified": best.difference}
+
+
+def in_processes(
+    tasks: Mapping[Key, Task], workers: int, finished: Callable[[Key], None]
+) -> dict[Key, Any]:
+    """Call functions, several at a time.
+
+    Parameters
+    ----------
+    tasks : mapping of object to Task
+        What to call, begun in this order.
+    workers : int
+        Processes; with one, everything runs in this process.
+    finished : callable
+        Told the key of each that is done.
+
+    Returns
+    -------
+    dict
+        Results, by the same keys.
+    """
+    done = {}
+    if workers == 1:
+        for key, (work, arguments) in tasks.items():
+            done[key] = work(*arguments)
+            finished(key)
+        return done
+    with ProcessPoolExecutor(workers) as pool:
+        futures = {pool.submit(work, *arguments): key for key, (work, arguments) in tasks.items()}
+        for future in as_completed(futures):
+            done[futures[future]] = future.result()
+            finished(futures[future])
+    return done

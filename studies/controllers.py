@@ -13,8 +13,7 @@ Penzien with seeds 0 to 7 and 100 to 102; judged is on seeds from 200 on.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -155,7 +154,7 @@ def judge(
     -------
     Judgement
     """
-    tasks: dict[tuple[str, str], tuple[Callable[..., Any], tuple[Any, ...]]] = {}
+    tasks: dict[tuple[str, str], runs.Task] = {}
     # what takes longest first, so that no process is left with it at the end
     for motion in list(records)[:n_bounds]:
         tasks["bound", motion] = runs.possible, (records[motion],)
@@ -163,22 +162,9 @@ def judge(
         tasks["constants", motion] = runs.constants, (record,)
         for name, case in runs.CASES.items():
             tasks[name, motion] = runs.judged, (given, record, case)
-    done: dict[tuple[str, str], Any] = {}
-
-    def finished(key: tuple[str, str], result: Any) -> None:
-        done[key] = result
-        step(": ".join(key), 1 / len(tasks))
-
-    if workers == 1:
-        for key, (work, arguments) in tasks.items():
-            finished(key, work(*arguments))
-    else:
-        with ProcessPoolExecutor(workers) as pool:
-            futures = {
-                pool.submit(work, *arguments): key for key, (work, arguments) in tasks.items()
-            }
-            for future in as_completed(futures):
-                finished(futures[future], future.result())
+    done = runs.in_processes(
+        tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks))
+    )
     return Judgement(
         {(c, m): done[c, m] for c in runs.CASES for m in records},
         {m: done["constants", m] for m in records},

@@ -75,21 +75,21 @@ def current(run: TestRun) -> str:
     return run.name.rpartition("_")[2].removesuffix("A") + " A"
 
 
-def shortened(run: TestRun) -> TestRun:
-    """Keep the first 8 cycles of a run, at about 100 samples a cycle if it has more."""
+def shortened(run: TestRun, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> TestRun:
+    """Keep the first cycles of a run, at about so many samples a cycle if it has more."""
     found = re.search(r"_([\d.]+)Hz", run.name)
     assert found is not None
     a_cycle = 1 / (float(found[1]) * run.step)
-    every = max(int(a_cycle / _SAMPLES_A_CYCLE), 1)
-    kept = slice(0, int(_CYCLES * a_cycle), every)
+    every = max(int(a_cycle / samples), 1)
+    kept = slice(0, int(cycles * a_cycle), every)
     names = ("time", "displacement", "velocity", "force", "current")
     return replace(run, **{name: getattr(run, name)[kept] for name in names})
 
 
-def prepared(folder: Path) -> Campaign:
+def prepared(folder: Path, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> Campaign:
     """Read the campaign and shorten its runs, so that each condition counts about the same."""
     campaign = read_campaign(folder)
-    return replace(campaign, runs=tuple(shortened(run) for run in campaign.runs))
+    return replace(campaign, runs=tuple(shortened(run, cycles, samples) for run in campaign.runs))
 
 
 def without(campaign: Campaign, label: str) -> Campaign:

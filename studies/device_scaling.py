@@ -16,16 +16,16 @@ import numpy as np
 
 from isolation_sim.structures.reference import FORCE_SCALE, ISOLATED_PERIOD, LENGTH_SCALE
 
-from .study import EL_CENTRO, NEAR_FAULT, Outcome, Step, swept
+from .study import MOTIONS, Outcome, Step, along_motions, swept
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
 TITLE = "Size and number of the isolators"
-MOTIONS = ("El Centro", "near-fault pulse")
 CONTROLLERS = ("passive_off", "passive_on", "clipped_lqr")
 SHOWN = "clipped_lqr"
+FIRST = next(iter(MOTIONS))
 TESTED = 8e-3
 """Largest deformation that the tests covered, m, of the isolator as it was tested."""
 REFERENCE_COUNT = FORCE_SCALE / LENGTH_SCALE**2
@@ -51,8 +51,7 @@ def plan(short: bool) -> dict[str, Any]:
         "name": "device scaling",
         "scenario": {"controller": [{"name": name} for name in CONTROLLERS]},
         "vary": [
-            {"field": "ground", "label": "motion", "values": [EL_CENTRO, NEAR_FAULT],
-             "names": list(MOTIONS)},
+            along_motions(MOTIONS),
             {"field": "isolator", "label": "size", "names": [str(size) for size in sizes],
              "values": [{"length_scale": size, "force_scale": size**2} for size in sizes]},
             {"field": "isolator.count", "label": "count", "low": 6.0, "high": 96.0,
@@ -140,7 +139,7 @@ def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
 
 def _same_period(shown: pandas.DataFrame) -> str:
     """What size alone does: designs of about one stiffness, the smallest and the largest ones."""
-    far = shown[shown["motion"] == MOTIONS[0]]
+    far = shown[shown["motion"] == FIRST]
     product = far["size"] * far["count"]
     wanted = LENGTH_SCALE * REFERENCE_COUNT
     alike = far[np.abs(np.log(product / wanted)) < 0.13].sort_values("size")
@@ -149,7 +148,7 @@ def _same_period(shown: pandas.DataFrame) -> str:
     small, large = alike.iloc[0], alike.iloc[-1]
     moved, shaken = (100 * (large[name] / small[name] - 1) for name in (DISPLACEMENT, ACCELERATION))
     return (
-        f"At one stiffness (about {ISOLATED_PERIOD:g} s, {MOTIONS[0]}) {large['count']:.2g} "
+        f"At one stiffness (about {ISOLATED_PERIOD:g} s, {FIRST}) {large['count']:.2g} "
         f"isolators of {large['size']:.3g} times instead of {small['count']:.2g} of "
         f"{small['size']:.3g} times take {large['rubber'] / small['rubber']:.1f} times the rubber "
         f"and strain it {small['strain'] / large['strain']:.1f} times less, which changes the base "

@@ -19,7 +19,7 @@ import numpy as np
 
 from isolation_sim.structures.reference import ISOLATED_PERIOD
 
-from .study import EL_CENTRO, Outcome, Step, far_field, swept
+from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -98,8 +98,7 @@ def plan(short: bool) -> dict[str, Any]:
         "name": "fragility",
         "scenario": {"controller": [{"name": name} for name in CONTROLLERS]},
         "vary": [
-            {"field": "ground", "label": "motion", "names": list(given),
-             "values": [section | scaled for section in given.values()]},
+            along_motions({name: section | scaled for name, section in given.items()}),
             {"field": "ground.scale_to_sa_g", "label": "sa_g", "values": levels},
         ],
     }  # fmt: skip

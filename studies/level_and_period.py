@@ -14,14 +14,13 @@ import numpy as np
 
 from isolation_sim.structures.reference import ISOLATED_PERIOD
 
-from .study import EL_CENTRO, NEAR_FAULT, Outcome, Step, swept
+from .study import MOTIONS, Outcome, Step, along_motions, swept
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
 TITLE = "Current level and isolation period"
-MOTIONS = ("El Centro", "near-fault pulse")
 CRITERIA = {
     "peak_base_displacement_m": ("base displacement, mm", 1e3),
     "peak_floor_acceleration_m_s2": ("floor acceleration, m/s²", 1.0),
@@ -50,8 +49,7 @@ def plan(short: bool) -> dict[str, Any]:
         "name": "level and period",
         "scenario": {"controller": [{"name": "constant", "amperes": 0.0}]},
         "vary": [
-            {"field": "ground", "label": "motion", "values": [EL_CENTRO, NEAR_FAULT],
-             "names": list(MOTIONS)},
+            along_motions(MOTIONS),
             # the period goes with the root of the mass over the isolators' number
             {"field": "isolator.count", "label": "count",
              "values": ((ISOLATED_PERIOD / periods) ** 2).tolist()},

@@ -16,7 +16,7 @@ import numpy as np
 
 from isolation_sim.scenario import Scenario
 
-from .study import EL_CENTRO, NEAR_FAULT, Outcome, Step, far_field, swept
+from .study import EL_CENTRO, MOTIONS, Outcome, Step, along_motions, far_field, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -26,7 +26,7 @@ TITLE = "Robustness of the controllers: belief error and computation delay"
 CONTROLLERS = ("clipped_lqr", "clipped_lqg", "lyapunov", "sliding_mode")
 PASSIVE = ("passive_off", "best_constant")
 RULES = ("papers", "passive")
-MOTIONS = {"El Centro": EL_CENTRO, "near-fault pulse": NEAR_FAULT, "random": far_field(1)}
+GROUNDS = MOTIONS | {"random": far_field(1)}
 
 LATE = 0.04
 """Delay at which the energies are looked at, s."""
@@ -48,15 +48,14 @@ def plan(short: bool) -> dict[str, Any]:
     dict
     """
     names = CONTROLLERS[:1] if short else CONTROLLERS
-    motions = list(MOTIONS)[: 1 if short else None]
+    grounds = dict(list(GROUNDS.items())[: 1 if short else None])
     factors = [0.5, 1.0] if short else [0.5, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0]
     delays = [0.0, 0.04] if short else [0.0, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08]
     return {
         "name": "robustness",
         "scenario": {"controller": [{"name": name} for name in (*PASSIVE, *names)]},
         "vary": [
-            {"field": "ground", "label": "motion", "values": [MOTIONS[m] for m in motions],
-             "names": motions},
+            along_motions(grounds),
             {"field": "isolator.switching", "label": "switching", "values": list(RULES)},
             {"field": "simulation.computation_delay_s", "label": "delay_s", "values": delays},
             {"field": "belief.force_factor", "label": "believed", "values": factors},

@@ -7,12 +7,13 @@ A study is a module of this package and a line in ``STUDIES``. It has a ``TITLE`
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from isolation_sim.errors import unknown_name
+from isolation_sim.errors import InputError, unknown_name
 from isolation_sim.reports.units import unit_of
 from isolation_sim.results import ResultsFolder, write_contents, write_table, write_text
 from isolation_sim.sweeps.tables import heading
@@ -30,6 +31,9 @@ Step = Callable[..., None]
 
 Records = Sequence[Mapping[str, Any]]
 
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+"""Measured data beside the checkout, unless ISOLATION_SIM_DATA says where they are."""
+
 EL_CENTRO = {"name": "el_centro_1940_ns", "quiet_after_s": 5.0}
 """Ground section of the record that ships with the project."""
 
@@ -38,6 +42,35 @@ NEAR_FAULT = {
     "quiet_after_s": 15.0,
 }  # fmt: skip
 """A near-fault pulse as long as the isolated building's period."""
+
+MOTIONS = {"El Centro": EL_CENTRO, "near-fault pulse": NEAR_FAULT}
+"""The two, by the name to print."""
+
+
+def data_folder(name: str) -> Path:
+    """Find a folder of measured data.
+
+    Parameters
+    ----------
+    name : str
+        Of the folder.
+
+    Returns
+    -------
+    pathlib.Path
+
+    Raises
+    ------
+    InputError
+        If it is absent.
+    """
+    folder = Path(os.environ.get("ISOLATION_SIM_DATA") or DATA) / name
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder}: no such folder of measured data; accepted: ISOLATION_SIM_DATA set to the "
+            f"folder that holds {name}"
+        )
+    return folder
 
 
 def far_field(seed: int, soil: str = "medium", pga: float = 3.0) -> dict[str, Any]:
@@ -61,6 +94,25 @@ def far_field(seed: int, soil: str = "medium", pga: float = 3.0) -> dict[str, An
     return {
         "kind": "clough_penzien", "soil": soil, "pga_m_s2": pga, "seed": seed,
         "quiet_after_s": 5.0,
+    }  # fmt: skip
+
+
+def along_motions(motions: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Axis of a plan: one motion after the other.
+
+    Parameters
+    ----------
+    motions : mapping of str to mapping
+        Ground sections by the name to print.
+
+    Returns
+    -------
+    dict
+        One of the plan's ``vary``, whose column is ``motion``.
+    """
+    return {
+        "field": "ground", "label": "motion", "names": list(motions),
+        "values": list(motions.values()),
     }  # fmt: skip
 
 

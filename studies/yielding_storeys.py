@@ -22,7 +22,7 @@ from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.structures import IsolatedStructure, Structure
 
-from .study import EL_CENTRO, NEAR_FAULT, Outcome, Step
+from .study import MOTIONS, Outcome, Step
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
 
 TITLE = "Yielding storeys"
-MOTIONS = {"El Centro": EL_CENTRO, "near-fault pulse": NEAR_FAULT}
 STRENGTH = 0.15
 """Yield shear of a storey over the building's weight."""
 HARDENING = 0.05

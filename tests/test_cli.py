@@ -116,6 +116,15 @@ def test_json_is_the_report_and_nothing_else(here, call):
     assert "results: results/short" in err
 
 
+def test_a_run_tells_how_the_predictive_controllers_decisions_went(here, call):
+    text = SHORT.replace('name = "passive_on"', 'name = "mpc"\nlabel = "late"\ndeadline = 1e-9')
+    (here / "job.toml").write_text(text)
+    code, out, _ = call("run", "job.toml", "--no-figures")
+    assert code == 0
+    assert re.search(r"^late: 200 decisions, 0 failed and 200 late \(the plan before", out, re.M)
+    assert "passive_off: " not in out
+
+
 def test_deformation_beyond_the_tests_is_told(here, call):
     (here / "strong.toml").write_text(SHORT.replace("stop_s", "scale_factor = 3.0\nstop_s"))
     _, _, err = call("run", "strong.toml", "--quiet", "--no-figures")

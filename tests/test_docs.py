@@ -224,7 +224,8 @@ def extension(monkeypatch):
 
 @pytest.mark.parametrize("name", LAWS)
 def test_the_equations_printed_are_those_that_run(name, extension):
-    sympy = pytest.importorskip("sympy", reason="extra docs")
+    import sympy
+
     equations = extension("equations")
     law = LAWS[name]
     rng = np.random.default_rng(7)
@@ -253,7 +254,6 @@ def test_the_equations_printed_are_those_that_run(name, extension):
 
 
 def test_equations_are_printed_as_the_field_writes_them(extension):
-    pytest.importorskip("sympy", reason="extra docs")
     equations = extension("equations")
     law = LAWS["maxwell"]
     assert equations.equation("F", equations.force(law)).replace(" ", "") == "F=ky"

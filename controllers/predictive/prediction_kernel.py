@@ -140,7 +140,9 @@ def predict(
     n_sub = int(coil_keep[0, 1])
     h = coil_keep[0, 2]
     za[:], sa[:], ia[:] = z, s, i
+    # at both ends of a step: a block that begins must not find what the last call left behind
     dza[:], dsa[:], dia[:] = 0.0, 0.0, 0.0
+    dzb[:], dsb[:], dib[:] = 0.0, 0.0, 0.0
     for k in range(n_steps + 1):
         last = min(k, n_steps - 1)
         # later blocks have no effect yet

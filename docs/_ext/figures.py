@@ -12,9 +12,9 @@ import numpy as np
 import isolation_sim as iso
 from controllers import CurrentMap, controller
 from ground_motions import el_centro_1940, response_spectrum
+from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws.published import LI_LI_STIFFNESS_N_PER_MM
 from isolation_sim.reports.style import line_styles, new_figure, save, style
-from studies.papers.loops import sinusoidal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,9 +12,9 @@ from markdown import display, figure, prose, table, written
 
 from isolation_sim import available_sets, fit, law
 from isolation_sim.identification.campaign import Campaign, TestRun
+from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import LAWS, Device, Law
 from isolation_sim.reports.style import legend, line_styles, new_figure, save, style
-from studies.papers.loops import sinusoidal
 
 FREQUENCY = 1.0
 """Of the tests drawn, Hz."""

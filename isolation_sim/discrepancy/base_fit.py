@@ -22,6 +22,8 @@ from .measured import Measured
 from .model import Model
 
 STARTS = 20
+_SAFETY = 2
+"""Times as many integration steps as resolve the law: effects and noise ask for more."""
 _LAST = 3
 """Starts that get all samples."""
 _ROUGH = 5000
@@ -138,8 +140,8 @@ def resolved(model: Model, values: NDArray) -> Model:
     ----------
     model : Model
         Without effects.
-    values : (n_unknowns,) array
-        Where to look.
+    values : (n_values,) array
+        Where to look: the law's unknowns come first.
 
     Returns
     -------
@@ -147,5 +149,5 @@ def resolved(model: Model, values: NDArray) -> Model:
     """
     u = model.unknowns
     simulator = Simulator(u.law, model.data.motion, u.owner, u.power, 1)
-    fine = simulator.resolved(u.coefficients(values), 2e-4, most=16)
-    return replace(model, n_steps=fine.n_steps)
+    fine = simulator.resolved(u.coefficients(values[: model.n_law]), 2e-4, most=16)
+    return replace(model, n_steps=_SAFETY * fine.n_steps)

@@ -138,7 +138,7 @@ def _outcome(
         data=data,
         given=given,
         base=base,
-        final=found.on(base.model) if found.model.stages else base,
+        final=found.on(resolved(base.model, found.values)) if found.model.stages else base,
         search=search,
         evidence=evidence,
         disturbance=disturbance,

@@ -33,6 +33,7 @@ class LoopModel(Model):
 
     table: LoopTable | None = None
 
+    @np.errstate(all="ignore")
     def loops(self, values: NDArray, derivatives: bool = False) -> tuple[NDArray, NDArray]:
         """Stiffness and damping of the simulated loops over the measured ones.
 
@@ -78,6 +79,7 @@ class LoopModel(Model):
             [d_stiffness / table.stiffness[:, None], d_damping / table.damping[:, None]]
         )
 
+    @np.errstate(all="ignore")
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Relative errors of the fitted rows over the accuracy, and their derivatives."""
         ratios, jacobian = self.loops(values, derivatives)

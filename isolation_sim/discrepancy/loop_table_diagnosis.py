@@ -124,6 +124,16 @@ class _Work:
             best = tried[0]
         return best, rounds
 
+    def chance(self, without: _Fitted, given: _Fitted) -> float:
+        """Chance that an effect without meaning fits so much better, over all causes (F test)."""
+        from scipy.stats import f as f_distribution
+
+        p = len(given.model.stages[-1].effect.parameters)
+        free = max(2 * int(np.sum(~self.table.held_out)) - len(given.optimum.x), 1)
+        drop = without.optimum.cost - given.optimum.cost
+        ratio = drop / p / (given.optimum.cost / free)
+        return float(min(1.0, len(EFFECTS) * f_distribution.sf(ratio, p, free)))
+
     def base_of(self, device: Device | None, currents: NDArray, degree: int) -> _Fitted:
         """The law alone, its parameters polynomials of a degree."""
         at = np.linspace(currents[0], currents[-1], degree + 1) if degree else currents[:1]
@@ -257,10 +267,7 @@ class _Work:
         self, base: _Fitted, best: _Fitted, rounds: list[tuple[_Fitted, list[_Fitted]]],
         unexplained: float,
     ) -> tuple[Cause, ...]:  # fmt: skip
-        from scipy.stats import f as f_distribution
-
         found = []
-        m = 2 * int(np.sum(~self.table.held_out))
         drops = [r[0].left_out ** 2 for r in rounds[: len(best.model.stages)]]
         drops.append(best.left_out**2)
         total = max(drops[0] - drops[-1], 1e-300)
@@ -269,9 +276,6 @@ class _Work:
         for k, stage in enumerate(best.model.stages):
             without, tried = rounds[k]
             given = next(f for f in tried if f.causes == best.causes[: k + 1])
-            p = len(stage.effect.parameters)
-            free = max(m - len(given.optimum.x), 1)
-            ratio = (without.optimum.cost - given.optimum.cost) / p / (given.optimum.cost / free)
             near = list(
                 dict.fromkeys(
                     f.causes[-1]
@@ -284,7 +288,7 @@ class _Work:
                 Cause(
                     name=stage.effect.cause,
                     share=float(share),
-                    p_value=float(min(1.0, len(EFFECTS) * f_distribution.sf(ratio, p, free))),
+                    p_value=self.chance(without, given),
                     parameters=numbers[k],
                     evidence=(
                         f"With {stage.effect.title.lower()} the error on rows left out falls from "

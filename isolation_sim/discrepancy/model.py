@@ -126,6 +126,8 @@ class Model:
         current = float(np.max(np.abs(data.current))) or 1.0
         return magnitude(quantity.unit, force, x, x / float(np.max(np.abs(data.v))), current)
 
+    # trials far off may overflow: their cost tells
+    @np.errstate(all="ignore")
     def forces(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Modelled force of all samples, and its derivatives.
 
@@ -151,8 +153,7 @@ class Model:
         if not derivatives:
             return self._zeroed(force), np.empty((0, len(values)))
         columns = np.empty((len(force), len(values)))
-        with np.errstate(all="ignore"):
-            columns[:, : self.n_law] = jacobian @ self.unknowns.spread
+        columns[:, : self.n_law] = jacobian @ self.unknowns.spread
         for course in courses:
             if "factor" in course:
                 columns[:, : self.n_law] *= course["factor"][:, np.newaxis]
@@ -164,8 +165,7 @@ class Model:
                     step = -step
                 moved[place][k] += step
                 other = self._moved(inner, courses, place, law, moved)
-                with np.errstate(all="ignore"):
-                    columns[:, self.slices()[place].start + k] = (other - force) / step
+                columns[:, self.slices()[place].start + k] = (other - force) / step
         if self._free_zero:
             columns -= run_means(self.data, columns)
         return self._zeroed(force), columns
@@ -178,8 +178,7 @@ class Model:
         """The force with each run's own zero, where that is free."""
         if not self._free_zero:
             return force
-        with np.errstate(all="ignore"):
-            return force + run_means(self.data, self.data.force - force)
+        return force + run_means(self.data, self.data.force - force)
 
     def _moved(
         self, inner: NDArray, courses: list, place: int, law: NDArray, own: list
@@ -207,8 +206,7 @@ class Model:
                 motion = replace(motion, current=seen["current"])
         u = self.unknowns
         simulator = Simulator(u.law, motion, u.owner, u.power, self.n_steps)
-        with np.errstate(all="ignore"):
-            return simulator.run(u.coefficients(law), derivatives)
+        return simulator.run(u.coefficients(law), derivatives)
 
     def _outer(self, stage: Stage, inner: NDArray, parameters: NDArray) -> dict[str, Any]:
         """Factor and added force of an effect; empty where it has neither."""
@@ -216,6 +214,7 @@ class Model:
             return {}
         return stage.course(self.data, inner, parameters)
 
+    @np.errstate(all="ignore")
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Residuals of the fitted samples over their noise, and their derivatives.
 

@@ -11,7 +11,7 @@ from ..identification.velocity import smooth
 from .candidates import Fitted
 from .measured import Measured
 
-_FINER = 4
+_FINER = 2
 _RUNAWAY = 0.3
 """Of a run's force: noise does not do more to a law that is stable under its motion."""
 

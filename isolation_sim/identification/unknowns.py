@@ -83,7 +83,7 @@ class Unknowns:
         self.upper = np.repeat([q.upper for q in self.free], n)
         # a parameter that the law divides by stays clear of zero
         guarded = np.repeat([q.divides for q in self.free], n) & (self.lower == 0)
-        self.lower[guarded] = 1e-9 * self.scale[guarded]
+        self.lower[guarded] = 1e-6 * self.scale[guarded]
 
     def coefficients(self, unknowns: NDArray) -> NDArray:
         """Coefficients of all parameters, ascending powers of the current.

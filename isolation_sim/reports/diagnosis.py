@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
 from ..results import write_contents, write_text
+from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from ..discrepancy.consequence import Consequence
 
 
 def print_diagnosis(diagnosis: Diagnosis) -> None:
@@ -41,6 +44,47 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
         console.print(f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit.")
     if diagnosis.next_test:
         console.print(f"Next test. {diagnosis.next_test}")
+    if diagnosis.consequence is not None:
+        if diagnosis.consequence.performance:
+            console.print(consequence_table(diagnosis.consequence))
+            console.print(NOTE)
+        for line in consequence_text(diagnosis.consequence):
+            console.print(line)
+
+
+def consequence_table(consequence: Consequence) -> Table:
+    """Controllers with the law that was judged and with the extended one, for a terminal.
+
+    Parameters
+    ----------
+    consequence : Consequence
+        With its runs.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    table = _table(TITLE, *(heading.replace(" ", "\n") for heading in HEADINGS), dense=True)
+    for row in consequence_rows(consequence):
+        table.add_row(*row)
+    return table
+
+
+def consequence_text(consequence: Consequence) -> list[str]:
+    """What a consequence says in words.
+
+    Parameters
+    ----------
+    consequence : Consequence
+        With its runs or without.
+
+    Returns
+    -------
+    list of str
+        Paragraphs.
+    """
+    where = f"{consequence.scenario}. {consequence.finding}"
+    return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 
 def errors_table(diagnosis: Diagnosis) -> Table:
@@ -134,14 +178,17 @@ def _chance(p: float) -> str:
     return f"{p:.2g}" if p > 1e-9 else "< 1e-9"
 
 
-def _table(title: str, *headings: str) -> Table:
+def _table(title: str, *headings: str, dense: bool = False) -> Table:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
-    for heading in headings:
-        numeric = "%" in heading or heading == "p"
-        table.add_column(heading, justify="right" if numeric else "left")
+    table = Table(
+        title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 0 if dense else 1)
+    )
+    for number, heading in enumerate(headings):
+        numeric = "%" in heading or heading == "p" or (dense and number > 0)
+        side: Literal["right", "left"] = "right" if numeric else "left"
+        table.add_column(heading, justify=side, no_wrap=number == 0)
     return table
 
 
@@ -173,6 +220,11 @@ def markdown(diagnosis: Diagnosis) -> str:
             parts.append(_grid(step.headings, step.rows))
     if diagnosis.next_test:
         parts.append(f"## Next test\n\n{diagnosis.next_test}")
+    if diagnosis.consequence is not None:
+        parts.append("## What it changes for control")
+        if diagnosis.consequence.performance:
+            parts += [_grid(HEADINGS, consequence_rows(diagnosis.consequence)), NOTE]
+        parts += consequence_text(diagnosis.consequence)
     return "\n\n".join(parts) + "\n"
 
 

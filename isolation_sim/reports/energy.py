@@ -22,15 +22,14 @@ if TYPE_CHECKING:
 SINKS = (
     ("device_dissipation_J", "dissipated by devices", "0.55", ""),
     ("structural_damping_J", "dissipated by structure", "0.8", "////"),
-    ("device_stored_J", "stored in devices", "0.93", "...."),
+    ("device_stored_J", "stored in devices", "0.93", "||||"),
     ("strain_J", "strain", "#A6CEE3", "\\\\\\\\"),
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )
 """What became of the energy, from the bottom of the stack: attribute, label, shade, hatch."""
 
-INSTANTS = 800
-"""As many as a page shows; filled areas are not thinned out when they are drawn."""
-
+INSTANTS = 900
+"""As many as a page's width shows; filled areas are not thinned out when they are drawn."""
 
 
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
@@ -64,7 +63,7 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
             shared = axes[0] if axes else None
             place = cells[k // across, k % across]
             panel = figure.add_subplot(place, sharex=shared, sharey=shared)
-            draw_ledger(panel, run.energy)
+            draw_ledger(panel, run.energy, INSTANTS // across)
             panel.set_title(f"{name}\nclosure error {run.energy.closure_error:.1g}")
             axes.append(panel)
         label_outer(axes, across)
@@ -76,7 +75,7 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     return figure
 
 
-def draw_ledger(axes: Axes, ledger: Ledger) -> None:
+def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
     """Stack what became of the energy over time, under lines of what was supplied.
 
     Parameters
@@ -85,19 +84,21 @@ def draw_ledger(axes: Axes, ledger: Ledger) -> None:
         Where to.
     ledger : Ledger
         Energies over time, J.
+    instants : int
+        As many as the axes' width shows.
     """
-    drawn = slice(None, None, len(ledger.time) // INSTANTS + 1)
-    floor = np.zeros(len(ledger.time[drawn]))
-    for name, label, shade, hatch in SINKS:
-        top = floor + 1e-3 * getattr(ledger, name)[drawn]
-        axes.fill_between(
-            ledger.time[drawn], floor, top, label=label, facecolor=shade, hatch=hatch,
-            edgecolor="0.35", linewidth=0.3,
+    drawn = instants_of(ledger, instants)
+    time = ledger.time[drawn]
+    tops = 1e-3 * np.cumsum([getattr(ledger, name)[drawn] for name, *_ in SINKS], axis=0)
+    for layer, (top, (_, label, shade, hatch)) in enumerate(zip(tops, SINKS, strict=True)):
+        # each layer down to zero, behind those below it: an outline of half as many points
+        axes.fill(
+            [time[0], *time, time[-1]], [0.0, *top, 0.0], label=label, facecolor=shade,
+            hatch=hatch, edgecolor="0.35", linewidth=0.3, zorder=1 - 0.1 * layer,
         )
-        floor = top
     supplied, changed, *_ = line_styles(2)
-    axes.plot(ledger.time, 1e-3 * ledger.input_J, label="input", **supplied)
-    axes.plot(ledger.time, 1e-3 * supply(ledger), label="input + field work", **changed)
+    axes.plot(time, 1e-3 * ledger.input_J[drawn], label="input", **supplied)
+    axes.plot(time, 1e-3 * supply(ledger)[drawn], label="input + field work", **changed)
     axes.margins(x=0)
     axes.set_xlabel("Time (s)")
     axes.set_ylabel("Energy (kJ)")
@@ -108,13 +109,31 @@ def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
         ledger = run.energy
         spent = sum(getattr(ledger, sink) for sink, *_ in SINKS)
         peak = np.max(np.abs(ledger.input_J)) or 1.0
+        drawn = instants_of(ledger)
         axes.plot(
-            ledger.time, (supply(ledger) - spent) / peak, label=name, linewidth=0.8,
-            markevery=len(ledger.time) // MARKS_A_LINE + 1, **line,
+            ledger.time[drawn], ((supply(ledger) - spent) / peak)[drawn], label=name,
+            linewidth=0.8, markevery=len(ledger.time[drawn]) // MARKS_A_LINE + 1, **line,
         )
     axes.margins(x=0)
     axes.set_xlabel("Time (s)")
     axes.set_ylabel("Mismatch /\npeak input (-)")
+
+
+def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:
+    """Pick the instants to draw.
+
+    Parameters
+    ----------
+    ledger : Ledger
+        Energies over time, J.
+    instants : int
+        As many at most.
+
+    Returns
+    -------
+    slice
+    """
+    return slice(None, None, len(ledger.time) // instants + 1)
 
 
 def supply(ledger: Ledger) -> NDArray:

@@ -46,7 +46,7 @@ PUBLICATIONS = {
         "Spacecraft and Rockets 21 (1984) 463-467."
     ),
     "Onoda et al. 1991": (
-        "J. Onoda, T. Endo, H. Tamaoki, N. Watanabe, Vibration suppression by variable- "
+        "J. Onoda, T. Endo, H. Tamaoki, N. Watanabe, Vibration suppression by variable-"
         "stiffness members, AIAA Journal 29 (1991) 977-983."
     ),
     "Jansen and Dyke 2000": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -191,7 +192,18 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
         try:
             with style():
                 figure.savefig(unfinished, format=path.suffix[1:], **options)
+            if path.suffix == ".svg":
+                unfinished.write_text(_rounded(unfinished.read_text("utf-8")), "utf-8")
             os.replace(unfinished, path)
         finally:
             unfinished.unlink(missing_ok=True)
     return paths
+
+
+def _rounded(svg: str) -> str:
+    """Cut coordinates to a hundredth of a point; Matplotlib writes a millionth."""
+
+    def cut(path: re.Match[str]) -> str:
+        return re.sub(r"(\.\d\d)\d+", r"\1", path[0])
+
+    return re.sub(r' d="[^"]*"', cut, svg)

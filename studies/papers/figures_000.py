@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws.published import CURRENTS_A
 
-from .loops import draw_loops, sinusoidal
+from .loops import draw_loops
 from .paper_000 import AMPLITUDES_MM, STUDY, STUDY_MM, changed, generalised
 
 if TYPE_CHECKING:

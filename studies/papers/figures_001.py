@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import Device, law
 from isolation_sim.laws.published import TAO_CURRENTS_A, TAO_IMPROVED
 from isolation_sim.reports.style import line_styles, new_figure, style
 
-from .loops import draw_loops, finish, sinusoidal
+from .loops import draw_loops, finish
 from .paper_001 import ENDS_A, POINTS, modulus, table_4
 
 if TYPE_CHECKING:

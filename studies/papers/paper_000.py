@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from isolation_sim.identification.force_comparison import squared_force_error
+from isolation_sim.identification.sinusoidal import Motion, sinusoidal
 from isolation_sim.laws import Device, law
 from isolation_sim.laws.field_gap import EPSILON_FINITE_ELEMENTS
 from isolation_sim.laws.published import (
@@ -20,7 +21,6 @@ from isolation_sim.laws.published import (
     SI_LI_LI,
 )
 
-from .loops import Motion, sinusoidal
 from .table import Check, Verdict, claim, compare, follows, remark
 
 TITLE = f"000 {LI_LI}"

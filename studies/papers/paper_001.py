@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 
+from isolation_sim.identification.sinusoidal import Motion, sinusoidal
 from isolation_sim.laws import isolator_design as design
 from isolation_sim.laws import law
 from isolation_sim.laws.published import (
@@ -16,7 +17,6 @@ from isolation_sim.laws.published import (
     TAO_IMPROVED,
 )
 
-from .loops import Motion, sinusoidal
 from .table import Check, Verdict, claim, compare, follows, remark
 
 TITLE = f"001 {TAO}"

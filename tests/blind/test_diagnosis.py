@@ -55,11 +55,16 @@ def test_the_command_leaves_a_law_that_a_scenario_takes(tmp_path, capsys):
         (("tension_compression_asymmetry", "stiffer_one_way"),), 32,
     )  # fmt: skip
     folder, out = written(case, tmp_path), tmp_path / "out"
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text('[[controller]]\nname = "passive_off"\n')
     with pytest.raises(SystemExit) as ended:
-        main(["diagnose", str(folder), "--law", case.law, "--out", str(out), "--json"])
+        main(["diagnose", str(folder), "--law", case.law, "--scenario", str(scenario),
+              "--out", str(out), "--json"])  # fmt: skip
     assert ended.value.code == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((out / "diagnosis.json").read_text())
     assert printed["causes"][0]["name"] == "tension_compression_asymmetry"
+    runs = printed["consequence"]["controllers"]["passive_off"]
+    assert runs["predicted"] != runs["actual"] == runs["redesigned"]
     isolated = Scenario.read(out / "extended_law.toml").build().isolated
     assert "tension_compression_asymmetry" in isolated.elements[0].device.law.name

@@ -80,6 +80,21 @@ def test_derivatives_are_those_of_the_prediction(started):
         assert np.all(np.abs(exact[:, :, block] - difference) <= 1e-6 * scale)
 
 
+def test_derivatives_remember_nothing_of_the_call_before(started):
+    run, at, q, v, commands = started
+    prediction = predicted(started, n_blocks=40)
+    y, dy, past = prediction.y.copy(), prediction.dy.copy(), prediction.past.copy()
+    z = prediction.modes_of(q, v)
+    states, current = run.states[at].copy(), run.current[at].copy()
+    ground = run.records[0].acceleration[at : at + 41, np.newaxis].copy()
+    prediction.predict(-3 * z, states, current, commands[: len(prediction.block)].copy(), -ground)
+    assert np.abs(prediction.dy - dy).max() > 0.1 * np.abs(dy).max()
+    plan = commands[at : at + len(prediction.block)].copy()
+    prediction.predict(z, states, current, plan, ground)
+    for again, once in ((prediction.y, y), (prediction.dy, dy), (prediction.past, past)):
+        assert np.array_equal(again, once)
+
+
 def test_followed_device_states_are_the_plants(started):
     run, at = started[:2]
     prediction, states = predicted(started), None
@@ -185,7 +200,8 @@ def test_preview_lowers_the_weighted_peaks_of_el_centro(isolated, record):
 
     off = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
     best = weighted(controller("best_constant"))
-    assert weighted(MPC(preview=0.8)) < 0.9 * best
+    assert weighted(MPC(preview=0.8)) < 0.8 * best
+    assert weighted(MPC()) < 0.98 * best
 
 
 def test_autoregressive_model_is_the_weighted_least_squares():

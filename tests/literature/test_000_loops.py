@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import law
-from studies.papers.loops import sinusoidal
 from studies.papers.paper_000 import SETTLED, generalised
 
 STIFFNESS = {  # N/mm at 0, 1, 2, 3 A

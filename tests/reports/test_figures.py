@@ -150,7 +150,7 @@ def test_panels_of_one_figure_share_their_axes(runs):
 def test_the_stack_of_energies_ends_at_what_was_supplied(runs):
     run = runs["on_off"]
     axes = figures.energy_figure(run).axes[0]
-    top = max(path.vertices[:, 1].max() for stack in axes.collections for path in stack.get_paths())
+    top = max(layer.get_xy()[:, 1].max() for layer in axes.patches)
     supplied = 1e-3 * (run.energy.input_J + run.energy.field_work_J).max()
     assert top == pytest.approx(supplied, rel=1e-3)
 
@@ -193,6 +193,8 @@ def test_saved_files(runs, tmp_path):
     figure = figures.loops(runs)
     svg, png = figures.save(figure, tmp_path / "new" / "folder", "loops")
     assert (svg.name, png.name) == ("loops.svg", "loops.png")
+    paths = re.findall(r' d="([^"]*)"', svg.read_text("utf-8"))
+    assert max(map(len, paths)) > 1000 and not re.search(r"\.\d{3}", "".join(paths))
     assert sorted(path.name for path in svg.parent.iterdir()) == ["loops.png", "loops.svg"]
     assert imread(png).shape[1] == round(200 * DOUBLE_COLUMN)
     first = svg.read_bytes()

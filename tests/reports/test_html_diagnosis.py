@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
+from isolation_sim.discrepancy.consequence import Consequence, Performance
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
 from isolation_sim.effects import effect, extend
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
@@ -49,10 +50,12 @@ def diagnosis():
         extended=device, gain=(0.9, 0.96),
         # the report itself puts the worst first
         traces=(trace("small", 5.0, True), trace("large", 30.0, False), trace("none", 0.1, False)),
-        details={"consequence": [
-            {"controller": "on_off", "criterion": "peak drift, mm", "old law": 1.23456,
-             "extended law": 2.5},
-        ]},
+        consequence=Consequence(
+            "two storeys, a pulse", "Scaled 10 times.", "It chooses on_off.",
+            {"on_off": {"predicted": Performance(0.0123456, 1.5, 0.5, 1),
+                        "actual": Performance(0.02, 2.0, 0.75, 2), "redesigned": None}},
+            ("Beyond what was tested.",),
+        ),
     )  # fmt: skip
 
 
@@ -69,7 +72,8 @@ def test_the_story_is_told_in_order(diagnosis):
         "1.1 %.",
         "Explained by coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
         "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)", "hardly tell coulomb_friction from",
-        "velocity alone", "-0.19", "90 to 96", "Test at 4 mm and 2 Hz.", "1.235", "P. R. Dahl",
+        "velocity alone", "-0.19", "90 to 96", "Test at 4 mm and 2 Hz.", "12.3", "-38",
+        "It chooses on_off.", "P. R. Dahl",
         "law = &#39;kelvin_voigt&#39;",
     ):  # fmt: skip
         assert told in text, told
@@ -119,7 +123,7 @@ def test_equations_are_those_that_are_computed():
 def test_an_adequate_model_has_a_short_report(diagnosis):
     adequate = replace(
         diagnosis, verdict="adequate", causes=(), traces=(), extended=None, gain=None,
-        depends_on=(), next_test=None, details={}, noise_floor=float("nan"),
+        depends_on=(), next_test=None, consequence=None, noise_floor=float("nan"),
         error_before=Errors(0.012, float("nan")), error_after=Errors(0.012, float("nan")),
         steps=diagnosis.steps[:1],
     )  # fmt: skip

@@ -8,7 +8,7 @@ from scipy.signal import lsim
 
 import isolation_sim as iso
 from studies import yielding_storeys as study
-from studies.study import perform
+from studies.study import EL_CENTRO, perform
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def test_it_yields_at_the_strength_that_is_declared(elastic, drift):
 
 def test_small_drifts_meet_the_elastic_building(elastic):
     fixed = elastic.fixed_base()
-    record = study.motion(study.EL_CENTRO).scaled(0.01)
+    record = study.motion(EL_CENTRO).scaled(0.01)
     found = iso.simulate(study.yielding(fixed), record).output("floor5_displacement_m")
     n = fixed.n_dofs
     rates = -np.linalg.solve(fixed.mass, np.hstack([fixed.stiffness, fixed.damping]))
@@ -41,7 +41,7 @@ def test_small_drifts_meet_the_elastic_building(elastic):
 
 def test_shear_beyond_yielding_is_that_of_the_hardening_line(elastic, drift):
     plant = study.yielding(elastic.fixed_base())
-    run = iso.simulate(plant, study.motion(study.EL_CENTRO).scaled(2.0))
+    run = iso.simulate(plant, study.motion(EL_CENTRO).scaled(2.0))
     shear, moved = (run.output(name) for name in ("storey1_hysteresis_force_N", "storey1_drift_m"))
     soft = 0.95 * elastic.stiffness[-1, -1] * drift
     assert np.abs(moved).max() > 5 * drift

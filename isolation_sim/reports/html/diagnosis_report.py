@@ -5,12 +5,13 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace
-from ..diagnosis import cause_rows, error_rows
+from ..consequence import HEADINGS, NOTE, TITLE, consequence_rows
+from ..diagnosis import cause_rows, consequence_text, error_rows
 from ..diagnosis_figures import relative_error
 from ..references import cited
 from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
@@ -227,20 +228,13 @@ def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
 
 
 def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
-    records: list[dict[str, Any]] = diagnosis.details.get("consequence") or []
-    if not records:
+    if diagnosis.consequence is None:
         return
-    headings = tuple(records[0])
-    rows = [[_text(record[heading]) for heading in headings] for record in records]
-    yield Table(
-        "A scenario run with the law as it was and with the extended one",
-        tuple(heading.replace("_", " ") for heading in headings),
-        tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows),
-    )
-
-
-def _text(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    yield Prose(tuple(consequence_text(diagnosis.consequence)))
+    rows = consequence_rows(diagnosis.consequence)
+    if rows:
+        cells = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
+        yield Table(TITLE, HEADINGS, cells, note=NOTE)
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...sweeps.tables import heading, is_gain, told
+from ..style import light_shades
 from ..units import unit_of
 from .charts import layout, looks
 from .page import Chart, Explorer
@@ -150,12 +151,11 @@ def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
 
 
 def _shades() -> list[list[Any]]:
-    """The light part of a map's colours, on which black numbers can be read, in grey too."""
-    from matplotlib import colormaps
+    """The figures' colours for maps, as Plotly takes them."""
     from matplotlib.colors import to_hex
 
-    places = np.linspace(0.0, 1.0, 7)
-    return [[float(at), to_hex(colormaps["cividis"](0.4 + 0.6 * at))] for at in places]
+    shades = light_shades()
+    return [[float(at), to_hex(shades(at))] for at in np.linspace(0.0, 1.0, 7)]
 
 
 def _note(every: int, total: int, kept: int) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...criteria import columns, level_dofs, response_of, storey_rows
-from ..energy import INSTANTS, SINKS, supply
+from ..energy import SINKS, instants_of, supply
 from ..panels import base_dof, element_along, roof_dof, without_direction
 from .charts import Look, layout, numbers, over, peaks, span, thinned
 from .page import Chart, Gallery, Key
@@ -227,7 +227,7 @@ def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
     charts = []
     for name, run in runs.items():
         ledger = run.energy
-        drawn = slice(None, None, len(ledger.time) // INSTANTS + 1)
+        drawn = instants_of(ledger)
         traces: list[dict[str, Any]] = [
             {
                 "type": "scatter", "mode": "lines", "name": label, "stackgroup": "spent",

@@ -1,0 +1,61 @@
+"""What a law's error would have meant for control, as a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .units import unit_of
+
+if TYPE_CHECKING:
+    from ..discrepancy.consequence import Consequence, Performance
+
+TITLE = "What the law's error would have meant for control"
+HEADINGS = (
+    "controller",
+    "base displ., mm old", "new", "error, %",
+    "floor acc., m/s² old", "new", "error, %",
+    "J old", "new", "new design",
+    "rank old", "new", "new design",
+)  # fmt: skip
+NOTE = (
+    "Old: all by the law that was judged. New: the building on the extended law, its controllers "
+    "designed with the old one. New design: all by the extended law. J: mean of J3 and J5, both "
+    "peaks over those with the coils off. Rank: by J."
+)
+
+
+def consequence_rows(consequence: Consequence) -> list[list[str]]:
+    """Write the table's rows.
+
+    Parameters
+    ----------
+    consequence : Consequence
+        With its runs.
+
+    Returns
+    -------
+    list of list of str
+        A row a controller, a cell a heading, in engineering units; a dash for what diverged.
+    """
+    rows = []
+    for name, cases in consequence.performance.items():
+        predicted, actual, redesigned = (
+            cases[case] for case in ("predicted", "actual", "redesigned")
+        )
+        row = [name]
+        for key in ("peak_base_displacement_m", "peak_floor_acceleration_m_s2"):
+            row += [_number(predicted, key), _number(actual, key), _error(predicted, actual, key)]
+        row += [_number(one, "J") for one in (predicted, actual, redesigned)]
+        row += [str(one.rank) if one else "-" for one in (predicted, actual, redesigned)]
+        rows.append(row)
+    return rows
+
+
+def _number(one: Performance | None, key: str) -> str:
+    return "-" if one is None else f"{getattr(one, key) * unit_of(key)[1]:.3g}"
+
+
+def _error(predicted: Performance | None, actual: Performance | None, key: str) -> str:
+    if predicted is None or actual is None:
+        return "-"
+    return f"{100 * (getattr(predicted, key) / getattr(actual, key) - 1):+.0f}"

@@ -1,0 +1,119 @@
+"""Run a scenario with the law that a diagnosis judged, and with the one that it found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ..comparison import UNCONTROLLED
+from ..discrepancy.building import BuildingDiagnosis
+from ..discrepancy.consequence import Consequence, consequence
+from ..discrepancy.device_scale import Scale, carrying
+from ..effects.extend import extend, separate
+from ..errors import InputError
+from ..laws import Device
+from ..structures import IsolatedStructure
+
+if TYPE_CHECKING:
+    from ..discrepancy.diagnosis import Diagnosis
+    from .job import Job
+    from .scenario import Scenario
+
+
+def with_consequence(
+    diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] | None = None
+) -> Diagnosis:
+    """Add to a diagnosis what the error would have meant in a scenario.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Of device tests, a loop table or building records.
+    scenario : Scenario
+        Of device tests: building, ground motion and controllers. A device is scaled to the
+        building unless the isolator section has scales. Of building records: the building that was
+        judged.
+    progress : callable, optional
+        Called with the name of what is being done.
+
+    Returns
+    -------
+    Diagnosis
+        As it was where no cause was found.
+
+    Raises
+    ------
+    InputError
+        If the scenario cannot be run.
+    """
+    if not diagnosis.causes:
+        return diagnosis
+    job = scenario.build()
+    scaling = ""
+    if isinstance(diagnosis, BuildingDiagnosis):
+        assert diagnosis.building is not None
+        before, after = job.isolated, diagnosis.building
+    else:
+        assert diagnosis.judged is not None and diagnosis.extended is not None
+        try:
+            old, new = _alike(diagnosis.judged, _without_instruments(diagnosis.extended))
+            scale = _given(scenario) or carrying(new, job.isolated.structure, job.records)
+        except InputError as error:
+            told = f"Not run: {error}."
+            nothing = Consequence(job.isolated.structure.name, "", told, {})
+            return replace(diagnosis, consequence=nothing)
+        before, after = (
+            _carried(job.isolated, device.scaled(scale.length, scale.force))
+            for device in (old, new)
+        )
+        scaling = scale.words
+    found = consequence(
+        before, after, job.records, _controllers(job, after), options=job.options,
+        scaling=scaling, progress=progress,
+    )  # fmt: skip
+    return replace(diagnosis, consequence=found)
+
+
+def _without_instruments(device: Device) -> Device:
+    """A device without what happened in the instruments that measured it."""
+    base, applied = separate(device)
+    own = [(effect, numbers) for effect, numbers in applied if effect.of_device]
+    if len(own) == len(applied):
+        return device
+    return extend(base, own) if own else base
+
+
+def _alike(old: Device, new: Device) -> tuple[Device, Device]:
+    """Both devices with the currents for which both are meaningful."""
+    low, high = (old.current_range, new.current_range)
+    both = (max(low[0], high[0]), min(low[1], high[1]))
+    return replace(old, current_range=both), replace(new, current_range=both)
+
+
+def _given(scenario: Scenario) -> Scale | None:
+    section = scenario.isolator
+    if section.length_scale is None or section.force_scale is None:
+        return None
+    force = section.count * section.force_scale
+    return Scale(
+        section.length_scale, force,
+        f"The device was scaled as the scenario says: its deformation {section.length_scale:g} "
+        f"times, its force {force:g} times.",
+    )  # fmt: skip
+
+
+def _carried(isolated: IsolatedStructure, device: Device) -> IsolatedStructure:
+    """The scenario's building on another device."""
+    first, *others = isolated.elements
+    return replace(isolated, elements=(replace(first, device=device), *others))
+
+
+def _controllers(job: Job, isolated: IsolatedStructure) -> dict:
+    """The scenario's controllers, those without current first; alone where there is no coil."""
+    from controllers import PassiveOff
+
+    off = {UNCONTROLLED: PassiveOff()}
+    if not any(element.device.depends_on_current for element in isolated.elements):
+        return off
+    return off | job.controllers

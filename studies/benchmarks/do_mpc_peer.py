@@ -1,0 +1,195 @@
+"""The decision of ``mpc`` as do-mpc takes it: the same states, horizon, cost and constraints.
+
+The model is traced from the same law and given to do-mpc as a discrete one, a Runge-Kutta step a
+command, which has fewer unknowns than its collocation. Costs on what exceeds a peak have no
+counterpart in do-mpc: both controllers are given the squared ones alone.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.mpc import MPC
+from isolation_sim.structures import IsolatedStructure
+
+ALONE = {
+    "displacement_excess": 0.0, "acceleration_excess": 0.0, "effort": 0.1, "horizon": 0.6,
+    "blocks": 30,
+}  # fmt: skip
+"""Settings of ``mpc`` for the problem that both can be given."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a decision started from, and what came of it.
+
+    Attributes
+    ----------
+    state : numpy.ndarray, shape (n_states,)
+        Displacements (m), velocities (m/s), device states, coil current (A).
+    ground : numpy.ndarray, shape (n_steps + 1,), m/s^2
+        Ground acceleration over the horizon.
+    unit : float, m/s^2
+        Unit of the acceleration in the costs.
+    before : float, A
+        The last command given.
+    command : float, A
+        The command decided.
+    seconds : float, s
+        Time taken.
+    """
+
+    state: NDArray
+    ground: NDArray
+    unit: float
+    before: float
+    command: float
+    seconds: float
+
+
+class Kept(MPC):
+    """The predictive controller, with some of its decisions kept.
+
+    Parameters
+    ----------
+    first, count : int
+        Which decisions.
+    **given : object
+        Settings.
+    """
+
+    def __init__(self, first: int, count: int, **given: Any):
+        super().__init__(**given)
+        self.first, self.count = first, count
+        self.cases: list[Case] = []
+
+    def current(self, t: float, measurement: Any) -> NDArray:
+        """Decide, and keep what it was about."""
+        before = float(self.commands[0, 0])
+        command = super().current(t, measurement)
+        if self.first < len(self.report.seconds) <= self.first + self.count:
+            motion = 2 * self.prediction.belief.structure.n_dofs
+            measured = np.array(measurement, dtype=float)
+            state = np.concatenate([measured[:motion], self._states[0], measured[-1:]])
+            unit, took = float(self.units[1]), self.report.seconds[-1]
+            ground = self._ground[:, 0].copy()
+            self.cases.append(Case(state, ground, unit, before, float(command[0]), took))
+        return command
+
+
+class DoMPC:
+    """One decision after another by do-mpc.
+
+    Parameters
+    ----------
+    plant : IsolatedStructure
+        A building on one kind of isolator, with one coil.
+    one : MPC
+        The controller to agree with, after a run.
+    sizes : numpy.ndarray, shape (n_states,)
+        Of the states: displacements (m), velocities (m/s), device states, current (A).
+    """
+
+    def __init__(self, plant: IsolatedStructure, one: MPC, sizes: NDArray):
+        import casadi
+
+        with warnings.catch_warnings():
+            # it warns of every optional package that is not there
+            warnings.simplefilter("ignore")
+            import do_mpc
+
+        self.steps = len(one.commands)
+        lag, slew, low, high = one.coils[0, :4]
+        element, n = plant.elements[0], plant.structure.n_dofs
+        inverse = np.linalg.inv(plant.structure.mass)
+        base = int(plant.structure.base[0])
+        model = do_mpc.model.Model("discrete", "SX")
+        x = model.set_variable("_x", "x", (2 * n + len(element.device.law.states) + 1, 1))
+        u = model.set_variable("_u", "u")
+        now, then, unit = (
+            model.set_variable("_tvp", name) for name in ("ground", "ground_after", "unit")
+        )
+
+        def parts(state: Any) -> tuple:
+            """Displacements, velocities, and what the device's law is given."""
+            q, v, rest = state[:n], state[n : 2 * n], casadi.vertsplit(state[2 * n :])
+            along = (casadi.dot(element.direction, y) for y in (q, v))
+            return q, v, (*along, rest[:-1], rest[-1])
+
+        def accelerations(state: Any) -> Any:
+            q, v, given = parts(state)
+            forces = plant.structure.stiffness @ q + plant.structure.damping @ v
+            forces += element.direction * element.device.force(*given)
+            return -casadi.mtimes(inverse, forces)
+
+        def rate(state: Any, share: float) -> Any:
+            _, v, given = parts(state)
+            ground = now + share * (then - now)
+            relative = accelerations(state) - plant.structure.influence[:, 0] * ground
+            return casadi.vertcat(v, relative, *element.device.rates(*given), (u - given[-1]) / lag)
+
+        h = one.step
+        k1 = rate(x, 0.0)
+        k2 = rate(x + h / 2 * k1, 0.5)
+        k3 = rate(x + h / 2 * k2, 0.5)
+        k4 = rate(x + h * k3, 1.0)
+        model.set_rhs("x", x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
+        model.setup()
+
+        self.mpc = mpc = do_mpc.controller.MPC(model)
+        mpc.settings.n_horizon, mpc.settings.t_step = self.steps, h
+        mpc.settings.store_full_solution = False
+        mpc.settings.supress_ipopt_output()
+        span, omega = high - low, one.frequency
+        amplitude = (x[base] / (unit / omega**2)) ** 2
+        squares = one.displacement * amplitude
+        squares += one.acceleration / n * casadi.sumsqr(accelerations(x) / unit)
+        end = one.end * (amplitude + (x[n + base] / (unit / omega)) ** 2)
+        effort = one.effort * ((u - low) / span) ** 2
+        mpc.set_objective(mterm=squares / self.steps + end, lterm=(squares + effort) / self.steps)
+        mpc.set_rterm(u=one.roughness / span**2)
+        mpc.bounds["lower", "_u", "u"], mpc.bounds["upper", "_u", "u"] = low, high
+        mpc.set_nl_cons("faster", u - x[-1], slew * lag)
+        mpc.set_nl_cons("slower", x[-1] - u, slew * lag)
+        mpc.scaling["_x", "x"] = sizes
+        self._ahead, self._unit, self._started = np.zeros(self.steps + 2), 1.0, False
+        template = mpc.get_tvp_template()
+
+        def ahead(_: float) -> Any:
+            for k in range(self.steps + 1):
+                values = (*self._ahead[k : k + 2], self._unit)
+                for name, value in zip(("ground", "ground_after", "unit"), values, strict=True):
+                    template["_tvp", k, name] = value
+            return template
+
+        mpc.set_tvp_fun(ahead)
+        mpc.setup()
+
+    def decide(self, case: Case) -> tuple[float, float]:
+        """Take a decision of ``mpc`` again.
+
+        Parameters
+        ----------
+        case : Case
+            The decision.
+
+        Returns
+        -------
+        command : float, A
+        seconds : float, s
+            Time taken.
+        """
+        self._ahead[:-1], self._unit = case.ground, case.unit
+        self.mpc.x0, self.mpc.u0 = case.state, case.before
+        if not self._started:
+            self.mpc.set_initial_guess()
+            self._started = True
+        began = perf_counter()
+        command = self.mpc.make_step(case.state.reshape(-1, 1))
+        return float(command[0, 0]), perf_counter() - began

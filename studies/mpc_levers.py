@@ -1,0 +1,237 @@
+"""What each lever of the predictive controller contributes.
+
+Each is switched off by itself, without preview and with a warning time, on random motions that no
+setting was tuned on; the difference in J, the peak base displacement and the peak floor
+acceleration, each over its value without current, added, is paired motion by motion.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from controllers import Controller, controller
+
+from . import controller_runs as runs
+from .controllers import HOME, PREVIEW, interval, motions
+from .study import Outcome, Step
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+TITLE = "Predictive control: what each lever contributes"
+WHOLE = "as it is"
+LEVERS: dict[str, dict[str, Any]] = {
+    "cost on exceeding the peaks": {"displacement_excess": 0.0, "acceleration_excess": 0.0},
+    "peaks so far only, none unavoidable": {"displacement_level": 0.0, "acceleration_level": 0.0},
+    "model of the ground motion to come": {"order": 0},
+    "terminal cost": {"end": 0.0},
+    "horizon beyond 0.6 s": {"horizon": 0.6},
+    "price of current": {"effort": 0.0},
+    "the law (linear prediction)": {"model": "linear"},
+}
+"""What is taken away, and the settings without it."""
+PREVIEWS = (0.0, 0.1, 0.2, 0.4, 0.8, 1.2)
+"""Warning times, s."""
+SHORT = ("cost on exceeding the peaks", "terminal cost")
+
+Rows = list[dict[str, Any]]
+
+
+def entrants(short: bool) -> dict[str, Controller]:
+    """Return the controllers to compare, by what is taken away and the warning time.
+
+    Parameters
+    ----------
+    short : bool
+        Whether to take two levers and the warning times with which levers are taken away.
+
+    Returns
+    -------
+    dict
+    """
+    names = SHORT if short else tuple(LEVERS)
+    given: dict[str, Controller] = {}
+    for preview in sorted({0.0, PREVIEW, *(() if short else PREVIEWS)}):
+        given[label(WHOLE, preview)] = controller("mpc", preview=preview)
+    for preview in (0.0, PREVIEW):
+        for name in names:
+            given[label(name, preview)] = controller("mpc", preview=preview, **LEVERS[name])
+    return given
+
+
+def label(name: str, preview: float) -> str:
+    """Name of a controller: what is taken away, and its warning time in s."""
+    return f"{name}, {preview:g} s"
+
+
+def scores(short: bool, step: Step) -> tuple[dict[str, NDArray], NDArray]:
+    """Run all of them under all random motions.
+
+    Parameters
+    ----------
+    short : bool
+        Whether to take few controllers and two motions of 8 s.
+    step : callable
+        Told the share of the work that has just been done.
+
+    Returns
+    -------
+    scores : dict of str to numpy.ndarray, shape (n_motions,)
+        J of each of ``entrants``.
+    constant : numpy.ndarray, shape (n_motions,)
+        J of the best constant current.
+    """
+    given = entrants(short)
+    records = {name: record for name, record in motions(short).items() if name != HOME}
+    tasks = {name: (runs.judged, (given, record, runs.Case())) for name, record in records.items()}
+    workers = 1 if short else os.cpu_count() or 1
+    rows = runs.in_processes(tasks, workers, lambda name: step(name, 1 / len(tasks)))
+    table = np.array([[row["J"] for row in rows[name]] for name in records])
+    constant = np.array([rows[name][0]["constant"] for name in records])
+    return dict(zip(given, table.T, strict=True)), constant
+
+
+def table(found: dict[str, NDArray], constant: NDArray) -> Rows:
+    """Lay out the scores.
+
+    Parameters
+    ----------
+    found : dict of str to numpy.ndarray, shape (n_motions,)
+        J of each of ``entrants``.
+    constant : numpy.ndarray, shape (n_motions,)
+        J of the best constant current.
+
+    Returns
+    -------
+    list of dict
+        A row a controller: what is taken away, warning time (s), mean J, what it is above that of
+        the whole controller with the same warning, and above the best constant current's, both
+        with 95 % bounds.
+    """
+    rows = []
+    for name, own in found.items():
+        taken, preview = name.rsplit(", ", 1)
+        whole = found[f"{WHOLE}, {preview}"]
+        row = {"without": taken, "preview_s": float(preview.removesuffix(" s")), "J": own.mean()}
+        for what, other in (("lost", whole), ("over_constant", constant)):
+            low, high = interval(own - other)
+            row |= {what: (own - other).mean(), f"{what}_from": low, f"{what}_to": high}
+        rows.append({k: round(float(v), 3) if k != "without" else v for k, v in row.items()})
+    return rows
+
+
+def outcome(folder: Path, short: bool, step: Step) -> Outcome:
+    """Run the study.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Not used: the runs are not kept.
+    short : bool
+        Whether to take two levers and two motions of 8 s.
+    step : callable
+        Told what has just been done, and its share.
+
+    Returns
+    -------
+    Outcome
+        Table: a row a controller.
+    """
+    found, constant = scores(short, step)
+    rows = table(found, constant)
+    return Outcome(rows, finding(rows, len(constant)), {"levers": figure(rows)})
+
+
+def finding(rows: Rows, n_motions: int) -> str:
+    """Say what the table says.
+
+    Parameters
+    ----------
+    rows : list of dict
+        As ``table`` gives them.
+    n_motions : int
+        Number of motions.
+
+    Returns
+    -------
+    str
+    """
+    sentences = [
+        f"J is the mean over {n_motions} random motions that no setting was tuned on; intervals "
+        "are 95 %, by drawing the motions anew."
+    ]
+    for preview in (0.0, PREVIEW):
+        some = [row for row in rows if row["preview_s"] == preview]
+        (whole,) = [row for row in some if row["without"] == WHOLE]
+        kinds = {
+            "helps": [row for row in some if row["lost_from"] > 0],
+            "harms": [row for row in some if row["lost_to"] < 0],
+            "does not tell": [
+                row for row in some
+                if row is not whole and row["lost_from"] <= 0 <= row["lost_to"]
+            ],
+        }  # fmt: skip
+        told = "; ".join(
+            f"{kind}: "
+            + (", ".join(f"{row['without']} ({row['lost']:+.3f})" for row in among) or "nothing")
+            for kind, among in kinds.items()
+        )
+        sentences.append(
+            f"With {preview:g} s of warning J is {whole['over_constant']:+.3f} "
+            f"({whole['over_constant_from']:+.3f} to {whole['over_constant_to']:+.3f}) from the "
+            f"best constant current's. What the controller loses without each lever: {told}."
+        )
+    return " ".join(sentences)
+
+
+def figure(rows: Rows) -> Figure:
+    """Draw what is lost without each lever, and J over the warning time.
+
+    Parameters
+    ----------
+    rows : list of dict
+        As ``table`` gives them.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
+
+    with style():
+        drawing = new_figure(DOUBLE_COLUMN, 3.0)
+        left, right = drawing.subplots(1, 2, width_ratios=[3, 2])
+        names = list(dict.fromkeys(r["without"] for r in rows if r["without"] != WHOLE))
+        looks = line_styles(2, markers=True)
+        for k, (preview, look) in enumerate(zip((0.0, PREVIEW), looks, strict=True)):
+            some = {row["without"]: row for row in rows if row["preview_s"] == preview}
+            at = np.arange(len(names)) + 0.15 * (1 - 2 * k)
+            middle, low, high = (
+                np.array([some[name][key] for name in names])
+                for key in ("lost", "lost_from", "lost_to")
+            )
+            left.errorbar(
+                middle, at, xerr=[middle - low, high - middle], linestyle="",
+                marker=look["marker"], color=look["color"], markersize=4.5, capsize=2.5,
+                label=f"{preview:g} s of warning" if preview else "no warning",
+            )  # fmt: skip
+        left.axvline(0.0, color="0.6", linewidth=0.8, zorder=0)
+        left.set_yticks(np.arange(len(names)), names)
+        left.invert_yaxis()
+        left.set_xlabel("J lost without it")
+        whole = sorted((r for r in rows if r["without"] == WHOLE), key=lambda r: r["preview_s"])
+        times, middle, low, high = (
+            np.array([row[key] for row in whole])
+            for key in ("preview_s", "over_constant", "over_constant_from", "over_constant_to")
+        )
+        right.fill_between(times, low, high, color="0.85")
+        right.plot(times, middle, "o-", color="black", markersize=4.5)
+        right.axhline(0.0, color="0.6", linewidth=0.8)
+        right.set(xlabel="warning time, s", ylabel="J above the best constant current's")
+        legend(drawing, left, "outside lower center")
+    return drawing

@@ -1,0 +1,47 @@
+"""The measured building in the study's short form, judged by a record that it has not seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from studies import building_record as study
+from studies.study import perform
+
+
+@pytest.fixture(scope="module")
+def first(shared_data):
+    return study.prepared(shared_data / "bncs", study.FIRST)
+
+
+def test_stiff_storeys_move_with_the_base():
+    time = 0.02 * np.arange(500)
+    base = np.sin(2 * np.pi * time) * np.minimum(time, 1)
+    stiff = study.superstructure(study.FLOOR_MASS * (2 * np.pi / 0.01) ** 2, 0.05)
+    floors = study.floor_accelerations(stiff, base, 0.02)
+    assert floors == pytest.approx(np.repeat(base[:, np.newaxis], 5, axis=1), abs=0.03)
+
+
+def test_storeys_found_above_the_base_follow_the_floors(first):
+    building = study.identified(first)
+    base, floors = first.values[:, 0], first.values[:, 1:-1]
+    missed = study.floor_accelerations(building, base, first.ground.dt) - floors
+    rigid = base[:, np.newaxis] - floors
+    size = np.linalg.norm(floors)
+    assert np.linalg.norm(missed) < 0.1 * size < 0.4 * np.linalg.norm(rigid)
+
+
+def test_short_form(tmp_path, shared_data):
+    found, path = perform("building_record", tmp_path / "study", True)
+    linear, extended = (
+        {row["record"]: row for row in found.table if row["isolation layer"].startswith(name)}
+        for name in ("linear", "extended")
+    )
+    assert "by amplitude_softening" in found.finding and "stress_softening" in found.finding
+    unseen = "Canoga Park 100 %"
+    assert extended[unseen]["used"] == "not seen"
+    for key in ("isolator displacement, RMS error %", "accelerations, %"):
+        assert all(extended[name][key] < linear[name][key] for name in linear)
+    peaks = [layer[unseen]["peak displacement over measured"] for layer in (linear, extended)]
+    assert abs(peaks[1] - 1) < 0.5 * abs(peaks[0] - 1)
+    assert (path / "figures" / "loops.svg").is_file()
