@@ -17,8 +17,9 @@ from ..identification.multistart import different
 from ..identification.unknowns import Unknowns
 from ..laws import Device
 from ..laws.law import Law
-from .diagnosis import MEANINGS, Cause, Diagnosis, Errors, Step, Trace, Verdict
-from .loop_model import ACCURACY, CYCLES, SAMPLES, LoopModel, loop_motion
+from .diagnosis import Cause, Diagnosis, Errors, Verdict
+from .loop_model import ACCURACY, LoopModel, loop_motion
+from .loop_story import FittedLoops, Round, depends_on, largest, rms, steps, traces
 from .loop_table import LoopTable
 from .summary import linear_intervals
 
@@ -39,18 +40,6 @@ _UNSEEN = (
     "force_offset", "sensor_delay", "stress_softening", "self_heating", "ambient_temperature",
     "cyclic_degradation", "current_lag", "tension_compression_asymmetry",
 )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    model: LoopModel
-    optimum: Optimum
-    left_out: float
-    others: tuple[NDArray, ...] = ()
-
-    @property
-    def causes(self) -> tuple[str, ...]:
-        return tuple(stage.effect.cause for stage in self.model.stages)
 
 
 def diagnose_loop_table(
@@ -113,7 +102,7 @@ class _Work:
         given = None if device is None else base.model.unknowns.of(device)
         return self.told(base, given, best, rounds)
 
-    def extended(self, base: _Fitted) -> tuple[_Fitted, list[tuple[_Fitted, list[_Fitted]]]]:
+    def extended(self, base: FittedLoops) -> tuple[FittedLoops, list[Round]]:
         """Add effects as long as they lower the error on rows left out."""
         best, rounds = base, []
         while len(best.model.stages) < MOST_EFFECTS and best.left_out > ACCURACY:
@@ -124,7 +113,7 @@ class _Work:
             best = tried[0]
         return best, rounds
 
-    def chance(self, without: _Fitted, given: _Fitted) -> float:
+    def chance(self, without: FittedLoops, given: FittedLoops) -> float:
         """Chance that an effect without meaning fits so much better, over all causes (F test)."""
         from scipy.stats import f as f_distribution
 
@@ -134,7 +123,7 @@ class _Work:
         ratio = drop / p / (given.optimum.cost / free)
         return float(min(1.0, len(EFFECTS) * f_distribution.sf(ratio, p, free)))
 
-    def base_of(self, device: Device | None, currents: NDArray, degree: int) -> _Fitted:
+    def base_of(self, device: Device | None, currents: NDArray, degree: int) -> FittedLoops:
         """The law alone, its parameters polynomials of a degree."""
         at = np.linspace(currents[0], currents[-1], degree + 1) if degree else currents[:1]
         force = float(np.median(self.table.stiffness * self.table.amplitude))
@@ -156,12 +145,12 @@ class _Work:
         self.tell("fitting loops")
         return model.minimised(start, most, 1e-6)
 
-    def judged(self, model: LoopModel, optimum: Optimum) -> _Fitted:
+    def judged(self, model: LoopModel, optimum: Optimum) -> FittedLoops:
         """The error on rows left out."""
         table = self.table
         if table.held_out.any():
             ratios = model.loops(optimum.x)[0]
-            return _Fitted(model, optimum, _rms((ratios - 1)[np.tile(table.held_out, 2)]))
+            return FittedLoops(model, optimum, rms((ratios - 1)[np.tile(table.held_out, 2)]))
         n, squares = len(table.amplitude), 0.0
         group = np.random.default_rng(self.seed).permutation(n) % FOLDS
         for fold in range(min(FOLDS, n)):
@@ -169,9 +158,9 @@ class _Work:
             ratios = part.loops(self.minimised(part, optimum.x).x)[0]
             squares += float(np.sum((ratios - 1)[np.tile(group == fold, 2)] ** 2))
         left_out = float(np.sqrt(squares / (2 * n))) if np.isfinite(squares) else np.inf
-        return _Fitted(model, optimum, left_out)
+        return FittedLoops(model, optimum, left_out)
 
-    def tried(self, base: _Fitted) -> list[_Fitted]:
+    def tried(self, base: FittedLoops) -> list[FittedLoops]:
         """Effects fitted together with the model, the best few judged on rows left out."""
         left = [
             effect
@@ -185,7 +174,7 @@ class _Work:
         judged = self.pool.map(lambda pair: self.settled(base, *pair), found[:JUDGED])
         return sorted(judged, key=lambda f: f.left_out)
 
-    def settled(self, base: _Fitted, model: LoopModel, optimum: Optimum) -> _Fitted:
+    def settled(self, base: FittedLoops, model: LoopModel, optimum: Optimum) -> FittedLoops:
         """The best of a form over several laws, which without it were nearly as good."""
         found = [optimum]
         for law in base.others:
@@ -195,7 +184,7 @@ class _Work:
         judged = self.judged(replace(model, expected=best.x[: model.n_law]), best)
         return replace(judged, others=base.others)
 
-    def with_effect(self, base: _Fitted, effect: Effect) -> tuple[LoopModel, Optimum]:
+    def with_effect(self, base: FittedLoops, effect: Effect) -> tuple[LoopModel, Optimum]:
         model: LoopModel = base.model.with_effects(effect)
         choices = [
             [min(max(s * model.size(q), q.lower), q.upper) for s in q.starts]
@@ -210,16 +199,16 @@ class _Work:
         return model, self.minimised(model, best.x, 60)
 
     def told(
-        self, base: _Fitted, given: NDArray | None, best: _Fitted,
-        rounds: list[tuple[_Fitted, list[_Fitted]]],
+        self, base: FittedLoops, given: NDArray | None, best: FittedLoops,
+        rounds: list[Round],
     ) -> Diagnosis:  # fmt: skip
         """Put the outcome together."""
         start = base.optimum.x if given is None else given
         before, after = base.model.loops(start)[0], best.model.loops(best.optimum.x)[0]
         kept = np.tile(~self.table.held_out, 2)
         errors = (
-            Errors(_rms((before - 1)[kept]), base.left_out if given is None else _rms(before - 1)),
-            Errors(_rms((after - 1)[kept]), best.left_out),
+            Errors(rms((before - 1)[kept]), base.left_out if given is None else rms(before - 1)),
+            Errors(rms((after - 1)[kept]), best.left_out),
         )
         first = errors[0].held_out**2 - min(ACCURACY, errors[0].held_out) ** 2
         rest = max(errors[1].held_out**2 - ACCURACY**2, 0.0)
@@ -254,17 +243,17 @@ class _Work:
             error_after=errors[1],
             causes=causes,
             unexplained_share=float(min(unexplained, 1.0)),
-            depends_on=self.depends_on(before),
+            depends_on=depends_on(self.table, before),
             next_test=None,
-            steps=self.steps(base, given, before, after, rounds, verdict),
+            steps=steps(self.table, self.law, base, given, before, after, rounds, verdict),
             judged=judged,
             extended=extended,
-            traces=self.traces(base, start, best),
-            details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
+            traces=traces(self.table, base, start, best),
+            details={"largest_error": {"before": largest(before), "after": largest(after)}},
         )
 
     def causes(
-        self, base: _Fitted, best: _Fitted, rounds: list[tuple[_Fitted, list[_Fitted]]],
+        self, base: FittedLoops, best: FittedLoops, rounds: list[Round],
         unexplained: float,
     ) -> tuple[Cause, ...]:  # fmt: skip
         found = []
@@ -300,120 +289,9 @@ class _Work:
             )
         return tuple(sorted(found, key=lambda c: -c.share))
 
-    def depends_on(self, before: NDArray) -> tuple[str, ...]:
-        """Conditions that the errors go with: rank correlation above 0.5."""
-        from scipy.stats import spearmanr
-
-        found = []
-        n = len(self.table.amplitude)
-        for name, values in (
-            ("amplitude", self.table.amplitude),
-            ("frequency", self.table.frequency),
-            ("current", self.table.current),
-        ):
-            if np.ptp(values) > 0:
-                parts = [abs(spearmanr(values, r)[0]) for r in (before[:n], before[n:])]
-                if max(parts) > 0.5:
-                    found.append(name)
-        return tuple(found)
-
-    def steps(
-        self, base: _Fitted, given: NDArray | None, before: NDArray, after: NDArray,
-        rounds: list[tuple[_Fitted, list[_Fitted]]], verdict: Verdict,
-    ) -> tuple[Step, ...]:  # fmt: skip
-        table, n = self.table, len(self.table.amplitude)
-        how = "as given" if given is not None else "fitted"
-        refit = "" if given is None else (
-            " Fitted to the table it errs by "
-            f"{100 * _rms(base.model.loops(base.optimum.x)[0] - 1):.1f} %."
-        )
-        told = [
-            Step(
-                "The data",
-                f"{n} loops, amplitudes {1e3 * table.amplitude.min():g} to "
-                f"{1e3 * table.amplitude.max():g} mm, {table.frequency.min():g} to "
-                f"{table.frequency.max():g} Hz, {table.current.min():g} to {table.current.max():g} "
-                f"A. A table does not tell its noise; {100 * ACCURACY:.0f} % counts as agreement.",
-            ),
-            Step(
-                "The law",
-                f"{self.law.title}, {how}: stiffness wrong by {100 * _rms(before[:n] - 1):.1f} %, "
-                f"damping by {100 * _rms(before[n:] - 1):.1f} % (RMS).{refit} On rows left out of "
-                f"its fit it errs by {100 * base.left_out:.1f} %.",
-            ),
-        ]
-        for k, (_, tried) in enumerate(rounds, start=1):
-            told.append(
-                Step(
-                    f"Effects tried, round {k}",
-                    "The effects that fit best, judged on rows left out:",
-                    ("effect", "form", "error on rows left out"),
-                    tuple(
-                        (f.model.stages[-1].effect.title, f.model.stages[-1].effect.form,
-                         f"{100 * f.left_out:.1f} %")
-                        for f in tried
-                    ),
-                )
-            )  # fmt: skip
-        told.append(
-            Step(
-                "The verdict",
-                f"{MEANINGS[verdict]} After: stiffness wrong by {100 * _rms(after[:n] - 1):.1f} %, "
-                f"damping by {100 * _rms(after[n:] - 1):.1f} % (RMS).",
-            )
-        )
-        return tuple(told)
-
-    def traces(self, base: _Fitted, start: NDArray, best: _Fitted) -> tuple[Trace, ...]:
-        """Simulated loops; of the measured ones the table keeps only ellipses."""
-        table, data = self.table, base.model.data
-        before = base.model.forces(start, False)[0]
-        after = best.model.forces(best.optimum.x, False)[0]
-        found = []
-        for k in range(len(table.amplitude)):
-            end = (k + 1) * CYCLES * SAMPLES
-            at = slice(end - SAMPLES, end)
-            phase = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
-            # the ellipse of the same stiffness and energy
-            measured = table.stiffness[k] * table.amplitude[k] * (
-                np.sin(phase) + 2 * table.damping[k] * np.cos(phase)
-            )
-            found.append(
-                Trace(
-                    name=(
-                        f"{1e3 * table.amplitude[k]:g} mm, {table.frequency[k]:g} Hz, "
-                        f"{table.current[k]:g} A"
-                    ),
-                    held_out=bool(table.held_out[k]),
-                    time=np.arange(SAMPLES) * data.dt[k],
-                    across=1e3 * data.x[at],
-                    across_label="deformation, mm",
-                    label="force, N",
-                    measured=measured,
-                    before=before[at],
-                    after=after[at],
-                )
-            )
-        return tuple(found)
-
-
-def _applied(best: _Fitted) -> list[tuple[Effect, dict[str, float]]]:
+def _applied(best: FittedLoops) -> list[tuple[Effect, dict[str, float]]]:
     found = []
     for stage, place in zip(best.model.stages, best.model.slices(), strict=True):
         numbers = best.optimum.x[place].tolist()
         found.append((stage.effect, dict(zip(stage.effect.parameter_names, numbers, strict=True))))
     return found
-
-
-def _rms(values: NDArray) -> float:
-    """Root mean square; infinite where a value is no number."""
-    size = float(np.sqrt(np.mean(values**2)))
-    return size if np.isfinite(size) else np.inf
-
-
-def _largest(ratios: NDArray) -> dict[str, float]:
-    n = len(ratios) // 2
-    return {
-        "stiffness": float(np.max(np.abs(ratios[:n] - 1))),
-        "damping": float(np.max(np.abs(ratios[n:] - 1))),
-    }
