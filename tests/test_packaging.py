@@ -92,7 +92,7 @@ def test_the_campaign_of_the_readme_has_the_keys_that_are_read():
 
 
 def test_the_python_of_the_readme_runs(capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    code, *_ = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile(code, "README.md", "exec"), {})
     assert "base displacement" in capsys.readouterr().out
 

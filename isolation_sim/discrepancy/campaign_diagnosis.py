@@ -34,9 +34,10 @@ SEARCHED = 24_000
 """Samples, about, on which effects are searched; the outcome is fitted to all of them."""
 EXAMPLES = 6
 """Examples of noise against which a misfit is held."""
-TO_BLAME = 0.5
-"""Share of the misfit, of the runs fitted as of those held out, that effects have to remove
-together to be named."""
+TO_BLAME = 0.35
+"""Share of the misfit, on data held out, that effects have to remove together to be named."""
+TO_BLAME_FITTED = 0.4
+"""The same on the fitted runs: held out, a law that runs away makes any effect look helpful."""
 EXPLAINED = 0.1
 """Unexplained share up to which a misfit counts as explained."""
 ADEQUATE = 1.25
@@ -148,7 +149,7 @@ def _outcome(
         notes=data_notes(campaign.runs),
     )
     # what helps on the fitted runs alone, or only where the law runs away, is no cause
-    if max(outcome.left(), outcome.left(data.fitted)) > 1 - TO_BLAME:
+    if outcome.left() > 1 - TO_BLAME or outcome.left(data.fitted) > 1 - TO_BLAME_FITTED:
         outcome = replace(outcome, final=base)
     return outcome
 

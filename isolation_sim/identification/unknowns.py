@@ -14,8 +14,8 @@ from ..laws.law import Law
 from .current_basis import bernstein
 from .magnitudes import magnitude
 
-_DECADES = 0.5
-"""Standard deviation of random starts about the data's magnitude."""
+_DECADES = (0.7, 1.5)
+"""Reach of random starts about the data's magnitude: near and far by turns."""
 
 
 class Unknowns:
@@ -165,11 +165,11 @@ class Unknowns:
         except InputError:
             pass  # a law without published numbers
         while len(begin) < number:
-            drawn = self._drawn(random)
+            drawn = self._drawn(random, _DECADES[len(begin) % 2])
             begin.append(np.clip(np.repeat(drawn, len(self.currents)), self.lower, self.upper))
         return begin
 
-    def _drawn(self, random: np.random.Generator) -> list[float]:
+    def _drawn(self, random: np.random.Generator, decades: float) -> list[float]:
         """A random number for each free parameter."""
         bounded = {
             q.name: _between(q.lower, q.upper, random)
@@ -181,7 +181,7 @@ class Unknowns:
         drawn = []
         for quantity in self.free:
             size = magnitude(quantity.unit, *self.sizes, exponents=exponents)
-            size *= 10 ** random.normal(0.0, _DECADES)
+            size *= 10 ** random.uniform(-decades, decades)
             if quantity.lower < 0:
                 size *= random.uniform(-1, 1)
             drawn.append(bounded.get(quantity.name, max(size, quantity.lower)))
