@@ -16,7 +16,6 @@ The folder holds ``campaign.toml`` and one CSV file a run::
 from __future__ import annotations
 
 import secrets
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, unknown_name
+from ..toml_file import read_toml
 from .run_table import TestRun, read_run
 
 __all__ = ["Campaign", "TestRun", "read_campaign", "read_run", "write_campaign"]
@@ -189,16 +189,9 @@ def _read_toml(folder: Path, path: Path) -> dict[str, Any]:
     if not folder.is_dir():
         what = "a file" if folder.exists() else "a folder that does not exist"
         raise InputError(f"{folder}: {what}; accepted: {accepted}")
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(f"{folder}: no {FILE_NAME} in it; accepted: {accepted}") from None
-    except OSError as error:
-        raise InputError(f"{path}: unreadable ({error.strerror}); accepted: {accepted}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}, byte {error.start}: not text; accepted: UTF-8 TOML") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not TOML ({error}); accepted: TOML") from None
+    if not path.exists():
+        raise InputError(f"{folder}: no {FILE_NAME} in it; accepted: {accepted}")
+    return read_toml(path, accepted)
 
 
 def _check_keys(table: Mapping[str, Any], accepted: tuple[str, ...], kind: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ from ground_motions import GroundMotionError
 
 from ..errors import InputError
 from ..structures import IsolatedStructure, Structure
+from ..toml_file import parse_toml, read_toml
 from .building import Building, ReferenceBuilding
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Belief, Element, Isolator
@@ -106,16 +106,8 @@ class Scenario(Section):
             Naming the file, the key, what was given and what is accepted.
         """
         path = Path(path)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except FileNotFoundError:
-            raise InputError(
-                f"{path}: no such file; accepted: a scenario, such as isolation-sim new writes"
-            ) from None
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "not UTF-8"
-            raise InputError(f"{path}: cannot be read ({reason}); accepted: TOML text") from None
-        return cls.from_toml(text, path.parent, str(path))
+        data = read_toml(path, "a scenario, such as isolation-sim new writes")
+        return cls._of(data, path.parent, str(path))
 
     @classmethod
     def from_toml(cls, text: str, folder: str | Path = ".", source: str = "") -> Scenario:
@@ -139,10 +131,10 @@ class Scenario(Section):
         InputError
             Naming the source, the key, what was given and what is accepted.
         """
-        try:
-            data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise located(InputError(f"not TOML: {error}"), source) from None
+        return cls._of(parse_toml(text, source), folder, source)
+
+    @classmethod
+    def _of(cls, data: dict[str, Any], folder: str | Path, source: str) -> Scenario:
         # without a name of its own a scenario is called after its file
         if source:
             data = {"name": Path(source).stem} | data

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,6 +13,7 @@ from ..scenario import Scenario
 from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
 from ..scenario.job import located
 from ..scenario.problems import one_line
+from ..toml_file import read_toml
 from .fields import completed
 
 Count = Annotated[int, Field(gt=0)]
@@ -169,17 +169,7 @@ class SweepPlan(Section):
             Naming the file, the key, what was given and what is accepted.
         """
         path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise InputError(
-                f"{path}: no such file; accepted: a plan, such as isolation-sim sweep new writes"
-            ) from None
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, "strerror", None) or "not UTF-8"
-            raise InputError(f"{path}: cannot be read ({reason}); accepted: TOML text") from None
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{path}: not TOML: {error}") from None
+        data = read_toml(path, "a plan, such as isolation-sim sweep new writes")
         return cls.from_dict({"name": path.stem} | data, path.parent, str(path))
 
     @classmethod

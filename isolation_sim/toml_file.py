@@ -1,0 +1,63 @@
+"""Reading TOML, with errors that a user can act on."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError
+
+
+def read_toml(path: Path, accepted: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    accepted : str
+        What file would do, for errors.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        If the file is missing, cannot be read, or is not TOML.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; accepted: {accepted}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8"
+        raise InputError(f"{path}: cannot be read ({reason}); accepted: {accepted}") from None
+    return parse_toml(text, str(path))
+
+
+def parse_toml(text: str, source: str = "") -> dict[str, Any]:
+    """Read TOML from text.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    source : str
+        Where it comes from, for errors.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        If it is not TOML.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source}: not TOML: {error}; accepted: TOML".removeprefix(": ")) from None
