@@ -60,4 +60,5 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source}: not TOML: {error}; accepted: TOML".removeprefix(": ")) from None
+        place = f"{source}: " if source else ""
+        raise InputError(f"{place}not TOML: {error}; accepted: TOML") from None
