@@ -98,8 +98,8 @@ class ElementCode:
         self.slots += [f"gain{i}_{j}{k}" for i in range(n) for j in range(3) for k in range(3)]
 
     def at(self, name: str) -> str:
-        """The array element that holds a slot."""
-        return f"w[b + {self.slots.index(name)} * LANES]"
+        """The number that a slot holds."""
+        return f"read(w, b, {self.slots.index(name)} * LANES)"
 
     def load(self, *names: str) -> list[str]:
         """Statements that read slots into variables of the same names."""
@@ -107,7 +107,7 @@ class ElementCode:
 
     def put(self, slot: str, value: str) -> str:
         """Statement that writes a slot, in the lanes that take part: a select, not a branch."""
-        return f"{self.at(slot)} = {value} if on else {self.at(slot)}"
+        return f"write(w, b, {self.slots.index(slot)} * LANES, {value}, on)"
 
     def store(self, *names: str) -> list[str]:
         """Statements that write variables into their slots."""
@@ -154,7 +154,9 @@ class ElementCode:
     def _row(self, r: int, forces: Sequence[str]) -> str:
         """Row r of the response to the element's own nodal forces, on top of what is there."""
         given = self.at(f"free{r}" if self.alone else COMMON[r])
-        own = " + ".join(f"table[at + {8 * k + r} * LANES] * {f}" for k, f in enumerate(forces))
+        own = " + ".join(
+            f"read(table, at, {8 * k + r} * LANES) * {f}" for k, f in enumerate(forces)
+        )
         return f"{given} + {own}"
 
     def _relax(self) -> list[str]:
@@ -269,8 +271,7 @@ class ElementCode:
             names = [f"start{i}", *(f"{s}_{j}" for j in range(3))]
             body += self.load(*names)
             value = " + ".join(f"weight{m} * {n}" for m, n in enumerate(names))
-            place = f"states[at + {i} * LANES]"
-            body.append(f"{place} = {value} if on else {place}")
+            body.append(f"write(states, at, {i} * LANES, {value}, on)")
         return body if self.states else ["pass"]
 
     def _accept(self) -> list[str]:
@@ -290,8 +291,7 @@ class ElementCode:
                 body.append(self.put(f"{s}_{j}", f"{guess}"))
             body.append(self.put(f"start{i}", f"end{i}"))
             body += [*self.load(f"end_rate{i}"), self.put(f"rate{i}", f"end_rate{i}")]
-            place = f"states[at + {i} * LANES]"
-            body.append(f"{place} = end{i} if on else {place}")
+            body.append(f"write(states, at, {i} * LANES, end{i}, on)")
             body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
         return body + self.store("f_start", "force_scale", *self.scale)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.util
 import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 
@@ -17,13 +17,31 @@ import numpy as np
 from ..laws import emit
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from . import element_code
 from .element_code import COMMON, NODES, ElementCode
+from .smaller_text import smaller_text
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("tables", "step", "control", "march", "summary")
+    for part in ("step", "control", "march", "summary")
 )
+TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
+HEADER = """
+import math
+
+import numpy as np
+from numba import njit
+
+from isolation_sim.simulation import kernel, vector
+from isolation_sim.simulation.foreign_call import call
+from isolation_sim.simulation.slots import read, write
+
+unsigned = np.uint64
+OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}
+# nothing but the kernel calls these: they need no entry from Python
+INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+inner = njit(**INNER)
+inline = njit(forceinline=True, **INNER)
+"""
 # element functions: name, arguments between base and mask, the argument that points into lanes
 DISPATCHED = (
     ("prepare_held", "", ""),
@@ -37,9 +55,10 @@ DISPATCHED = (
     ("probe", "", ""),
 )
 # whatever decides on the text besides the laws
+_WRITERS = ("kernel", "element_code", "smaller_text", "slots", "vector", "foreign_call")
 _SOURCES = (
-    *TEMPLATES, Path(__file__), Path(element_code.__file__), Path(emit.__file__),
-    Path(__file__).with_name("vector.py"), Path(__file__).with_name("foreign_call.py"),
+    *TEMPLATES, TABLES_TEMPLATE, Path(emit.__file__),
+    *(Path(__file__).with_name(f"{name}.py") for name in _WRITERS),
 )
 _used: set[str] = set()
 _loaded: dict[tuple, ModuleType] = {}
@@ -75,7 +94,6 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
     stride = max(len(c.slots) for c in codes) + 4 * n_states
-    monomials = np.vander(NODES, increasing=True)
     constants = {
         "LANES": lanes,
         "N_ELEMENTS": len(laws),
@@ -92,51 +110,51 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         ),
         "PAD": padding(lanes),
         "NODES_AND_END": (*NODES, 1.0),
-        "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
         "TINY": 1e-300,
         "HOPELESS": 1e12,
         **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
     }
     blocks = [
         '"""Written by isolation_sim.simulation.kernel; do not edit."""',
-        "import math\n\nimport numpy as np\nfrom numba import njit\n\n"
-        "from isolation_sim.simulation.foreign_call import call\n"
-        "from isolation_sim.simulation import vector\n\n"
-        "unsigned = np.uint64",
+        HEADER,
         "\n".join(f"{name} = {value!r}" for name, value in constants.items()),
-        'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}\n'
-        "inline = njit(forceinline=True, **OPTIONS)\n"
         # loops over lanes become vector instructions in functions of their own
-        f"by_lanes = {'inline' if lanes == 1 else 'njit(**OPTIONS)'}",
+        f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
+        "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, LANES)\n"
+        "build_table, layout = tables.build_table, tables.layout\n"
         "add_rows = vector.make_add_rows(LANES)\n"
+        "POINTS = vector.points_at_once(LANES)\n"
+        "add_rows_at = vector.make_add_rows_at(LANES)\n"
         "free_rows = vector.make_free_rows(LANES, N_GROUND)\n"
         "move_modes = vector.make_move_modes(LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(name, extra, at, len(codes), lanes) for name, extra, at in DISPATCHED),
         *(template.read_text() for template in TEMPLATES),
     ]
-    tree = _UnsignedIndices().visit(ast.parse("\n\n".join(blocks)))
-    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+    return smaller_text("\n\n".join(blocks))
 
 
-class _UnsignedIndices(ast.NodeTransformer):
-    """Make array indices unsigned: Numba then leaves out the test for a negative one.
-
-    That test takes much of the kernel's time where an index is not known when it is compiled.
-    """
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        self.generic_visit(node)
-        if isinstance(node.value, ast.Name) and node.value.id.islower():
-            parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
-            parts = [
-                part
-                if isinstance(part, ast.Constant)
-                else ast.Call(ast.Name("unsigned", ast.Load()), [part], [])
-                for part in parts
+@lru_cache
+def load_tables(n_elements: int, n_ground: int, lanes: int) -> ModuleType:
+    """The part that does not depend on the laws: compiled once for all of them."""
+    monomials = np.vander(NODES, increasing=True)
+    constants = {
+        "N_ELEMENTS": n_elements,
+        "N_GROUND": n_ground,
+        "LANES": lanes,
+        "NODES_AND_END": (*NODES, 1.0),
+        "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
+    }
+    text = smaller_text(
+        "\n\n".join(
+            [
+                HEADER,
+                "\n".join(f"{name} = {value!r}" for name, value in constants.items()),
+                TABLES_TEMPLATE.read_text(),
             ]
-            node.slice = ast.Tuple(parts, ast.Load()) if len(parts) > 1 else parts[0]
-        return node
+        )
+    )
+    return import_text("tables_" + hashlib.sha256(text.encode()).hexdigest()[:20], text)
 
 
 def padding(lanes: int) -> int:
@@ -189,7 +207,7 @@ def import_text(name: str, text: str | None) -> ModuleType:
 def compiling(module: ModuleType) -> Iterator[None]:
     """Say that the first run compiles, if the kernel is neither loaded nor in the cache."""
     if module.__name__ not in _used and not _is_cached(module):
-        print("compiling the simulation kernel for this law (once; about 8 s) ...", file=sys.stderr)
+        print("compiling the simulation kernel for this law (once; about 5 s) ...", file=sys.stderr)
     _used.add(module.__name__)
     yield
 

@@ -33,7 +33,7 @@ def set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_po
         w[at * LANES + lane] = value
 
 
-@njit(**OPTIONS)
+@inner
 def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_table, law_breaks,
                           n_pieces, n_powers, w):
     """Parameters at the three nodes and the end of a step, while the coil current moves."""
@@ -42,7 +42,7 @@ def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_table, la
         set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_powers, w)
 
 
-@njit(**OPTIONS)
+@inner
 def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going,
                    previous):
     """Give an element the coil current that it has from a grid point on; its force may jump."""
@@ -65,7 +65,7 @@ def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_s
             w[(base + SLOT_F_START) * LANES + lane] += jump
 
 
-@njit(**OPTIONS)
+@inner
 def read_sensors(k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, ground, z, z_at,
                  coil, w, measured):
     """Measurement k: modes, element forces and ground to outputs; noise; then coil currents."""
@@ -87,7 +87,7 @@ def read_sensors(k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, g
             measured[k, lane, n_measured + c] = coil[c, lane]
 
 
-@njit(**OPTIONS)
+@inner
 def set_commands(g, wanted, first, n_channels, clamp, driver, command, coil, alive, counts):
     """The commands from grid point g on, as the drivers take them; counts what was clamped."""
     for c in range(n_channels):

@@ -5,10 +5,10 @@ Part of the compiled kernel; see ``kernel_march_template.py``.
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_directions, ground, z,
+def summarise(info, windows, spans, samples, motion_rows, quantity_rows, n_directions, ground, z,
               states, command, coil_history, driver, law_table, law_breaks, law_shape, channel,
-              inputs, forces, w, applied, going, peak, total):
-    """Peaks and weighted sums of squared quantities over the grid points, lane by lane.
+              points, slots, inputs, forces, w, applied, moving, going, peak, total):
+    """Peaks and trapezoidal means of squared quantities over the samples, lane by lane.
 
     motion_rows holds the devices' deformations and velocities as blocks of eight rows over the
     modes' real and imaginary parts; quantity_rows the quantities, over device forces and ground
@@ -16,82 +16,97 @@ def summarise(info, windows, spans, weights, motion_rows, quantity_rows, n_direc
     as just after any change of current.
     """
     n_modes, n_pad, n_windows = info[1], info[2], info[4]
-    n_motion, per_block = -(-2 * N_ELEMENTS // 8), 8 // n_directions
+    per_block = 8 // n_directions
     n_wanted = peak.shape[0] // LANES
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
-    row = 2 * n_pad
+    row, block_size = 2 * n_pad, 8 * POINTS * LANES
+    n_samples = samples.shape[0]
     for e in range(N_ELEMENTS):
         for lane in range(LANES):
             applied[e, lane] = np.nan
-    for window in range(n_windows):
-        first, n_intervals = windows[window, 0], windows[window, 2]
-        span = spans[windows[window, 1]]
-        last = n_intervals + 1 if window == n_windows - 1 else n_intervals
-        for i in range(last):
-            point = first + i
-            if weights[point] == 0.0:
-                continue
-            for block in range(n_motion):
-                for k in range(8 * LANES):
-                    inputs[block * 8 * LANES + k] = 0.0
-                at = block * 16 * n_modes
-                add_rows(inputs, 8 * block, motion_rows, at, z, point * row, 1, n_modes)
-                add_rows(inputs, 8 * block, motion_rows, at + 8 * n_modes, z, point * row + n_pad,
-                         1, n_modes)
+    window = 0
+    for start in range(0, n_samples, POINTS):
+        for p in range(POINTS):
+            points[p] = samples[min(start + p, n_samples - 1)]
+            slots[p] = p
+        for block in range(-(-2 * N_ELEMENTS // 8)):
+            for k in range(block_size):
+                inputs[block * block_size + k] = 0.0
+            to, at = block * 8 * POINTS, block * 16 * n_modes
+            add_rows_at(inputs, to, motion_rows, at, z, points, row, 0, n_modes)
+            add_rows_at(inputs, to, motion_rows, at + 8 * n_modes, z, points, row, n_pad, n_modes)
+        for p in range(POINTS):
+            entered = start + p == 0
+            while window + 1 < n_windows and windows[window + 1, 0] <= points[p]:
+                window += 1
+                entered = True
+            first, n_intervals = windows[window, 0], windows[window, 2]
+            t = spans[windows[window, 1]] * (points[p] - first) / n_intervals
             for e in range(N_ELEMENTS):
                 c, base = channel[e], e * STRIDE
-                changed = 0
-                for lane in range(LANES):
-                    current = coil_history[window, c, lane]
-                    if current != command[first, c, lane]:
-                        current = coil_current(current, command[first, c, lane], driver[c, 0, lane],
-                                               driver[c, 1, lane], span * i / n_intervals)
-                    going[lane] = 0
-                    if current != applied[e, lane]:
-                        applied[e, lane] = current
-                        going[lane] = 1
-                        changed = 1
-                        set_parameters(e, lane, 0, current, law_table, law_breaks,
-                                       law_shape[e, 0], law_shape[e, 1], w)
-                if changed:
-                    prepare_held(e, w, base * LANES, going)
+                if entered:
+                    moving[e, 0] = 0
+                    for lane in range(LANES):
+                        if coil_history[window, c, lane] != command[first, c, lane]:
+                            moving[e, 0] = 1
+                if entered or moving[e, 0]:
+                    changed = 0
+                    for lane in range(LANES):
+                        current = coil_history[window, c, lane]
+                        if moving[e, 0]:
+                            current = coil_current(current, command[first, c, lane],
+                                                   driver[c, 0, lane], driver[c, 1, lane], t)
+                        going[lane] = 0
+                        if current != applied[e, lane]:
+                            applied[e, lane] = current
+                            going[lane] = 1
+                            changed = 1
+                            set_parameters(e, lane, 0, current, law_table, law_breaks,
+                                           law_shape[e, 0], law_shape[e, 1], w)
+                    if changed:
+                        prepare_held(e, w, base * LANES, going)
+                moved = (2 * e // 8 * POINTS + p) * 8 + 2 * e % 8
                 for k in range(LANES):
-                    w[(base + SLOT_D_END) * LANES + k] = inputs[2 * e * LANES + k]
-                    w[(base + SLOT_V_END) * LANES + k] = inputs[(2 * e + 1) * LANES + k]
-                at = (point * N_ELEMENTS + e) * N_STATES * LANES
-                start = (base + SLOT_START[KIND[e]]) * LANES
+                    w[(base + SLOT_D_END) * LANES + k] = inputs[moved * LANES + k]
+                    w[(base + SLOT_V_END) * LANES + k] = inputs[(moved + 1) * LANES + k]
+                at = (points[p] * N_ELEMENTS + e) * N_STATES * LANES
+                held = (base + SLOT_START[KIND[e]]) * LANES
                 for k in range(N_STATES * LANES):
-                    w[start + k] = states[at + k]
+                    w[held + k] = states[at + k]
                 for lane in range(LANES):
                     going[lane] = 1
-                probe(e, w, e * STRIDE * LANES, going)
+                probe(e, w, base * LANES, going)
                 for lane in range(LANES):
-                    forces[e * LANES + lane] = w[(e * STRIDE + SLOT_FORCE_END) * LANES + lane]
-            for block in range(-(-n_wanted // per_block)):
-                for k in range(8 * LANES):
-                    inputs[k] = 0.0
-                at = block * size
-                add_rows(inputs, 0, quantity_rows, at, z, point * row, 1, n_modes)
-                at += 8 * n_modes
-                add_rows(inputs, 0, quantity_rows, at, z, point * row + n_pad, 1, n_modes)
-                at += 8 * n_modes
-                add_rows(inputs, 0, quantity_rows, at, forces, 0, 1, N_ELEMENTS)
-                at += 8 * N_ELEMENTS
-                add_rows(inputs, 0, quantity_rows, at, ground, point * N_GROUND, 1, N_GROUND)
-                number = block * per_block
-                n_here = min(per_block, n_wanted - number)
-                for direction in range(1, n_directions):
-                    for r in range(n_here):
-                        for lane in range(LANES):
-                            a = inputs[r * n_directions * LANES + lane]
-                            b = inputs[(r * n_directions + direction) * LANES + lane]
-                            inputs[r * n_directions * LANES + lane] = np.sqrt(a * a + b * b)
+                    forces[(p * N_ELEMENTS + e) * LANES + lane] = (
+                        w[(base + SLOT_FORCE_END) * LANES + lane]
+                    )
+        for block in range(-(-n_wanted // per_block)):
+            for k in range(block_size):
+                inputs[k] = 0.0
+            at = block * size
+            add_rows_at(inputs, 0, quantity_rows, at, z, points, row, 0, n_modes)
+            at += 8 * n_modes
+            add_rows_at(inputs, 0, quantity_rows, at, z, points, row, n_pad, n_modes)
+            at += 8 * n_modes
+            add_rows_at(inputs, 0, quantity_rows, at, forces, slots, N_ELEMENTS, 0, N_ELEMENTS)
+            at += 8 * N_ELEMENTS
+            add_rows_at(inputs, 0, quantity_rows, at, ground, points, N_GROUND, 0, N_GROUND)
+            number = block * per_block
+            n_here = min(per_block, n_wanted - number)
+            for p in range(min(POINTS, n_samples - start)):
+                at = 8 * p * LANES
                 if n_directions > 1:
                     for r in range(n_here):
                         for lane in range(LANES):
-                            inputs[r * LANES + lane] = inputs[r * n_directions * LANES + lane]
-                weight = weights[point]
+                            own = at + r * n_directions * LANES + lane
+                            square = 0.0
+                            for direction in range(n_directions):
+                                square += inputs[own + direction * LANES] ** 2
+                            inputs[at + r * LANES + lane] = np.sqrt(square)
+                weight = 1.0 / (n_samples - 1)
+                if start + p == 0 or start + p == n_samples - 1:
+                    weight *= 0.5
                 for k in range(n_here * LANES):
-                    square = inputs[k] * inputs[k]
+                    square = inputs[at + k] * inputs[at + k]
                     peak[number * LANES + k] = max(peak[number * LANES + k], square)
                     total[number * LANES + k] += weight * square

@@ -1,10 +1,11 @@
 """Coefficients that propagate the modes over a step.
 
-Part of the compiled kernel; see ``kernel_march_template.py``.
+Part of every compiled kernel, and a module of its own: it does not depend on the laws. See
+``kernel_march_template.py``.
 """
 
 
-@njit(**OPTIONS)
+@inner
 def phi_functions(z, phi):
     """phi[k] = sum_n z**n / (n + k)!, the integrals of exp against powers, for k = 0..3."""
     if abs(z) < 1.0:
@@ -24,7 +25,7 @@ def phi_functions(z, phi):
         phi[3] = (phi[2] - 0.5) / z
 
 
-@njit(**OPTIONS)
+@inner
 def powers(eigenvalue, span, h, integral, phi):
     """integral[p] = int_0^span exp(eigenvalue (span - t)) (t / h)**p dt."""
     phi_functions(eigenvalue * span, phi)
@@ -34,7 +35,7 @@ def powers(eigenvalue, span, h, integral, phi):
     integral[2] = 2.0 * span * ratio * ratio * phi[3]
 
 
-@njit(**OPTIONS)
+@njit(cache=True, **OPTIONS)
 def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integral):
     """Fill the coefficients of one step length that spans n_sub grid intervals, for one lane.
 

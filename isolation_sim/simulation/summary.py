@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
-from .grid import Grid
 from .modal import Modes
 from .outputs import Outputs
 from .plan import modes_for
@@ -41,7 +40,7 @@ def summary(
     names, sizes, n_directions, _ = per_lane[0]
     table = np.stack([rows for *_, rows in per_lane], axis=-1)
     peak, total = np.zeros((2, sum(sizes), len(plants)))
-    work.summarise(_motion_rows(modes), table, _weights(work.grid), n_directions, peak, total)
+    work.summarise(_motion_rows(modes), table, n_directions, peak, total)
     ends = np.cumsum([0, *sizes])
     items = list(zip(names, ends[:-1], ends[1:], strict=True))
     return {
@@ -91,10 +90,3 @@ def _motion_rows(lanes: Sequence[Modes]) -> NDArray:
         packed.append(blocks.reshape(-1, 8, real.shape[1]).transpose(0, 2, 1).ravel())
     return np.stack(packed, axis=-1)
 
-
-def _weights(grid: Grid) -> NDArray:
-    """Trapezoidal weights of the samples over the duration; none for other grid points."""
-    weights = np.zeros(len(grid.time))
-    weights[grid.samples] = 1.0 / (len(grid.samples) - 1)
-    weights[grid.samples[[0, -1]]] *= 0.5
-    return weights

@@ -124,6 +124,55 @@ def make_add_rows(lanes: int) -> Callable:
     return add_rows
 
 
+def points_at_once(lanes: int) -> int:
+    """Points in time that ``add_rows_at`` takes: as many sums as there are registers for."""
+    return EIGHT if lanes == 1 else 2
+
+
+def make_add_rows_at(lanes: int) -> Callable:
+    """Make ``add_rows_at(w, to, table, at, x, points, x_row, x_at, n)`` for so many lanes.
+
+    It does w[to + 8 p + r] += sum_k table[at + 8 k + r] x[points[p] x_row + x_at + k], for some
+    points p and eight rows r. A number of the table, once loaded, serves all points.
+    """
+    n_points = points_at_once(lanes)
+
+    @intrinsic
+    def add_rows_at(typing, w, to, table, at, x, points, x_row, x_at, n):
+        i = types.int64
+        signature = types.void(w, i, table, i, x, points, i, i, i)
+
+        def generate(context, builder, signature, arguments):
+            _, to, _, at, _, _, x_row, x_at, n = arguments
+            emit = _Emitter(context, builder, lanes)
+            w, table, x, points = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4, 5))
+            numbers = [builder.load(builder.gep(points, [INTEGER(p)])) for p in range(n_points)]
+            starts = [builder.add(builder.mul(number, x_row), x_at) for number in numbers]
+            rows, together = list(emit.rows), EIGHT // n_points
+            for low in range(0, len(rows), together):  # so few rows that their sums fit
+                here = rows[low : low + together]
+                places = [
+                    (p, r, emit.row(to, EIGHT * p + r)) for p in range(n_points) for r in here
+                ]
+                sums = [
+                    cgutils.alloca_once_value(builder, emit.load(w, place)) for *_, place in places
+                ]
+                with cgutils.for_range(builder, n, intp=INTEGER) as loop:
+                    first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
+                    factors = [emit.value(x, builder.add(s, loop.index)) for s in starts]
+                    row = {r: emit.load(table, emit.row(first, r)) for r in here}
+                    for (p, r, _), total in zip(places, sums, strict=True):
+                        product = emit.times(row[r], factors[p])
+                        builder.store(emit.plus(builder.load(total), product), total)
+                for (*_, place), total in zip(places, sums, strict=True):
+                    emit.store(w, place, builder.load(total))
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return add_rows_at
+
+
 def make_free_rows(lanes: int, n_ground: int) -> Callable:
     """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``.
 

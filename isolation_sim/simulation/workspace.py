@@ -257,17 +257,16 @@ class Workspace:
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
 
     def summarise(
-        self, motion: NDArray, quantities: NDArray, weights: NDArray, n_directions: int,
-        peak: NDArray, total: NDArray,
+        self, motion: NDArray, quantities: NDArray, n_directions: int, peak: NDArray, total: NDArray
     ) -> None:
-        """Add every quantity's peak and weighted sum of squares, (n_quantities, lanes)."""
+        """Add every quantity's peak and mean of squares, (n_quantities, lanes)."""
         module, grid, work, elements = self.module, self.grid, self._work, self.elements
-        inputs = np.zeros(8 * (1 + module.N_ELEMENTS) * module.LANES)
+        n_elements, at_once = module.N_ELEMENTS, module.POINTS * module.LANES
         module.summarise(
-            self.info, grid.windows, grid.spans, weights, motion.ravel(), quantities.ravel(),
+            self.info, grid.windows, grid.spans, grid.samples, motion.ravel(), quantities.ravel(),
             n_directions, self.ground.ravel(), self.z, self.states.ravel(), self.command,
             self.coil_history, self.driver, elements.table, elements.breaks, elements.shape,
-            elements.channel, inputs,
-            np.zeros(module.N_ELEMENTS * module.LANES), work["w"], work["applied"], work["going"],
-            peak.ravel(), total.ravel(),
+            elements.channel, *np.empty((2, module.POINTS), np.int64),
+            np.empty(8 * n_elements * at_once), np.empty(n_elements * at_once),
+            work["w"], work["applied"], work["moving"], work["going"], peak.ravel(), total.ravel(),
         )

@@ -1,0 +1,146 @@
+"""Rewrite a kernel's text so that Numba compiles less of it.
+
+Numba's own analysis, not LLVM, takes most of the time of compiling, and it looks at every constant
+and every product of two by itself. What the text's constants decide is therefore put in first:
+offsets are summed, a loop of one pass is its body, and a branch that cannot be taken is left out.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+
+_ARITHMETIC = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+}  # fmt: skip
+_COMPARISONS = {
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.Gt: operator.gt,
+}
+
+
+def smaller_text(text: str) -> str:
+    """A module's text with its integer constants put in, and unsigned array indices.
+
+    Parameters
+    ----------
+    text : str
+        Source whose module-level names in capitals are constants.
+
+    Returns
+    -------
+    str
+        Source that computes the same.
+    """
+    tree = ast.parse(text)
+    constants = {}
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.Tuple):
+            for target in node.targets:
+                if isinstance(target, ast.Name) and target.id.isupper():
+                    constants[target.id] = ast.literal_eval(node.value)
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            node.body = _statements(_Fold(constants), node.body) or [ast.Pass()]
+    tree = _UnsignedIndices().visit(tree)
+    return ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+
+
+def _statements(visitor: ast.NodeTransformer, body: list[ast.stmt]) -> list[ast.stmt]:
+    """Statements after a visit, which may have made several, or none, of one."""
+    found: list[ast.stmt] = []
+    for statement in body:
+        new = visitor.visit(statement)
+        found += new if isinstance(new, list) else [new] if new is not None else []
+    return found
+
+
+class _Fold(ast.NodeTransformer):
+    """Put known names in; do what integer arithmetic, branches and loops they decide."""
+
+    def __init__(self, known: dict[str, object]):
+        self.known = known
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if isinstance(node.ctx, ast.Load) and isinstance(self.known.get(node.id), int):
+            return ast.Constant(self.known[node.id])  # type: ignore[arg-type]
+        return node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        self.generic_visit(node)
+        place = _integer(node.slice)
+        if isinstance(node.value, ast.Name) and place is not None:
+            table = self.known.get(node.value.id)
+            if isinstance(table, tuple) and isinstance(table[place], int):
+                return ast.Constant(table[place])
+        return node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        self.generic_visit(node)
+        left, right, kind = _integer(node.left), _integer(node.right), type(node.op)
+        if left is not None and right is not None and kind in _ARITHMETIC:
+            return ast.Constant(_ARITHMETIC[kind](left, right))
+        if kind is ast.Mult and 0 in (left, right):
+            return ast.Constant(0)
+        if (kind is ast.Mult and left == 1) or (kind is ast.Add and left == 0):
+            return node.right
+        if (kind is ast.Mult and right == 1) or (kind in (ast.Add, ast.Sub) and right == 0):
+            return node.left
+        return node
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        self.generic_visit(node)
+        left, right = _integer(node.left), _integer(node.comparators[0])
+        kind = type(node.ops[0])
+        if len(node.ops) == 1 and left is not None and right is not None and kind in _COMPARISONS:
+            return ast.Constant(_COMPARISONS[kind](left, right))
+        return node
+
+    def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
+        node.test = self.visit(node.test)
+        decided = node.test.value if isinstance(node.test, ast.Constant) else None
+        node.body = _statements(self, node.body) if decided is not False else []
+        node.orelse = _statements(self, node.orelse) if decided is not True else []
+        if decided is None:
+            node.body = node.body or [ast.Pass()]
+            return node
+        return node.body + node.orelse
+
+    def visit_For(self, node: ast.For) -> ast.stmt | list[ast.stmt]:
+        node.iter = self.visit(node.iter)
+        once = isinstance(node.iter, ast.Call) and [_integer(a) for a in node.iter.args] == [1]
+        if not once or not isinstance(node.target, ast.Name) or any(map(_leaves, node.body)):
+            node.body = _statements(self, node.body) or [ast.Pass()]
+            return node
+        return _statements(_Fold({**self.known, node.target.id: 0}), node.body)
+
+
+def _integer(node: ast.expr) -> int | None:
+    return node.value if isinstance(node, ast.Constant) and type(node.value) is int else None
+
+
+def _leaves(node: ast.AST) -> bool:
+    """Whether a statement leaves the loop that it stands in, or goes to its next pass."""
+    if isinstance(node, ast.Break | ast.Continue | ast.For | ast.While):
+        return isinstance(node, ast.Break | ast.Continue)
+    return any(map(_leaves, ast.iter_child_nodes(node)))
+
+
+class _UnsignedIndices(ast.NodeTransformer):
+    """Make array indices unsigned: Numba then leaves out the test for a negative one.
+
+    That test takes much of the kernel's time where an index is not known when it is compiled.
+    """
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        self.generic_visit(node)
+        if isinstance(node.value, ast.Name) and node.value.id.islower():
+            parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            parts = [
+                part
+                if isinstance(part, ast.Constant)
+                else ast.Call(ast.Name("unsigned", ast.Load()), [part], [])
+                for part in parts
+            ]
+            node.slice = ast.Tuple(parts, ast.Load()) if len(parts) > 1 else parts[0]
+        return node
