@@ -164,6 +164,7 @@ class BestConstant(Held):
         self.found, self.score = float(currents[best]), float(scores[best])
         if search.fun < self.score:
             self.found, self.score = float(search.x), float(search.fun)
+        self.report = f"{self.found:.3g} A, found by trial runs of this motion"
 
     def held(self, situation: Situation) -> float:
         """Return the current found."""

@@ -44,26 +44,14 @@ def put_wanted(settings: NDArray, observer: NDArray, z: NDArray, devices: NDArra
             devices[MOTION + 2 * m + e] += settings[GAINS + e * width + i] * z[i]
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from a Kalman filter's estimate, then the currents nearest to them.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (n_dofs + n_elements + n_channels,)
-        Accelerations (m/s^2), deformations (m) and coil currents (A).
-    settings : numpy.ndarray
-        As ``ClippedLQG.decision`` lays them out.
-    memory : numpy.ndarray
-        That of ``kalman_update``.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
+    Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
+    ``kalman_update``.
     """
     observer = settings[int(settings[OBSERVER]) :]
     kalman_update(t, measured, observer, memory, combined_force, state_rates)
@@ -72,26 +60,14 @@ def decide(
     nearest_currents(observer[int(observer[TRACKING]) :], devices, command, combined_force)
 
 
-def decide_extended(
+def _decide_extended(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable, tangent: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from an extended Kalman filter's estimate, then the nearest currents.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (n_dofs + n_elements + n_channels,)
-        Accelerations (m/s^2), deformations (m) and coil currents (A).
-    settings : numpy.ndarray
-        As ``ClippedLQG.decision`` lays them out.
-    memory : numpy.ndarray
-        That of ``extended_update``, then that of the force tracking.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, state_rates, tangent : callable
-        As of ``TangentModel``.
+    Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
+    ``extended_update``, then that of the force tracking.
     """
     observer = settings[int(settings[OBSERVER]) :]
     extended_update(t, measured, observer, memory, tangent)
@@ -140,6 +116,6 @@ class ClippedLQG(Estimating, ClippedLQR):
         head = [GAINS + gains.size, len(estimating.memory)]
         settings = np.concatenate([head, gains.ravel(), estimating.settings])
         if self.filter == "kalman":
-            return Decision(decide, settings, estimating.memory, tracking.model)
+            return Decision(_decide, settings, estimating.memory, tracking.model)
         memory = np.concatenate([estimating.memory, tracking.memory])
-        return Decision(decide_extended, settings, memory, tracking.model)
+        return Decision(_decide_extended, settings, memory, tracking.model)

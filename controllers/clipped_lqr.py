@@ -11,7 +11,8 @@ from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
 
-from .compiled import CompiledController, Decision
+from .brysons_rule import BrysonsRule
+from .compiled import Decision
 from .force_tracking import (
     MOTION,
     driven_elements,
@@ -27,31 +28,14 @@ STANDARD_GRAVITY = 9.80665
 """m/s^2."""
 
 
-def decide(
-    t: float,
-    measured: NDArray,
-    settings: NDArray,
-    memory: NDArray,
-    command: NDArray,
-    combined_force: Callable,
-    state_rates: Callable,
-) -> None:
+def _decide(
+    t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
+    combined_force: Callable, state_rates: Callable,
+) -> None:  # fmt: skip
     """Wanted forces from the state, then the currents that come nearest to them.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (2 n_dofs + n_channels,)
-        Displacements (m), velocities (m/s) and coil currents (A).
-    settings : numpy.ndarray
-        As ``ClippedLQR.decision`` lays them out.
-    memory : numpy.ndarray
-        That of the force tracking.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
+    Measured: displacements (m), velocities (m/s) and coil currents (A). Memory: that of the force
+    tracking.
     """
     n, m = int(settings[N_DOFS]), int(settings[N_ELEMENTS])
     gains = settings[HEAD : HEAD + 2 * n * m]
@@ -72,7 +56,7 @@ def decide(
     nearest_currents(tracking, memory, command, combined_force)
 
 
-class ClippedLQR(CompiledController):
+class ClippedLQR(BrysonsRule):
     """Linear-quadratic regulator, clipped to what the isolators can do.
 
     The regulator is designed on the structure with its isolators linearised at a reference current,
@@ -90,21 +74,6 @@ class ClippedLQR(CompiledController):
     title = "Clipped LQR"
     source = "Dyke et al. 1996 (clipped optimal control); Bryson and Ho 1975 (weights)"
 
-    largest_displacement: float = setting(
-        0.2, "acceptable isolator deformation; inf for no weight", Number(above=0, infinite=True),
-        "m",
-    )  # fmt: skip
-    largest_velocity: float = setting(
-        0.3, "acceptable velocity of that deformation; inf for no weight",
-        Number(above=0, infinite=True), "m/s",
-    )  # fmt: skip
-    largest_drift: float = setting(
-        np.inf, "acceptable storey drift; inf for no weight", Number(above=0, infinite=True), "m"
-    )
-    largest_acceleration: float = setting(
-        1.0, "acceptable absolute acceleration of a level; inf for no weight",
-        Number(above=0, infinite=True), "m/s^2",
-    )  # fmt: skip
     largest_force: float = setting(
         0.05, "acceptable control force of an isolator over the structure's weight", Number(above=0)
     )
@@ -129,7 +98,7 @@ class ClippedLQR(CompiledController):
         head = [belief.structure.n_dofs, len(tracking.elements)]
         parts = [head, gains, directions, tracking.settings]
         settings = np.concatenate([np.ravel(np.asarray(part, float)) for part in parts])
-        return Decision(decide, settings, tracking.memory, tracking.model)
+        return Decision(_decide, settings, tracking.memory, tracking.model)
 
     def force_gains(self, belief: IsolatedStructure, reference: NDArray) -> NDArray:
         """Wanted force of each driven element per unit of each displacement and velocity.
@@ -169,13 +138,7 @@ class ClippedLQR(CompiledController):
         acceleration = -inverse @ np.hstack([linear.stiffness, linear.damping])
         a = np.vstack([np.eye(n, 2 * n, k=n), acceleration])
         b = np.vstack([np.zeros((n, m)), on_acceleration])
-        nothing = np.zeros((m, n))
-        outputs = np.vstack([
-            np.hstack([rows, nothing]) / self.largest_displacement,
-            np.hstack([nothing, rows]) / self.largest_velocity,
-            np.pad(linear.drift_rows, ((0, 0), (0, n))) / self.largest_drift,
-            acceleration / self.largest_acceleration,
-        ])  # fmt: skip
+        outputs = self.weighted_outputs(linear, rows)
         through = np.zeros((len(outputs), m))
         through[-n:] = on_acceleration / self.largest_acceleration
         gain, _, _ = control.lqr(

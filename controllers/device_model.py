@@ -112,7 +112,7 @@ class DeviceModel:
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:
-        """Source of the functions; see ``model_text``.
+        """Source of the functions, for some laws.
 
         Parameters
         ----------
@@ -122,8 +122,46 @@ class DeviceModel:
         Returns
         -------
         str
+            It uses ``first_coefficient``, ``polynomial`` and a decorator ``plain``.
+
+        Raises
+        ------
+        NotTraceable
+            If a law uses an operation that has no compiled form.
         """
-        return model_text(laws)
+        from isolation_sim.laws.emit import function_text
+
+        parts = []
+        for tag, law in enumerate(laws):
+            start = loaded(law)
+            statements, (force,) = traced(law, lambda *a, law=law: (law.force(*a),))
+            body = [*start, *statements, f"return row[{FORCE_SCALE}] * {force}"]
+            parts.append(
+                function_text(f"force_{tag}", "x, v, states, current, row", body, "@plain")
+            )
+            statements, rates = traced(law, law.rates)
+            body = [*start, *statements, *(f"out[{k}] = {rate}" for k, rate in enumerate(rates))]
+            parts.append(
+                function_text(f"rates_{tag}", "x, v, states, current, row, out", body, "@plain")
+            )
+        body = [
+            "weights, x, v, states, numbers = arguments",
+            "n_states, n_numbers = len(states) // len(weights), len(numbers) // len(weights)",
+            "total = 0.0",
+            "for e in range(len(weights)):",
+            "    if weights[e] != 0.0:",
+            "        row, value = numbers[e * n_numbers : (e + 1) * n_numbers], 0.0",
+            "        own = states[e * n_states : (e + 1) * n_states]",
+            *by_law(laws, " " * 8, "value = force_{}(x[e], v[e], own, current, row)"),
+            "        total += weights[e] * value",
+            "return total",
+        ]
+        parts.append(function_text("combined_force", "current, arguments", body, "@plain"))
+        body = by_law(laws, "", "rates_{}(x, v, states, current, row, out)")
+        parts.append(
+            function_text("state_rates", "e, x, v, states, current, row, out", body, "@plain")
+        )
+        return "\n\n".join(parts)
 
     def combined_force(self, current: float, arguments: tuple) -> float:
         """Weighted sum of the devices' forces at one current.
@@ -177,55 +215,6 @@ class DeviceModel:
         device = self.devices[e]
         n = len(device.law.states)
         out[:n] = device.rates(float(x), float(v), states[:n].tolist(), current)
-
-
-def model_text(laws: Sequence[Law]) -> str:
-    """Source of ``combined_force`` and ``state_rates``, as in ``DeviceModel``, for some laws.
-
-    Parameters
-    ----------
-    laws : sequence of Law
-        Each law once.
-
-    Returns
-    -------
-    str
-        It uses ``first_coefficient``, ``polynomial`` and a decorator ``plain``.
-
-    Raises
-    ------
-    NotTraceable
-        If a law uses an operation that has no compiled form.
-    """
-    from isolation_sim.laws.emit import function_text
-
-    parts = []
-    for tag, law in enumerate(laws):
-        start = loaded(law)
-        statements, (force,) = traced(law, lambda *a, law=law: (law.force(*a),))
-        body = [*start, *statements, f"return row[{FORCE_SCALE}] * {force}"]
-        parts.append(function_text(f"force_{tag}", "x, v, states, current, row", body, "@plain"))
-        statements, rates = traced(law, law.rates)
-        body = [*start, *statements, *(f"out[{k}] = {rate}" for k, rate in enumerate(rates))]
-        parts.append(
-            function_text(f"rates_{tag}", "x, v, states, current, row, out", body, "@plain")
-        )
-    body = [
-        "weights, x, v, states, numbers = arguments",
-        "n_states, n_numbers = len(states) // len(weights), len(numbers) // len(weights)",
-        "total = 0.0",
-        "for e in range(len(weights)):",
-        "    if weights[e] != 0.0:",
-        "        row, value = numbers[e * n_numbers : (e + 1) * n_numbers], 0.0",
-        "        own = states[e * n_states : (e + 1) * n_states]",
-        *by_law(laws, " " * 8, "value = force_{}(x[e], v[e], own, current, row)"),
-        "        total += weights[e] * value",
-        "return total",
-    ]
-    parts.append(function_text("combined_force", "current, arguments", body, "@plain"))
-    body = by_law(laws, "", "rates_{}(x, v, states, current, row, out)")
-    parts.append(function_text("state_rates", "e, x, v, states, current, row, out", body, "@plain"))
-    return "\n\n".join(parts)
 
 
 def loaded(law: Law) -> list[str]:

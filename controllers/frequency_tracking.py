@@ -48,24 +48,12 @@ def dominant_frequency(cosine: float, decay: float, h: float) -> float:
     return math.acos(min(max(argument, -1.0), 1.0)) / (2.0 * math.pi * h)
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
     """Follow the ground's frequency, and look the current up.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (1 + n_channels,)
-        Ground acceleration (m/s^2), then the coil currents (A).
-    settings : numpy.ndarray
-        Time of forgetting (s), corner of the low-pass (rad/s), threshold (m/s^2), time of settling
-        (s), and the table.
-    memory : numpy.ndarray, shape (11 + n_channels,)
-        As above.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
+    Measured: ground acceleration (m/s^2), then the coil currents (A).
     """
     h = t - memory[LAST]
     memory[LAST] = t
@@ -151,7 +139,7 @@ class FrequencyTracking(CompiledController):
         memory = np.concatenate([np.zeros(PRESENT), lowest(situation)])
         memory[[COVARIANCE, COVARIANCE + 2]] = 1e4
         settings = np.concatenate([own, np.hstack([table, quiet]).ravel()])
-        return Decision(decide, settings, memory)
+        return Decision(_decide, settings, memory)
 
     def best_currents(self, situation: Situation, channel: int) -> NDArray:
         """Best current at each tabulated frequency.

@@ -50,23 +50,12 @@ def share(deformation: float, velocity: float) -> float:
     )
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
     """Give each coil the largest current that its elements ask for.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (2 n_elements + n_channels,)
-        Each element's deformation (m) and velocity (m/s), then the coil currents (A).
-    settings : numpy.ndarray, shape (4 + n_elements,)
-        What counts as large and fast, the range (A), and each element's coil.
-    memory : numpy.ndarray, shape (0,)
-        Nothing.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
+    Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A).
     """
     for c in range(len(command)):
         most = 0.0
@@ -108,4 +97,4 @@ class Fuzzy(CompiledController):
         coils = [e.channel or 0 for e in driven_elements(situation.belief, self.name)]
         low, high = float(lowest(situation).max()), float(highest_tested(situation).min())
         settings = np.array([self.large_deformation, self.fast, low, high, *coils], dtype=float)
-        return Decision(decide, settings, np.zeros(0))
+        return Decision(_decide, settings, np.zeros(0))

@@ -31,26 +31,14 @@ from .settings import Number, Optional, setting
 N_DOFS, N_X, N_U, OWN = range(4)
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from accelerations, then the currents nearest to them.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (n_dofs + 2 n_elements + n_channels,)
-        Accelerations (m/s^2), each element's deformation (m) and velocity (m/s), coil currents (A).
-    settings : numpy.ndarray
-        As ``H2.decision`` lays them out.
-    memory : numpy.ndarray
-        The controller's state and scratch, then that of the force tracking.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
+    Measured: accelerations (m/s^2), each element's deformation (m) and velocity (m/s), coil
+    currents (A). Memory: the controller's state and scratch, then that of the force tracking.
     """
     n, n_x, m = int(settings[N_DOFS]), int(settings[N_X]), int(settings[N_U])
     at = OWN
@@ -193,7 +181,7 @@ class H2(CompiledController):
         own = np.concatenate([np.ravel(part) for part in parts])
         memory = np.concatenate([np.zeros(2 * len(sampled.A)), tracking.memory])
         settings = np.concatenate([head, own, tracking.settings])
-        return Decision(decide, settings, memory, tracking.model)
+        return Decision(_decide, settings, memory, tracking.model)
 
     def plant(
         self, belief: IsolatedStructure, reference: NDArray, period: float

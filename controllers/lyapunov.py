@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from isolation_sim.simulation.control import Situation
 
+from .brysons_rule import BrysonsRule
 from .clipped_lqr import linear_model
 from .compiled import Decision
 from .estimating import Estimating
@@ -22,26 +23,14 @@ from .settings import Number, setting
 START, SOFTENING, ROWS = range(3)
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Currents by what they do to the energy: the lowest where more would make it rise.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (n_dofs + n_elements + n_channels,)
-        Accelerations (m/s^2), deformations (m) and coil currents (A).
-    settings : numpy.ndarray
-        As ``Lyapunov.decision`` lays them out.
-    memory : numpy.ndarray
-        That of ``kalman_update``.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
+    Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
+    ``kalman_update``.
     """
     observer = settings[int(settings[START]) :]
     kalman_update(t, measured, observer, memory, combined_force, state_rates)
@@ -64,7 +53,7 @@ def decide(
         command[c] = low + part * (high - low)
 
 
-class Lyapunov(Estimating):
+class Lyapunov(Estimating, BrysonsRule):
     """Lyapunov's direct method: whichever current makes a weighted energy fall fastest.
 
     The energy is z' P z / 2 over displacements and velocities, where P makes it fall as the
@@ -79,18 +68,8 @@ class Lyapunov(Estimating):
     title = "Lyapunov"
     source = "Leitmann 1994; Jansen and Dyke 2000 (control based on Lyapunov stability theory)"
 
-    largest_displacement: float = setting(
-        0.1, "acceptable isolator deformation; inf for no weight", Number(above=0, infinite=True),
-        "m",
-    )  # fmt: skip
-    largest_velocity: float = setting(
-        0.15, "acceptable velocity of that deformation; inf for no weight",
-        Number(above=0, infinite=True), "m/s",
-    )  # fmt: skip
-    largest_acceleration: float = setting(
-        1.0, "acceptable absolute acceleration of a level; inf for no weight",
-        Number(above=0, infinite=True), "m/s^2",
-    )  # fmt: skip
+    largest_displacement = 0.1
+    largest_velocity = 0.15
 
     softening: float = setting(
         350.0, "how much faster the energy must fall for the full current; in proportion below; 0 "
@@ -105,7 +84,7 @@ class Lyapunov(Estimating):
         rows = self.energy_rows(situation, observer.reference)
         head = [ROWS + rows.size, self.softening]
         settings = np.concatenate([head, rows.ravel(), estimating.settings])
-        return Decision(decide, settings, estimating.memory, estimating.devices)
+        return Decision(_decide, settings, estimating.memory, estimating.devices)
 
     def energy_rows(self, situation: Situation, currents: NDArray) -> NDArray:
         """Rate of the energy per unit of each element's force, displacement and velocity.
@@ -130,10 +109,6 @@ class Lyapunov(Estimating):
         inverse = np.linalg.inv(linear.mass)
         acceleration = -inverse @ np.hstack([linear.stiffness, linear.damping])
         a = np.vstack([np.eye(n, 2 * n, k=n), acceleration])
-        outputs = np.vstack([
-            np.pad(rows, ((0, 0), (0, n))) / self.largest_displacement,
-            np.pad(rows, ((0, 0), (n, 0))) / self.largest_velocity,
-            acceleration / self.largest_acceleration,
-        ])  # fmt: skip
+        outputs = self.weighted_outputs(linear, rows)
         p = solve_continuous_lyapunov(a.T, -outputs.T @ outputs)
         return -(rows @ inverse) @ p[n:]

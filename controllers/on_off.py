@@ -31,25 +31,13 @@ SKYHOOK = 1.0
 ON, OFF, BAND, KIND, WASH_OUT, COILS = range(6)
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
     """Switch each coil by the products of its elements, added.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (2 n_elements + n_channels,)
-        Both factors of each element, then the coil currents.
-    settings : numpy.ndarray, shape (5 + n_elements,)
-        Currents on and off (A), dead band, whether the first factor is integrated, wash-out
-        (rad/s), and each element's coil.
-    memory : numpy.ndarray, shape (1 + n_channels + 2 n_elements,)
-        Last instant (s), last commands (A), and each element's last acceleration (m/s^2) and
-        velocity (m/s).
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
+    Measured: both factors of each element, then the coil currents. Memory: last instant (s), last
+    commands (A), and each element's last acceleration (m/s^2) and velocity (m/s).
     """
     n_coils = len(command)
     n_elements = (len(measured) - n_coils) // 2
@@ -126,7 +114,7 @@ class OnOff(CompiledController):
         memory = np.zeros(1 + len(situation.low) + 2 * len(coils))
         memory[1 : 1 + len(situation.low)] = off
         settings = np.array([on, off, self.dead_band, kind, wash_out, *coils])
-        return Decision(decide, settings, memory)
+        return Decision(_decide, settings, memory)
 
 
 def _driven(belief: IsolatedStructure) -> list[Element]:

@@ -25,26 +25,14 @@ from .settings import Number, setting
 SLOPE, GAIN, LAYER, MASSES = range(4)
 
 
-def decide(
+def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Forces that lead each isolator to its surface, then the currents nearest to them.
 
-    Parameters
-    ----------
-    t : float, s
-        Instant of the decision.
-    measured : numpy.ndarray, shape (2 n_elements + n_channels,)
-        Each element's deformation (m) and velocity (m/s), then the coil currents (A).
-    settings : numpy.ndarray
-        As ``SlidingMode.decision`` lays them out.
-    memory : numpy.ndarray
-        That of the force tracking.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
+    Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A). Memory:
+    that of the force tracking.
     """
     m = (len(measured) - len(command)) // 2
     tracking = settings[MASSES + m :]
@@ -95,7 +83,7 @@ class SlidingMode(CompiledController):
         masses = carried_masses(belief, tracking.reference(None))
         own = [self.slope, self.gain, self.layer]
         settings = np.concatenate([own, masses, tracking.settings])
-        return Decision(decide, settings, tracking.memory, tracking.model)
+        return Decision(_decide, settings, tracking.memory, tracking.model)
 
 
 def carried_masses(belief: IsolatedStructure, currents: NDArray) -> NDArray:

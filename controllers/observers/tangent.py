@@ -17,7 +17,6 @@ from ..device_model import (
     DeviceModel,
     by_law,
     loaded,
-    model_text,
     traced,
 )
 
@@ -70,20 +69,10 @@ class TangentModel(DeviceModel):
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:
-        """Source of the functions.
-
-        Parameters
-        ----------
-        laws : sequence of Law
-            Each law once.
-
-        Returns
-        -------
-        str
-        """
+        """Source of the functions, as of ``DeviceModel``."""
         from isolation_sim.laws.emit import function_text
 
-        parts = [model_text(laws)]
+        parts = [DeviceModel.text(laws)]
         for tag, law in enumerate(laws):
             width = 3 + len(law.states)
             statements, entries = traced(law, lambda *a, law=law: tuple(force_and_rates(law, *a)))
@@ -107,18 +96,8 @@ class TangentModel(DeviceModel):
 
         Parameters
         ----------
-        e : int
-            Which device.
-        x : float, m
-            Deformation in the structure's scale.
-        v : float, m/s
-            Its velocity.
-        states : numpy.ndarray, shape (n_states,)
-            Internal states in the device's units.
-        current : float, A
-            Coil current.
-        row : numpy.ndarray, shape (n_numbers,)
-            The device's numbers; for the compiled form.
+        e, x, v, states, current, row
+            As of ``state_rates``.
         out : numpy.ndarray, shape ((1 + n_states) * (3 + n_states),)
             The result: the force (N), then each state's rate, each followed by its derivatives by
             x, v (both in the structure's scale) and the states; n_states are the device's own.

@@ -18,7 +18,7 @@ from isolation_sim.simulation.plan import modes_for
 from isolation_sim.structures import IsolatedStructure
 
 from ..compiled import collect
-from ..device_model import LAW, N_POWERS, DeviceModel, first_coefficient, model_text, polynomial
+from ..device_model import LAW, N_POWERS, DeviceModel, first_coefficient, polynomial
 from ..device_states import follow_states
 from .condense_kernel import condense
 from .ground_kernel import foresee, learn
@@ -265,7 +265,7 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     parts: dict[str, str] = {}
     collect(first_coefficient, parts)
     collect(polynomial, parts)
-    parts["devices of the laws"] = model_text(laws)
+    parts["devices of the laws"] = DeviceModel.text(laws)
     used: tuple[Callable, ...] = (follow_states, predict, condense, learn, foresee)
     for function in used:
         collect(function, parts)
