@@ -17,7 +17,14 @@ TABLE_WIDTH = 170
 """Columns to print for where nobody says how wide the paper is."""
 
 studies = typer.Typer(
-    help="Run a study that comes with the project.", no_args_is_help=True, rich_markup_mode=None
+    help="Run a study that comes with the project.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    epilog=examples(
+        "isolation-sim study papers",
+        "isolation-sim study controllers --short --out my_results",
+        "isolation-sim study level_and_period --json",
+    ),
 )
 
 

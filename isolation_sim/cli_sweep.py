@@ -98,6 +98,11 @@ sweeps = typer.Typer(
     help="Run a plan of many cases (isolation-sim sweep PLAN.toml), and show what came of it.",
     no_args_is_help=True,
     rich_markup_mode=None,
+    epilog=examples(
+        "isolation-sim sweep new my_plan.toml",
+        "isolation-sim sweep my_plan.toml",
+        "isolation-sim sweep show results/my_plan",
+    ),
 )
 
 
@@ -114,7 +119,7 @@ def run_plan(
     plan: Annotated[Path, typer.Argument(help="The plan, TOML.")],
     out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with what was begun in that folder.")
+        bool, typer.Option("--resume", help="Go on with what was begun there; run errors again.")
     ] = False,
     workers: Annotated[
         int | None, typer.Option(help="Processes of this machine; one a processor by default.")
@@ -280,3 +285,5 @@ def _show_failures(result: Sweep) -> None:
     for (status, reason), rows in groups[:5]:
         more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
         print(f"  case {rows['case'].iloc[0]}{more}: {status}: {reason}", file=sys.stderr)
+    if "error" in result.counts:
+        print("--resume runs those with an error again", file=sys.stderr)

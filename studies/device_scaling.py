@@ -160,6 +160,7 @@ def _same_period(shown: pandas.DataFrame) -> str:
 def _figure(runs: pandas.DataFrame) -> Figure:
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
+        contour_lines,
         label_outer,
         light_shades,
         new_figure,
@@ -177,15 +178,13 @@ def _figure(runs: pandas.DataFrame) -> Figure:
             }
             size, count = cells["strain"].columns.to_numpy(), cells["strain"].index.to_numpy()
             image = axes.contourf(size, count, cells[ACCELERATION], 12, cmap=light_shades())
-            strains = axes.contour(
-                size, count, cells["strain"], [0.5, 1, 2, 4], colors="black", linewidths=1.0
+            contour_lines(
+                axes, size, count, cells["strain"], [0.5, 1, 2, 4], "%g of tested", linewidths=1.0
             )
-            axes.clabel(strains, fmt="%g of tested", fontsize=6)
-            periods = axes.contour(
-                size, count, period(size[np.newaxis], count[:, np.newaxis]),
-                [1, 1.5, 2, 3, 4], colors="black", linewidths=0.6, linestyles="dashed",
-            )  # fmt: skip
-            axes.clabel(periods, fmt="%g s", fontsize=6)
+            periods = period(size[np.newaxis], count[:, np.newaxis])
+            contour_lines(
+                axes, size, count, periods, [1, 1.5, 2, 3, 4], "%g s", linestyles="dashed"
+            )
             figure.colorbar(image, ax=axes, label="peak floor acceleration, m/s²")
             axes.set(title=motion, xlabel="size, times the tested isolator",
                      ylabel="number of isolators", xscale="log", yscale="log")  # fmt: skip

@@ -133,6 +133,7 @@ def _choices(motion: str, table: Sequence[dict[str, Any]]) -> str:
 def _figure(runs: pandas.DataFrame) -> Figure:
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
+        contour_lines,
         label_outer,
         light_shades,
         new_figure,
@@ -149,10 +150,7 @@ def _figure(runs: pandas.DataFrame) -> Figure:
                 )
                 values = cells.to_numpy() * factor
                 image = axes.contourf(cells.columns, cells.index, values, 20, cmap=light_shades())
-                lines = axes.contour(
-                    cells.columns, cells.index, values, 7, colors="black", linewidths=0.6
-                )
-                axes.clabel(lines, fontsize=6)
+                contour_lines(axes, cells.columns, cells.index, values, 7)
                 figure.colorbar(image, ax=axes)
                 axes.set(title=f"{motion}: {title}", xlabel="isolation period at 1.5 A, s",
                          ylabel="current, A")  # fmt: skip

@@ -171,6 +171,7 @@ def _figure(maps: Maps) -> Figure:
 
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
+        contour_lines,
         label_outer,
         light_shades,
         new_figure,
@@ -186,8 +187,7 @@ def _figure(maps: Maps) -> Figure:
         for axes, ((rule, name), cells) in zip(panels, maps.items(), strict=True):
             at = cells.columns, 1e3 * cells.index, cells
             image = axes.contourf(*at, levels, cmap=light_shades(), norm=LogNorm())
-            lines = axes.contour(*at, [1.2, 1.5, 2, 4, 8, 12], colors="black", linewidths=0.6)
-            axes.clabel(lines, fmt="%g", fontsize=6)
+            contour_lines(axes, *at, [1.2, 1.5, 2, 4, 8, 12], "%g")
             axes.set(xlabel="believed over true force", ylabel="delay, ms",
                      title=f"{name}, {rule}", xscale="log")  # fmt: skip
             axes.set_xticks([0.5, 1.0, 2.0])

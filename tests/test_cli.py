@@ -339,19 +339,34 @@ def test_a_run_leads_to_its_report(here, call):
     assert "stop_s = 4.0" in report  # the scenario, to run it again
 
 
-@pytest.mark.parametrize("command", [["run"], ["fit"], ["cite"], ["list"], ["new"]])
-def test_help_shows_commands_that_are_understood(call, monkeypatch, command):
+def commands(group, above=()):
+    """Paths of all commands, groups themselves included."""
+    for name, command in group.commands.items():
+        if not command.hidden:
+            yield (*above, name)
+            yield from commands(command, (*above, name)) if hasattr(command, "commands") else ()
+
+
+def parsed(command, arguments):
+    """Let a command understand what follows it, and do nothing; return the path taken."""
+    context = command.make_context("isolation-sim", arguments)
+    if not hasattr(command, "commands"):
+        return ()
+    name, inner, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+    return (name, *parsed(inner, rest))
+
+
+@pytest.mark.parametrize("path", list(commands(get_command(cli.app))), ids=" ".join)
+def test_help_shows_commands_that_are_understood(call, monkeypatch, path):
     monkeypatch.setenv("COLUMNS", "120")
-    code, out, err = call(*command, "--help")
+    code, out, err = call(*path, "--help")
     assert (code, err) == (0, "")
     shown = out[out.index("Examples:") :].splitlines()[1:]
     assert shown
-    context = get_command(cli.app)
     for line in shown:
-        program, name, *arguments = shlex.split(line.split(">")[0])
-        assert program == "isolation-sim" and name == command[0]
-        # parsed, not run
-        context.commands[name].make_context(name, arguments)
+        program, *arguments = shlex.split(line.split(">")[0])
+        assert program == "isolation-sim"
+        assert parsed(get_command(cli.app), arguments)[0] == path[0]
 
 
 @pytest.mark.parametrize("subject", ["laws", "controllers", "records", "structures"])

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import DOUBLE_COLUMN, legend, new_figure, style
+from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,17 +32,42 @@ def overview(diagnosis: Diagnosis) -> Figure:
     matplotlib.figure.Figure
         Six runs at most; titles give the error before and after, and whether a run was held out.
     """
+    return _by_run(diagnosis, _loop, across=3, height=2.3)
+
+
+def residuals(diagnosis: Diagnosis) -> Figure:
+    """Residuals in time of the runs that the simulation reproduced worst, before and after.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        A diagnosis with traces.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Six runs at most.
+    """
+    return _by_run(diagnosis, _residual, across=2, height=1.5)
+
+
+def _by_run(
+    diagnosis: Diagnosis, draw: Callable[[Axes, Trace], None], across: int, height: float
+) -> Figure:
+    """A panel, so many inches high, for each of the runs that were reproduced worst."""
     traces = diagnosis.traces[:_SHOWN]
-    across = min(3, len(traces))
+    across = min(across, len(traces))
     down = -(-len(traces) // across)
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.5 + 2.3 * down)
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-        for panel, trace in zip(panels, traces, strict=False):
-            _loop(panel, trace)
+        figure = new_figure(DOUBLE_COLUMN, 0.5 + height * down)
+        panels = figure.subplots(down, across, squeeze=False).ravel().tolist()
         for panel in panels[len(traces) :]:
             panel.remove()
-        label_left(list(panels[: len(traces)]), across)
+        panels = panels[: len(traces)]
+        for panel, trace in zip(panels, traces, strict=True):
+            draw(panel, trace)
+        # every run has its own size
+        label_outer(panels, across, ticks=False)
         legend(figure, panels[0], "outside upper center")
     return figure
 
@@ -60,52 +86,13 @@ def _loop(panel: Axes, trace: Trace) -> None:
     panel.set_title(f"{trace.name}{held}\n{before:.1f} % → {after:.1f} %", fontsize=6.5)
 
 
-def residuals(diagnosis: Diagnosis) -> Figure:
-    """Residuals in time of the runs that the simulation reproduced worst, before and after.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        A diagnosis with traces.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Six runs at most.
-    """
-    traces = diagnosis.traces[:_SHOWN]
-    across = min(2, len(traces))
-    down = -(-len(traces) // across)
-    with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.5 + 1.5 * down)
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-        for panel, trace in zip(panels, traces, strict=False):
-            before, after = trace.before - trace.measured, trace.after - trace.measured
-            panel.plot(trace.time, before, color="0.65", lw=0.8, label="residual before")
-            panel.plot(trace.time, after, color="black", lw=0.5, label="residual after")
-            panel.set_xlabel("Time (s)")
-            panel.set_ylabel(heading(trace.label))
-            panel.set_title(trace.name + (", held out" if trace.held_out else ""), fontsize=6.5)
-        for panel in panels[len(traces) :]:
-            panel.remove()
-        label_left(list(panels[: len(traces)]), across)
-        legend(figure, panels[0], "outside upper center")
-    return figure
-
-
-def label_left(panels: list[Axes], across: int) -> None:
-    """Keep the axes' names at the left and where no panel is below.
-
-    Parameters
-    ----------
-    panels : list of matplotlib.axes.Axes
-        Row by row.
-    across : int
-        How many are in a row.
-    """
-    for k, panel in enumerate(panels):
-        panel.set_ylabel(panel.get_ylabel() if k % across == 0 else "")
-        panel.set_xlabel(panel.get_xlabel() if k + across >= len(panels) else "")
+def _residual(panel: Axes, trace: Trace) -> None:
+    before, after = trace.before - trace.measured, trace.after - trace.measured
+    panel.plot(trace.time, before, color="0.65", lw=0.8, label="residual before")
+    panel.plot(trace.time, after, color="black", lw=0.5, label="residual after")
+    panel.set_xlabel("Time (s)")
+    panel.set_ylabel(heading(trace.label))
+    panel.set_title(trace.name + (", held out" if trace.held_out else ""), fontsize=6.5)
 
 
 def errors_by_run(diagnosis: Diagnosis) -> Figure:

@@ -32,6 +32,44 @@ PUBLICATIONS = {
         "P. R. Dahl, A solid friction model, report TOR-0158(3107-18)-1, The Aerospace "
         "Corporation, 1968."
     ),
+    "Payne (1962)": (
+        "A. R. Payne, The dynamic properties of carbon black-loaded natural rubber vulcanizates, "
+        "Journal of Applied Polymer Science 6 (1962) 57-63."
+    ),
+    "Kraus (1984)": (
+        "G. Kraus, Mechanical losses in carbon-black-filled rubbers, Journal of Applied Polymer "
+        "Science: Applied Polymer Symposium 39 (1984) 75-92."
+    ),
+    "Ogden & Roxburgh (1999)": (
+        "R. W. Ogden, D. G. Roxburgh, A pseudo-elastic model for the Mullins effect in filled "
+        "rubber, Proceedings of the Royal Society A 455 (1999), doi:10.1098/rspa.1999.0431."
+    ),
+    "Visintin (1994)": "A. Visintin, Differential Models of Hysteresis, Springer, 1994.",
+    "Spencer et al. (1997)": (
+        "B. F. Spencer, S. J. Dyke, M. K. Sain, J. D. Carlson, Phenomenological model for "
+        "magnetorheological dampers, Journal of Engineering Mechanics 123 (1997) 230-238."
+    ),
+    "Fung (1967)": (
+        "Y. C. Fung, Elasticity of soft tissues in simple elongation, American Journal of "
+        "Physiology 213 (1967) 1532-1544."
+    ),
+    "Scott Blair (1947)": (
+        "G. W. Scott Blair, The role of psychophysics in rheology, Journal of Colloid Science 2 "
+        "(1947) 21-32."
+    ),
+    "Carreau (1972)": (
+        "P. J. Carreau, Rheological equations from molecular network theories, Transactions of "
+        "the Society of Rheology 16 (1972) 99-127, doi:10.1122/1.549276."
+    ),
+    "Eyring (1936)": (
+        "H. Eyring, Viscosity, plasticity, and diffusion as examples of absolute reaction rates, "
+        "Journal of Chemical Physics 4 (1936) 283-291."
+    ),
+    "Johnson & Cook (1983)": (
+        "G. R. Johnson, W. H. Cook, A constitutive model and data for metals subjected to large "
+        "strains, high strain rates and high temperatures, 7th International Symposium on "
+        "Ballistics, The Hague, 1983."
+    ),
     "Dyke et al. 1996": (
         "S. J. Dyke, B. F. Spencer, M. K. Sain, J. D. Carlson, Modeling and control of "
         "magnetorheological dampers for seismic response reduction, Smart Materials and "
@@ -109,8 +147,8 @@ PUBLICATIONS = {
         "Programming, second edition, SIAM, 2010."
     ),
     "Wächter and Biegler 2006": (
-        "A. Wächter, L. T. Biegler, On the implementation of an interior-point filter line- "
-        "search algorithm for large-scale nonlinear programming, Mathematical Programming 106 "
+        "A. Wächter, L. T. Biegler, On the implementation of an interior-point filter "
+        "line-search algorithm for large-scale nonlinear programming, Mathematical Programming 106 "
         "(2006) 25-57."
     ),
     "Diehl, Bock and Schlöder 2005": (

@@ -112,9 +112,11 @@ def of_path(path: Path | None) -> list[Citation]:
     if path is None:
         return of_scenario(Scenario())
     if path.is_dir() and not (path / "scenario.toml").is_file():
+        inside = [found.parent for found in sorted(path.glob("*/scenario.toml"))]
+        remedy = f", such as {inside[0]}" if inside else "; isolation-sim run makes one"
         raise InputError(
-            f"{path}: holds no scenario.toml; accepted: a folder that isolation-sim run wrote, or "
-            "a scenario file"
+            f"{path}: holds no run (no scenario.toml); accepted: a scenario file, or the folder of "
+            f"a run{remedy}"
         )
     return of_scenario(Scenario.read(path / "scenario.toml" if path.is_dir() else path))
 

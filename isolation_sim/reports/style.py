@@ -97,21 +97,50 @@ def light_shades() -> Colormap:
     return ListedColormap(colormaps["cividis"](np.linspace(0.4, 1.0, 256)))
 
 
-def label_outer(axes: Sequence[Axes], across: int) -> None:
+def label_outer(axes: Sequence[Axes], across: int, ticks: bool = True) -> None:
     """Keep labels of panels in rows at the left and where no panel is below.
 
     Parameters
     ----------
     axes : sequence of matplotlib.axes.Axes
-        Panels on the same axes, row by row; the last row may be short.
+        Panels, row by row; the last row may be short.
     across : int
         How many are in a row.
+    ticks : bool
+        Whether the panels are on the same axes, so that their numbers go with the labels.
     """
     for k, panel in enumerate(axes):
         left, bottom = k % across == 0, k + across >= len(axes)
-        panel.tick_params(labelleft=left, labelbottom=bottom)
+        if ticks:
+            panel.tick_params(labelleft=left, labelbottom=bottom)
         panel.set_ylabel(panel.get_ylabel() if left else "")
         panel.set_xlabel(panel.get_xlabel() if bottom else "")
+
+
+def contour_lines(
+    axes: Axes, x: Any, y: Any, values: Any, levels: Any, fmt: str | None = None, **look: Any
+) -> None:
+    """Draw lines of equal value, with the values on them.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Panel.
+    x : (n_columns,) array
+        Across.
+    y : (n_rows,) array
+        Up.
+    values : (n_rows, n_columns) array
+        Values.
+    levels : int or sequence of float
+        How many lines, or the values that get one.
+    fmt : str, optional
+        How a value is written, such as ``"%g s"``.
+    **look : object
+        Of the lines; thin by default.
+    """
+    lines = axes.contour(x, y, values, levels, **{"colors": "black", "linewidths": 0.6, **look})
+    axes.clabel(lines, fmt=fmt, fontsize=6)
 
 
 def legend(

@@ -11,6 +11,7 @@ from ..comparison import UNCONTROLLED
 from ..errors import InputError
 from ..reports.style import (
     DOUBLE_COLUMN,
+    contour_lines,
     label_outer,
     legend,
     light_shades,
@@ -185,10 +186,7 @@ def _print_cells(axes: Axes, cells: pandas.DataFrame, lines: bool) -> None:
                     ha="center", va="center",
                 )  # fmt: skip
     elif lines and min(values.shape) > 1 and np.nanmin(values) < np.nanmax(values):
-        drawn = axes.contour(
-            cells.columns, cells.index, values, levels=6, colors="black", linewidths=0.6
-        )
-        axes.clabel(drawn, fontsize=6)
+        contour_lines(axes, cells.columns, cells.index, values, 6)
 
 
 def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:

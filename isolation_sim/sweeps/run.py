@@ -103,7 +103,8 @@ def sweep(
     out : str or pathlib.Path, optional
         Folder for the results; ``results/`` and the plan's name by default.
     resume : bool, default False
-        Whether to go on with what was begun there, if anything was.
+        Whether to go on with what was begun there, if anything was, and to run again what ended in
+        an error (status ``error``: neither a divergence nor input that cannot be used).
     workers : int, optional
         Processes of this machine; as many as there are processors by default.
     scheduler : str, optional
@@ -173,7 +174,7 @@ def run_design(
     content = design.content()
     if resume and store.exists():
         cases_per_chunk = store.check_same(content)
-        if store.table.is_file():
+        if store.table.is_file() and not store.has_errors():
             store.tidy()
             return Sweep(store.folder)
     else:
@@ -184,6 +185,8 @@ def run_design(
         cases_per_chunk = expected.cases_per_chunk
         store.begin(content, cases_per_chunk)
     with store.locked():
+        if store.table.is_file():
+            store.reopen(cases_per_chunk)
         done = store.finished()
         total = -(-design.n_cases // cases_per_chunk)
         if progress is not None and done:

@@ -8,6 +8,7 @@ full disk or a power cut leaves something half done that looks whole.
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import shutil
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from ..errors import InputError
@@ -173,6 +175,8 @@ class Store:
     def finished(self) -> set[int]:
         """Numbers of the chunks that are there and whole; what is not whole is removed.
 
+        So is a chunk in which a run ended in an error: the next one may have what it lacked.
+
         Returns
         -------
         set of int
@@ -181,7 +185,8 @@ class Store:
         self.chunks.mkdir(exist_ok=True)
         for path in sorted(self.chunks.iterdir()):
             number, _, checksum = path.stem.partition("-")
-            if path.name.endswith(_LEFT_OVER) or _checksum(path.read_bytes()) != checksum:
+            whole = not path.name.endswith(_LEFT_OVER) and _checksum(path.read_bytes()) == checksum
+            if not whole or _has_errors(_read(path, ["status"])):
                 path.unlink()
             else:
                 numbers.add(int(number))
@@ -227,6 +232,30 @@ class Store:
             unfinished.unlink(missing_ok=True)
         _sync_folder(self.folder)
         self.tidy()
+
+    def has_errors(self) -> bool:
+        """Whether a run of a finished sweep ended in an error."""
+        return _has_errors(_read(self.table, ["status"]))
+
+    def reopen(self, cases_per_chunk: int) -> None:
+        """Divide a finished table into chunks again, and leave out those with an error.
+
+        Parameters
+        ----------
+        cases_per_chunk : int
+            Size of a chunk.
+        """
+        table = _read(self.table)
+        self.tidy()
+        self.chunks.mkdir()
+        numbers = pc.divide(table["case"], cases_per_chunk)
+        for number in pc.unique(numbers).to_pylist():
+            rows = table.filter(pc.equal(numbers, number))
+            if not _has_errors(rows):
+                sink = io.BytesIO()
+                pq.write_table(rows, sink, **FORMAT)
+                self.put(Finished(number, sink.getvalue(), len(rows), 0))
+        self.table.unlink()
 
     def tidy(self) -> None:
         """Remove the chunks of a sweep whose table is there."""
@@ -275,6 +304,11 @@ def _regrouped(paths: list[Path]) -> Iterator[pa.Table]:
 def _read(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     wanted = None if columns is None else list(columns)
     return pq.read_table(path, columns=wanted, page_checksum_verification=True)
+
+
+def _has_errors(table: pa.Table) -> bool:
+    """Whether a run ended in an error that is not of its input: no memory, a file that is gone."""
+    return bool(pc.any(pc.equal(table["status"], "error")).as_py())
 
 
 def _checksum(data: bytes) -> str:

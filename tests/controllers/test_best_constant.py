@@ -20,6 +20,7 @@ def test_no_other_constant_is_better(isolated, record, criterion):
     score = CRITERIA[criterion]
     assert score(run, off) == pytest.approx(best.score, rel=1e-12)
     assert np.all(run.current == best.found)
+    assert best.report.startswith(f"{best.found:.3g} A")
     for amperes in np.linspace(0, 3, 40):
         other = simulate(isolated, record, controller("constant", amperes=amperes))
         assert score(other, off) >= best.score * (1 - 1e-6)

@@ -8,6 +8,7 @@ import pytest
 from controllers import CONTROLLERS
 from isolation_sim import Scenario
 from isolation_sim.cli import main
+from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, available_sets, law
 from isolation_sim.reports import references
@@ -38,6 +39,15 @@ def test_the_source_of_every_controller_is_known(name):
     assert not re.search(r"\b(19|20)\d\d\b", rest)
 
 
+@pytest.mark.parametrize("cause", EFFECTS)
+def test_a_publication_of_an_effect_does_not_hide_another(cause):
+    for form in EFFECTS[cause]:
+        rest = form.source
+        for publication in PUBLICATIONS:
+            rest = rest.replace(publication, "")
+        assert rest == form.source or not re.search(r"\b1[89]\d\d\b|\b20\d\d\b", rest), form.form
+
+
 def test_each_publication_is_told_once_with_all_its_uses():
     told = references.cited([("a", "Li & Li, Eq 1"), ("b", "Li & Li, Table 2"), ("a", "Li & Li")])
     assert [(c.text.split(",")[0], c.uses) for c in told] == [("Y. Li", ("a", "b"))]
@@ -57,7 +67,11 @@ def test_a_scenario_cites_what_it_names_and_nothing_else():
 
 
 def test_a_folder_without_a_scenario_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"holds no scenario\.toml; accepted: a folder that"):
+    with pytest.raises(InputError, match=r"holds no run .*isolation-sim run makes one"):
+        references.of_path(tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "scenario.toml").write_text("")
+    with pytest.raises(InputError, match=r"the folder of a run, such as .*mine"):
         references.of_path(tmp_path)
 
 

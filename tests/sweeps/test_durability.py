@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.sweeps import run, store
+from isolation_sim.sweeps import chunk, run, store
 from isolation_sim.sweeps.run import sweep
 
 from .conftest import MIXED, plan_of
@@ -185,6 +185,40 @@ def test_a_damaged_chunk_is_run_again(tmp_path, small_chunks, uninterrupted):
     counted = []
     sweep(plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n))
     assert counted == [18] + [9] * 10
+    assert (folder / "table.parquet").read_bytes() == uninterrupted
+
+
+@pytest.mark.parametrize("stopped", [True, False])
+def test_runs_that_ended_in_an_error_are_run_again(
+    tmp_path, monkeypatch, small_chunks, uninterrupted, stopped
+):
+    """Before the table was made and after: what the machine lacked may be there by then."""
+    folder = tmp_path / "sweep"
+
+    def short_of_memory(cases, **options):
+        raise MemoryError("none left")
+
+    def short_of_memory_at_times(isolated, records, control, **options):
+        if getattr(control, "amperes", 0.0) == 1.5:
+            raise MemoryError("none left")
+        return simulate(isolated, records, control, **options)
+
+    simulate = chunk.simulate
+    with monkeypatch.context() as patch:
+        patch.setattr(chunk, "simulate_many", short_of_memory)
+        patch.setattr(chunk, "simulate", short_of_memory_at_times)
+        if stopped:
+            stopped_after(folder, 11)
+        else:
+            sweep(plan(), folder, workers=1)
+    assert run.Sweep(folder).counts["error"] == 12
+    counted = []
+    again = sweep(
+        plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n)
+    )
+    # the four chunks in which it happened, and what had not been reached
+    assert counted == ([63] + [9] * 5 if stopped else [72] + [9] * 4)
+    assert again.counts == {"ok": 108}
     assert (folder / "table.parquet").read_bytes() == uninterrupted
 
 
