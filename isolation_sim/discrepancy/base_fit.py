@@ -24,8 +24,10 @@ from .model import Model
 STARTS = 20
 _SAFETY = 2
 """Times as many integration steps as resolve the law: effects and noise ask for more."""
+SEARCHED = 24_000
+"""Samples, about, on which a law and its effects are searched; the outcome is fitted to all."""
 _LAST = 3
-"""Starts that get all samples."""
+"""Starts that get so many samples."""
 _ROUGH = 5000
 """Samples on which starts are sorted out."""
 
@@ -63,7 +65,8 @@ def fitted_law(
     """Fit the law from many starts.
 
     Starts are sorted out on a part of the samples and with parameters that do not depend on the
-    current; the best few then get their dependence, and the best two of these all samples.
+    current; the best few then get their dependence, the best three of these more samples, and the
+    best one all of them.
 
     Parameters
     ----------
@@ -105,14 +108,15 @@ def fitted_law(
     ready = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
     if not ready:
         raise InputError(f"no start gives {u.law.name} finite forces under these data")
-    last = pool.map(lambda o: fitted(resolved(model, o.x), o.x, 100, 1e-8), ready[:_LAST])
-    return min(last, key=_rank)
+    part = replace(model, data=model.data.thinned(SEARCHED))
+    last = pool.map(lambda o: fitted(resolved(part, o.x), o.x, 100, 1e-6), ready[:_LAST])
+    best = min(last, key=_rank).values
+    return fitted(resolved(model, best), best, 30, 1e-7)
 
 
 def _rank(found: Fitted) -> tuple[bool, float]:
     """A law that runs away under any of the motions, held out or not, comes last."""
-    force = found.model.forces(found.values, False)[0]
-    runs_away = not np.array_equal(force, found.model.data.bounded(force))
+    runs_away = not np.array_equal(found.force, found.model.data.bounded(found.force))
     return runs_away or not np.isfinite(found.cost), found.cost
 
 

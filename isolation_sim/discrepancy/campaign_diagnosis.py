@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,10 +11,11 @@ from numpy.typing import NDArray
 
 from ..effects import EFFECTS, Effect, extend
 from ..identification.campaign import Campaign
+from ..identification.workers import workers
 from ..laws import Device
 from ..laws.law import Law
 from . import story
-from .base_fit import fitted_law, given_law, law_model, resolved
+from .base_fit import SEARCHED, fitted_law, given_law, law_model, resolved
 from .candidates import Fitted
 from .checks import data_notes
 from .diagnosis import Cause, Diagnosis, Errors, Interval, Verdict
@@ -30,8 +30,6 @@ from .summary import confusable, gain_interval, intervals, p_value, shares
 from .terms import OUTSIDE, terms, variables
 from .zero import EACH_RUN, run_means
 
-SEARCHED = 24_000
-"""Samples, about, on which effects are searched; the outcome is fitted to all of them."""
 EXAMPLES = 6
 """Examples of noise against which a misfit is held."""
 TO_BLAME = 0.35
@@ -66,15 +64,8 @@ def diagnose_campaign(
         The law to judge.
     device : Device, optional
         Numbers with which to judge it; fitted to the campaign if not given.
-    current_degree : int, optional
-        Degree of the parameters' polynomials of the current; by default the highest that the
-        fitted runs determine, 2 at most.
-    seed : int, default 0
-        Of random starts and examples of noise.
-    threads : int, optional
-        As many as there are processors by default.
-    progress : callable, optional
-        Called with the name of what is being done, whenever a part of it is done.
+    current_degree, seed, threads, progress : optional
+        As of ``diagnose``.
 
     Returns
     -------
@@ -86,7 +77,7 @@ def diagnose_campaign(
         If the law cannot be fitted to the campaign.
     """
     tell = progress or (lambda name: None)
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with workers(threads) as pool:
         outcome = _outcome(campaign, law, device, current_degree, seed, pool, tell)
         return _diagnosis(outcome, seed)
 
@@ -110,7 +101,7 @@ def _outcome(
 
     data = measured(campaign.runs)
     base, given = fit_base(data)
-    disturbance = interference(data, base.model.forces(base.values, False)[0])
+    disturbance = interference(data, base.force)
     if disturbance is not None:
         data = replace(data, force=data.force - disturbance.force)
         base, given = fit_base(data)
@@ -119,9 +110,10 @@ def _outcome(
     chosen = data.fitted if data.fitted.all() else ~data.fitted
     floor = np.sqrt(np.mean((noise / data.weight[:, np.newaxis]) ** 2) / np.mean(data.force**2))
 
-    part = data.thinned(SEARCHED)
+    part = data.thinned(SEARCHED).without_held_out()
+    kept = data.kept(SEARCHED)
     small = base.on(resolved(replace(base.model, data=part), base.values))
-    part_noise = noise_residuals(small, shifts[:, :, data.kept(SEARCHED)], seed)[part.fitted]
+    part_noise = noise_residuals(small, shifts[:, :, kept[data.fitted[kept]]], seed)
     varies = np.ptp(part.current) > 0, part.has_temperature and np.ptp(part.temperature) > 1
     largest = float(np.max(np.abs(part.x)))
     search = Search(
@@ -233,25 +225,26 @@ def _causes(outcome: Outcome, explained: float, misfit: float) -> list[Cause]:
     if outcome.disturbance is not None:
         found.append(_periodic(outcome, misfit))
     if final.model.stages and search.found is not None:
-        without = [search.dropped(final, k) for k in range(len(final.model.stages))]
-        costs = [f.cost_of(outcome.chosen) for f in without]
+        small = search.found
+        others = [search.rivals(small, k) for k in range(len(small.effects))]
+        # what the search found without each cause, on all samples
+        costs = [
+            replace(apart, model=final.model.without(k)).cost_of(outcome.chosen)
+            for k, (apart, _) in enumerate(others)
+        ]
         split = shares(costs, final.cost_of(outcome.chosen), explained)
         numbers = intervals(final)
-        small = search.found
-        for k, stage in enumerate(final.model.stages):
-            if stage.effect is EACH_RUN:
+        for k, (effect, (apart, rivals)) in enumerate(zip(small.effects, others, strict=True)):
+            if effect is EACH_RUN:
                 numbers[k] = {"spread": _spread(outcome)}
-        for k, stage in enumerate(final.model.stages):
-            apart, rivals = search.rivals(small, k)
-            tried = len(search.effects)
             cause = Cause(
-                name=stage.effect.cause,
+                name=effect.cause,
                 share=split[k],
-                p_value=p_value(apart, small, search.noise, tried),
+                p_value=p_value(apart, small, search.noise, len(search.effects)),
                 parameters=numbers[k],
                 evidence=story.evidence(outcome, k, split[k], costs[k]),
-                confusable_with=confusable(small, rivals, apart, stage.effect.cause),
-                form=stage.effect.form,
+                confusable_with=confusable(small, rivals, apart, effect.cause),
+                form=effect.form,
             )
             found.append(cause)
     if outcome.given is not None and outcome.base is not None:
@@ -261,7 +254,7 @@ def _causes(outcome: Outcome, explained: float, misfit: float) -> list[Cause]:
 
 def _spread(outcome: Outcome) -> Interval:
     """RMS of the runs' own zeros, with the chi-squared interval of so many."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
     free = replace(outcome.final.model, stages=())
     values = outcome.final.values[: free.n_law]
@@ -269,15 +262,14 @@ def _spread(outcome: Outcome) -> Interval:
     n = len(outcome.data.dt)
     means = run_means(outcome.data, residual)[outcome.data.starts[:-1]]
     size = float(np.sqrt(np.mean(means**2)))
-    low, high = (size * np.sqrt(n / chi2.ppf(q, n)) for q in (0.975, 0.025))
+    low, high = (size * np.sqrt(n / chdtri(n, q)) for q in (0.025, 0.975))
     return Interval(size, float(low), float(high), "N")
 
 
 def _numbers_wrong(outcome: Outcome, misfit: float) -> list[Cause]:
     """The cause that the given numbers, not the law, are to blame for a part of the misfit."""
     assert outcome.given is not None
-    refitted = outcome.base.model.forces(outcome.base.values, False)[0]
-    data = outcome.data
+    data, refitted = outcome.data, outcome.base.force
     costs = [data.cost(force, data.fitted) for force in (outcome.given, refitted)]
     n = outcome.base.model.n_law
     if costs[0] - costs[1] < SIGNIFICANT + 2 * n or misfit == 0.0:
@@ -285,13 +277,13 @@ def _numbers_wrong(outcome: Outcome, misfit: float) -> list[Cause]:
     share = 1 - outcome.misfit(refitted) / misfit
     if share < 0.02:
         return []
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     return [
         Cause(
             name=PARAMETERS,
             share=share,
-            p_value=float(chi2.sf(costs[0] - costs[1], n)),
+            p_value=float(chdtrc(n, costs[0] - costs[1])),
             parameters={},
             evidence=(
                 f"Fitting the law's own {n} numbers to the data, without any effect, removes "

@@ -1,23 +1,28 @@
-"""Try effects on a fitted model: first by their direction alone, then fitted together with it."""
+"""Try effects on a fitted model: first with the law's answer linearised, then fitted with it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from ..identification.least_squares import Optimum
+from ..identification.least_squares import levenberg_marquardt
 from .model import Model
 
 MOST_STARTS = 12
-"""Most shapes of an effect to look at before it is fitted."""
+"""Most shapes of an effect to look at before one is fitted."""
+SHAPED = 6
+"""Most steps of fitting an effect's shape alone."""
 FRESH = 3
 """Best candidates that are fitted anew from the law's first values."""
+IN_REACH = 0.5
+"""Part of the best candidate's gain from which another one is still worth work."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +39,58 @@ class Fitted:
         Sum of squared residuals of the fitted samples over their noise.
     residual : (n_fitted,) array
         These residuals.
-    basis : (n_fitted, n_values) array
-        Orthonormal directions in which the values can move the residuals.
+    jacobian : (n_fitted, n_values) array
+        Their derivatives by the values.
     """
 
     model: Model
     values: NDArray
     cost: float
     residual: NDArray
-    basis: NDArray
+    jacobian: NDArray
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects that the model has."""
+        return tuple(stage.effect for stage in self.model.stages)
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """Causes that the model has."""
-        return tuple(stage.effect.cause for stage in self.model.stages)
+        """Their causes."""
+        return tuple(effect.cause for effect in self.effects)
+
+    @cached_property
+    def force(self) -> NDArray:
+        """Modelled force of all samples, (n_samples,), N."""
+        return self.model.forces(self.values, False)[0]
+
+    @cached_property
+    def inner(self) -> NDArray:
+        """Force of the law before any effect, (n_samples,), N."""
+        return self.model.law_force(self.values)
+
+    @cached_property
+    def basis(self) -> NDArray:
+        """Orthonormal directions in which the values move the residuals, (n_fitted, n)."""
+        norm = np.sqrt(np.einsum("ij,ij->j", self.jacobian, self.jacobian))
+        norm[~(norm > 0)] = 1.0
+        # directions that the data do not determine are left out
+        u, s, _ = np.linalg.svd(np.nan_to_num(self.jacobian / norm), full_matrices=False)
+        return u[:, s > 1e-6 * max(float(s[0]), 1e-300)] if len(s) else u
+
+    def across(self, change: NDArray) -> NDArray:
+        """Part of a change of the residuals that the values cannot follow, to first order.
+
+        Parameters
+        ----------
+        change : (n_fitted,) array
+            The change.
+
+        Returns
+        -------
+        (n_fitted,) array
+        """
+        return change - self.basis @ (self.basis.T @ change)
 
     def parameters(self, place: int) -> dict[str, float]:
         """Values of one effect's parameters.
@@ -78,7 +121,7 @@ class Fitted:
         -------
         float
         """
-        return self.model.data.cost(self.model.forces(self.values, False)[0], chosen)
+        return self.model.data.cost(self.force, chosen)
 
     def on(self, data_model: Model) -> Fitted:
         """Return the same values on other data, fitted further there.
@@ -92,7 +135,7 @@ class Fitted:
         -------
         Fitted
         """
-        model = data_model.with_effects(*(stage.effect for stage in self.model.stages))
+        model = data_model.with_effects(*self.effects)
         return fitted(model, self.values, most=30, tolerance=1e-7)
 
 
@@ -114,15 +157,8 @@ def fitted(model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5
     -------
     Fitted
     """
-    best: Optimum = model.minimised(start, most, tolerance)
-    residual = model.residuals(best.x, False)[0]
-    jacobian = best.jacobian
-    norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    norm[~(norm > 0)] = 1.0
-    # directions that the data do not determine are left out
-    u, s, _ = np.linalg.svd(np.nan_to_num(jacobian / norm), full_matrices=False)
-    basis = u[:, s > 1e-6 * max(float(s[0]), 1e-300)] if len(s) else u
-    return Fitted(model, best.x, 2 * best.cost, residual, basis)
+    best = model.minimised(start, most, tolerance)
+    return Fitted(model, best.x, 2 * best.cost, best.residual, best.jacobian)
 
 
 def noise_gain(step: NDArray, noise: NDArray) -> float:
@@ -146,7 +182,7 @@ def noise_gain(step: NDArray, noise: NDArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Direction:
-    """What a little of an effect would do for a fitted model.
+    """What an effect would do for a fitted model, if the law answered it linearly.
 
     Attributes
     ----------
@@ -166,6 +202,48 @@ class Direction:
     start: NDArray
 
 
+class _Probe:
+    """An effect beside a fitted model whose other values follow to first order."""
+
+    def __init__(self, base: Fitted, effect: Effect):
+        self.base, self.effect = base, effect
+        self.model = base.model.with_effects(effect)
+        outside = effect.motion is None and effect.current is None
+        self.inner = base.inner if outside else None
+        self.before = base.across(base.residual)
+        self.lower = np.array([q.lower for q in effect.parameters])
+        self.upper = np.array([q.upper for q in effect.parameters])
+        self.sizes = [self.model.size(q) for q in effect.parameters]
+
+    def moved(self, parameters: NDArray) -> NDArray:
+        """Change of the residuals by the effect alone."""
+        data = self.model.data
+        values = np.concatenate([self.base.values, parameters])
+        force = self.model.forces(values, False, self.inner)[0]
+        return ((force - data.force) * data.weight)[data.fitted] - self.base.residual
+
+    def starts(self) -> list[NDArray]:
+        """Parameters to look at: one strength, and some of each other's first values."""
+        choices = []
+        for q, size in zip(self.effect.parameters, self.sizes, strict=True):
+            found = [min(max(s * size, q.lower), q.upper) for s in q.starts]
+            choices.append(found[:1] if q.strength else found)
+        return [np.array(numbers) for numbers in product(*choices)][:MOST_STARTS]
+
+    def problem(self, parameters: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        """Residuals with the effect, and their differences by its parameters."""
+        residual = self.base.across(self.base.residual + self.moved(parameters))
+        columns = np.empty((len(residual) if derivatives else 0, len(parameters)))
+        if derivatives:
+            for k, size in enumerate(self.sizes):
+                step = 1e-4 * max(abs(parameters[k]), 0.01 * size)
+                other = parameters.copy()
+                other[k] += step if other[k] + step <= self.upper[k] else -step
+                changed = self.base.across(self.base.residual + self.moved(other))
+                columns[:, k] = (changed - residual) / (other[k] - parameters[k])
+        return residual, columns
+
+
 def direction(base: Fitted, effect: Effect, noise: NDArray) -> Direction | None:
     """Look in which shape an effect would help a fitted model most.
 
@@ -183,38 +261,53 @@ def direction(base: Fitted, effect: Effect, noise: NDArray) -> Direction | None:
     Direction or None
         None where the data do not excite the effect.
     """
-    model = base.model.with_effects(effect)
-    data, kept = base.model.data, base.model.data.fitted
-    before = base.residual
-    sizes = [model.size(q) for q in effect.parameters]
-    choices = []
-    for q, size in zip(effect.parameters, sizes, strict=True):
-        found = [min(max(s * size, q.lower), q.upper) for s in q.starts]
-        choices.append(found[:1] if q.strength else found)
+    probe = _Probe(base, effect)
+    place = effect.strength
     best: Direction | None = None
-    for numbers in list(product(*choices))[:MOST_STARTS]:
-        start = np.array(numbers)
-        force = model.forces(np.concatenate([base.values, start]), False)[0]
-        moved = ((force - data.force) * data.weight)[kept] - before
-        if not np.all(np.isfinite(moved)):
-            continue
-        size = float(moved @ moved)
-        across = moved - base.basis @ (base.basis.T @ moved)
+    for start in probe.starts():
+        moved = probe.moved(start)
+        across = base.across(moved)
         length = float(across @ across)
-        if length < 1e-8 * size or length == 0.0:
+        # what the law follows all the way leaves rounding; what overflows is not a number
+        if not length > 1e-8 * float(moved @ moved):
             continue
-        amount = -float(across @ before) / length
-        strength = effect.parameters[effect.strength]
-        if amount <= 0 and strength.lower >= 0:
+        amount = -float(across @ probe.before) / length
+        if amount <= 0 and effect.parameters[place].lower >= 0:
             continue
         gain = amount**2 * length
         if best is None or gain > best.gain:
-            from_noise = noise_gain(across, noise)
-            start[effect.strength] *= np.sign(amount) * min(max(abs(amount), 0.02), 5.0)
-            start = np.clip(start, [q.lower for q in effect.parameters],
-                            [q.upper for q in effect.parameters])  # fmt: skip
-            best = Direction(effect, gain, from_noise, start)
+            start[place] *= np.sign(amount) * min(max(abs(amount), 0.02), 5.0)
+            start = np.clip(start, probe.lower, probe.upper)
+            best = Direction(effect, gain, noise_gain(across, noise), start)
     return best
+
+
+def shaped(base: Fitted, given: Direction, noise: NDArray) -> Direction:
+    """Fit an effect's own parameters while the model's other values follow to first order.
+
+    Parameters
+    ----------
+    base : Fitted
+        The model without the effect.
+    given : Direction
+        Where to start from.
+    noise : (n_fitted, n_samples) array
+        Examples of the residuals that noise alone would leave.
+
+    Returns
+    -------
+    Direction
+        The one given where that is no worse.
+    """
+    probe = _Probe(base, given.effect)
+    found = levenberg_marquardt(
+        probe.problem, given.start, probe.lower, probe.upper, SHAPED, 1e-3, eager=False
+    )
+    gain = float(probe.before @ probe.before) - 2 * found.cost
+    if not gain > given.gain:
+        return given
+    step = found.residual - probe.before
+    return Direction(given.effect, gain, noise_gain(step, noise), found.x)
 
 
 def directions(
@@ -275,8 +368,11 @@ def try_all(
         return result
 
     first = sorted(pool.map(tried, found), key=lambda f: f.cost)
-    again = pool.map(afresh, first[:FRESH])
-    return sorted([*again, *first[FRESH:]], key=lambda f: f.cost)
+    gains = [base.cost - f.cost for f in first[:FRESH]]
+    # so written that a gain which is not a number counts
+    count = sum(not gain < IN_REACH * gains[0] for gain in gains)
+    again = pool.map(afresh, first[:count])
+    return sorted([*again, *first[count:]], key=lambda f: f.cost)
 
 
 def afresh(given: Fitted) -> Fitted:

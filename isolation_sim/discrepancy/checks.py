@@ -32,7 +32,7 @@ def data_notes(runs: Sequence[TestRun]) -> list[str]:
     for run in runs:
         for what in ("displacement", "force"):
             values = getattr(run, what)
-            part = _clipped(values)
+            part = clipped(values)
             if part:
                 notes.append(
                     f"{run.name}: {what} stands still at an extreme for {part} samples in a row, "
@@ -56,8 +56,19 @@ def data_notes(runs: Sequence[TestRun]) -> list[str]:
     return notes
 
 
-def _clipped(values: NDArray) -> int:
-    """Longest stretch of equal samples at an extreme, if it is too long to be chance."""
+def clipped(values: NDArray) -> int:
+    """Find the longest stretch of equal samples at an extreme.
+
+    Parameters
+    ----------
+    values : numpy.ndarray, shape (n,)
+        A channel.
+
+    Returns
+    -------
+    int
+        Number of samples; 0 if it is not too long to be chance.
+    """
     longest = 0
     if np.unique(np.diff(values)).size < 8:
         return 0  # a channel of few levels says nothing

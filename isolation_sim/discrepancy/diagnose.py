@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
+from ..toml_file import read_toml
 from .diagnosis import Diagnosis
 
 DEFAULT_LAW = "strain_stiffening"
@@ -154,19 +154,12 @@ def given_device(law: Law, parameters: str | Path | Device) -> Device | None:
 
 
 def _from_file(path: Path) -> Device:
+    accepted = "fit, published or a file that fit --out has written"
+    data = read_toml(path, accepted)
     try:
-        section = tomllib.loads(path.read_text(encoding="utf-8"))["isolator"]
-        name, numbers = section["law"], section["parameters"]
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror}); accepted: fit, published or a file that "
-            "fit --out has written"
-        ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not TOML ({error})") from None
+        name, numbers = data["isolator"]["law"], data["isolator"]["parameters"]
     except (KeyError, TypeError):
         raise InputError(
-            f"{path}: no [isolator] section with law and parameters; accepted: what fit --out "
-            "writes"
+            f"{path}: no [isolator] section with law and parameters; accepted: {accepted}"
         ) from None
     return published(name, numbers)

@@ -56,7 +56,7 @@ def dependences(base: Fitted, noise_cost: float) -> list[Dependence]:
         The most telling first.
     """
     data = base.model.data
-    force = base.model.forces(base.values, False)[0]
+    force = base.force
     weight = data.weight
     residual = (force - data.force) * weight
     first, second = _halves(data)

@@ -101,9 +101,19 @@ def _common_line(data: Measured, signal: NDArray) -> float | None:
     if not band.any():
         return None
     common = np.full(len(frequencies), -np.inf)
-    common[band] = np.nanquantile(table[:, band], _RUNS, axis=0)
+    common[band] = _quantile(table[:, band], _RUNS)
     k = int(np.argmax(common))
     return float(frequencies[k]) if common[k] > np.log(_STANDS_OUT) else None
+
+
+def _quantile(table: NDArray, part: float) -> NDArray:
+    """Quantile of each column's numbers; NumPy's own, one column after another, takes seconds."""
+    ordered = np.sort(table, axis=0)  # what is not a number goes last
+    place = part * (np.sum(np.isfinite(table), axis=0) - 1)
+    below = place.astype(int)
+    columns = np.arange(table.shape[1])
+    low, high = ordered[below, columns], ordered[np.ceil(place).astype(int), columns]
+    return low + (place - below) * (high - low)
 
 
 def _own_lines(x: NDArray, dt: float, frequencies: NDArray) -> NDArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ from ..effects import EFFECTS, Effect, extend
 from ..identification.least_squares import Optimum
 from ..identification.multistart import different
 from ..identification.unknowns import Unknowns
+from ..identification.workers import workers
 from ..laws import Device
 from ..laws.law import Law
 from .diagnosis import Cause, Diagnosis, Errors, Verdict
@@ -62,14 +62,8 @@ def diagnose_loop_table(
         The law to judge.
     device : Device, optional
         Numbers with which to judge it; fitted to the table if not given.
-    current_degree : int, optional
-        Degree of the parameters' polynomials of the current; 2, or what the currents determine.
-    seed : int, default 0
-        Of the random starts.
-    threads : int, optional
-        As many as there are processors by default.
-    progress : callable, optional
-        Called with the name of what is being done.
+    current_degree, seed, threads, progress : optional
+        As of ``diagnose``.
 
     Returns
     -------
@@ -78,7 +72,7 @@ def diagnose_loop_table(
         the rows that the table holds out; without any, of rows or groups of rows, each left out of
         the fit in turn.
     """
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with workers(threads) as pool:
         work = _Work(table, law, pool, seed, progress or (lambda name: None))
         return work.diagnosed(device, current_degree)
 

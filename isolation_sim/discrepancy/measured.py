@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +22,7 @@ RUNAWAY = 10.0
 """Of the largest measured force: beyond it a model has run away."""
 HELD_OUT_PART = 4
 """One run in so many is held out where the campaign does not say which."""
+_BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +82,12 @@ class Measured:
         """Samples of each run."""
         return [slice(int(a), int(b)) for a, b in pairwise(self.starts)]
 
-    @property
+    @cached_property
     def force_size(self) -> NDArray:
         """RMS of each run's measured force, N."""
         return np.array([np.sqrt(np.mean(self.force[run] ** 2)) for run in self.runs])
 
-    @property
+    @cached_property
     def weight(self) -> NDArray:
         """One over each sample's noise, 1/N, so that every run counts by what it can tell."""
         noise = np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
@@ -173,12 +175,31 @@ class Measured:
         Measured
         """
         at, every = self.kept(most), self._every(most)
-        columns = ("x", "v", "a", "force", "current", "temperature", "fitted")
         return replace(
             self,
             starts=np.concatenate([[0], np.cumsum(-(-self.lengths // every))]),
             dt=self.dt * every,
-            **{name: getattr(self, name)[at] for name in columns},
+            **{name: getattr(self, name)[at] for name in _BY_SAMPLE},
+        )
+
+
+    def without_held_out(self) -> Measured:
+        """Leave out the samples that are held out.
+
+        Returns
+        -------
+        Measured
+            Of the runs that are fitted; of a run held out in part, its first samples.
+        """
+        lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
+        runs = lengths > 0
+        by_run = ("dt", "force_noise", "displacement_noise", "velocity_measured")
+        return replace(
+            self,
+            names=tuple(name for name, kept in zip(self.names, runs, strict=True) if kept),
+            starts=np.concatenate([[0], np.cumsum(lengths[runs])]),
+            **{name: getattr(self, name)[runs] for name in by_run},
+            **{name: getattr(self, name)[self.fitted] for name in _BY_SAMPLE},
         )
 
 

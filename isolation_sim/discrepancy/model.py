@@ -128,7 +128,9 @@ class Model:
 
     # trials far off may overflow: their cost tells
     @np.errstate(all="ignore")
-    def forces(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+    def forces(
+        self, values: NDArray, derivatives: bool, inner: NDArray | None = None
+    ) -> tuple[NDArray, NDArray]:
         """Modelled force of all samples, and its derivatives.
 
         Parameters
@@ -138,6 +140,8 @@ class Model:
         derivatives : bool
             Whether these are wanted: exact by the law's unknowns, differences by the effects'
             parameters.
+        inner : (n_samples,) array, optional
+            Force of the law before any effect, where it is known and no derivatives are wanted, N.
 
         Returns
         -------
@@ -147,7 +151,8 @@ class Model:
             No rows if they are not wanted.
         """
         law, own = values[: self.n_law], [values[s] for s in self.slices()]
-        inner, jacobian = self._law_force(law, own, derivatives)
+        if inner is None or derivatives:
+            inner, jacobian = self._law_force(law, own, derivatives)
         courses = [self._outer(stage, inner, p) for stage, p in zip(self.stages, own, strict=True)]
         force = _combined(inner, courses)
         if not derivatives:
@@ -191,8 +196,23 @@ class Model:
         changed[place] = self._outer(self.stages[place], inner, own[place])
         return _combined(inner, changed)
 
+    def law_force(self, values: NDArray) -> NDArray:
+        """Force of the law on the motion and the current that the effects let it see.
+
+        Parameters
+        ----------
+        values : (n_values,) array
+            As of ``forces``.
+
+        Returns
+        -------
+        (n_samples,) array
+            N, before any effect.
+        """
+        own = [values[s] for s in self.slices()]
+        return self._law_force(values[: self.n_law], own, False)[0]
+
     def _law_force(self, law: NDArray, own: list, derivatives: bool) -> tuple[NDArray, NDArray]:
-        """Force of the law on the motion and the current that the effects let it see."""
         motion = self.data.motion
         nothing = np.zeros(len(self.data.x))
         for stage, parameters in zip(self.stages, own, strict=True):
@@ -276,9 +296,10 @@ class Model:
             return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
 
         found = levenberg_marquardt(held, start, lower, upper, most, tolerance)
-        residual = self.residuals(found.x, False)[0]
-        cost = 0.5 * float(np.vdot(residual, residual))
-        return replace(found, cost=cost, jacobian=found.jacobian[:-n] if n else found.jacobian)
+        rows = len(found.residual) - n
+        residual = found.residual[:rows]
+        cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))
+        return replace(found, cost=cost, residual=residual, jacobian=found.jacobian[:rows])
 
 
 def _combined(inner: NDArray, courses: list) -> NDArray:

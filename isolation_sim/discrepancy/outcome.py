@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,17 +59,17 @@ class Outcome:
     chosen: NDArray
     notes: list[str]
 
-    @property
+    @cached_property
     def before(self) -> NDArray:
         """Force of the simulation that was judged, N."""
         if self.given is not None:
             return self.data.bounded(self.given)
-        return self.data.bounded(self.base.model.forces(self.base.values, False)[0])
+        return self.data.bounded(self.base.force)
 
-    @property
+    @cached_property
     def after(self) -> NDArray:
         """Force with all that was found, N."""
-        return self.data.bounded(self.final.model.forces(self.final.values, False)[0])
+        return self.data.bounded(self.final.force)
 
     def misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
         """Cost of a force above that of noise; by default where the outcome is judged."""

@@ -11,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from .candidates import Fitted, afresh, directions, fitted, noise_gain, try_all
+from .candidates import (
+    Fitted,
+    afresh,
+    directions,
+    fitted,
+    noise_gain,
+    shaped,
+    try_all,
+)
 from .terms import OUTSIDE
 from .zero import EACH_RUN
 
@@ -66,6 +74,7 @@ class Search:
     rounds: list[list[Fitted]] = field(default_factory=list)
     found: Fitted | None = None
     misfit: float = 0.0
+    _known: dict[tuple[Effect, ...], tuple[Fitted, list[Fitted]]] = field(default_factory=dict)
 
     def run(self, base: Fitted) -> Fitted:
         """Add effects as long as they help, then see whether each is still needed.
@@ -96,17 +105,20 @@ class Search:
         found = directions(base, left, self.noise, self.pool)
         threshold = max(SIGNIFICANT / 4, LEAST_PART * base.cost / 4)
         chosen = [d for d in found if d.gain / max(d.noise_gain, 1.0) > threshold][:most]
+        chosen = list(self.pool.map(lambda d: shaped(base, d, self.noise), chosen))
         return try_all(base, chosen, self.pool, self.advance)
 
     def extended(self, base: Fitted) -> Fitted | None:
         """Add the effect that helps most; None if none helps enough."""
         tried = self.candidates(base)
         self.rounds.append(tried)
+        self._known[base.effects] = base, tried
         # a form with more parameters has to earn them
         best = min(tried, key=self.penalised, default=base)
         term = self.outside(base, best)
         if term is not None:
-            self.rounds[-1] = sorted([*tried, term], key=lambda f: f.cost)
+            tried.append(term)
+            tried.sort(key=lambda f: f.cost)
             best = term
         return best if best is not base and self.helps(base, best) else None
 
@@ -145,15 +157,17 @@ class Search:
 
     def exchanged(self, model: Fitted) -> Fitted:
         """Replace effects found early by others where that is better now."""
-        for place in range(len(model.model.stages) - 1):
-            base = self.dropped(model, place)
-            tried = self.candidates(base, AGAIN)
+        for place in range(len(model.effects) - 1):
+            tried = self.rivals(model, place)[1]
             if tried and tried[0].cost < model.cost - SIGNIFICANT:
                 model = tried[0]
         return model
 
     def dropped(self, model: Fitted, place: int) -> Fitted:
         """Fit a model again without one of its effects."""
+        known = self._known.get(_without(model, place))
+        if known is not None:
+            return known[0]
         gone = model.model.slices()[place]
         values = np.delete(model.values, np.arange(gone.start, gone.stop))
         found = fitted(model.model.without(place), values)
@@ -177,18 +191,23 @@ class Search:
         rivals : list of Fitted
             With others as the last effect, the best first.
         """
-        without = self.dropped(model, place)
-        if len(model.model.stages) == 1:
-            return without, self.rounds[0]
-        return without, self.candidates(without, AGAIN)
+        effects = _without(model, place)
+        if effects not in self._known:
+            without = self.dropped(model, place)
+            self._known[effects] = without, self.candidates(without, AGAIN)
+        return self._known[effects]
 
     def reduced(self, model: Fitted) -> Fitted:
         """Leave out effects that are no longer needed."""
         place = 0
-        while place < len(model.model.stages):
+        while place < len(model.effects):
             without = self.dropped(model, place)
             if self.helps(without, model):
                 place += 1
             else:
                 model = without
         return model
+
+
+def _without(model: Fitted, place: int) -> tuple[Effect, ...]:
+    return model.effects[:place] + model.effects[place + 1 :]

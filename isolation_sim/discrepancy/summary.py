@@ -32,10 +32,8 @@ def intervals(final: Fitted) -> list[dict[str, Interval]]:
     list of dict of str to Interval
         One an effect; an interval ends at the parameter's bounds.
     """
-    model = final.model
-    residual, jacobian = model.residuals(final.values, True)
-    memory = correlation_time(residual, _starts_of_fitted(final))
-    return linear_intervals(model, final.values, residual, jacobian, memory)
+    memory = correlation_time(final.residual, _starts_of_fitted(final))
+    return linear_intervals(final.model, final.values, final.residual, final.jacobian, memory)
 
 
 def linear_intervals(
@@ -134,12 +132,12 @@ def p_value(without: Fitted, given: Fitted, noise: NDArray, tried: int) -> float
     float
         From the chi-squared distribution, times ``tried``; 1 at most.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     inflation = noise_gain(given.residual - without.residual, noise)
     gain = max(without.cost - given.cost, 0.0) / max(inflation, 1.0)
     freedom = max(len(given.values) - len(without.values), 1)
-    return float(min(1.0, tried * chi2.sf(gain, freedom)))
+    return float(min(1.0, tried * chdtrc(freedom, gain)))
 
 
 def confusable(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +24,7 @@ from .run_table import TestRun
 from .sensitivities import Motion, Simulator
 from .unknowns import Unknowns
 from .velocity import smooth
+from .workers import workers
 
 _FAR_ABOVE = 3.0
 """Residual over the forces' noise that a law is noted for: the motion's noise makes up to two."""
@@ -114,7 +113,7 @@ def fit(
         return found
 
     unknowns = rough.unknowns
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with workers(threads) as pool:
         begin = promising(unknowns, search_steady, pool, starts, seed)
         found = different(pool.map(lambda start: search(unknowns, start), begin))
     if not found:

@@ -28,8 +28,10 @@ class Optimum:
         Parameters.
     cost : float
         Half the sum of squared residuals.
+    residual : (n_residuals,) array
+        Residuals there.
     jacobian : (n_residuals, n) array
-        Derivatives of the residuals there.
+        Their derivatives.
     iterations : int
         Steps tried.
     converged : bool
@@ -38,6 +40,7 @@ class Optimum:
 
     x: NDArray
     cost: float
+    residual: NDArray
     jacobian: NDArray
     iterations: int
     converged: bool
@@ -89,7 +92,7 @@ def levenberg_marquardt(
         with np.errstate(over="ignore", invalid="ignore"):
             curvature = jacobian.T @ jacobian
         if not (isfinite(cost) and np.isfinite(curvature).all()):
-            return Optimum(x, np.inf, jacobian, iteration, False)
+            return Optimum(x, np.inf, residual, jacobian, iteration, False)
         norm = np.sqrt(curvature.diagonal())
         norm[norm == 0] = 1.0
         curvature = curvature / norm / norm[:, np.newaxis]
@@ -97,13 +100,13 @@ def levenberg_marquardt(
         below, above = (lower - x) * norm, (upper - x) * norm
         free = ((below < 0) | (gradient <= 0)) & ((above > 0) | (gradient >= 0))
         if not free.any():
-            return Optimum(x, cost, jacobian, iteration, True)
+            return Optimum(x, cost, residual, jacobian, iteration, True)
         hopeful = eager
         while True:
             step, clipped = _step(gradient, curvature, free, damping, below, above)
             predicted = -float((gradient + 0.5 * (curvature @ step)) @ step)
             if predicted <= tolerance * cost and not clipped:
-                return Optimum(x, cost, jacobian, iteration, True)
+                return Optimum(x, cost, residual, jacobian, iteration, True)
             gain = -1.0
             if predicted > 0:
                 trial = np.minimum(np.maximum(x + step / norm, lower), upper)
@@ -115,14 +118,14 @@ def levenberg_marquardt(
             hopeful = False
             damping, growth = damping * growth, growth * 2
             if damping > 1e12:
-                return Optimum(x, cost, jacobian, iteration, True)
+                return Optimum(x, cost, residual, jacobian, iteration, True)
         small = cost - new_cost <= tolerance * cost and not clipped
         x, cost = trial, new_cost
         residual, jacobian = (new_residual, new_jacobian) if hopeful else problem(x, True)
         damping, growth = damping * max(1 / 3, 1 - (2 * gain - 1) ** 3), 2.0
         if small:
-            return Optimum(x, cost, jacobian, iteration, True)
-    return Optimum(x, cost, jacobian, most, False)
+            return Optimum(x, cost, residual, jacobian, iteration, True)
+    return Optimum(x, cost, residual, jacobian, most, False)
 
 
 def _step(

@@ -194,15 +194,28 @@ def _parse(path: str | Path, lines: list[str]) -> tuple[list[str], np.ndarray, l
     names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
     used = [k for k, name in enumerate(names) if name in _COLUMNS]
     table = np.zeros((len(rows), len(names)))
-    for i, row in enumerate(rows):
-        place = f"{path}, line {line_numbers[i + 1]}"
+    try:
+        table[:, used] = [[float(row[k]) for k in used] for row in rows]
+        right = all(len(row) == len(names) for row in rows) and bool(np.isfinite(table).all())
+    except (ValueError, IndexError):
+        right = False
+    if not right:
+        _refuse_cells(path, names, rows, line_numbers[1:], used)
+    return names, table, line_numbers
+
+
+def _refuse_cells(
+    path: str | Path, names: list[str], rows: list[list[str]], lines: list[int], used: list[int]
+) -> None:
+    """Name the first row or cell that is wrong."""
+    for row, line in zip(rows, lines, strict=True):
+        place = f"{path}, line {line}"
         if len(row) != len(names):
             raise InputError(
                 f"{place}: {len(row)} cells; accepted: {len(names)}, one a column of the header"
             )
         for k in used:
-            table[i, k] = parse_number(row[k], f"{place}, column {names[k]}")
-    return names, table, line_numbers
+            parse_number(row[k], f"{place}, column {names[k]}")
 
 
 def _recognised(names: list[str], place: str) -> dict[str, int]:

@@ -116,11 +116,12 @@ def _about(
     power = terms**2
     noise = float(np.median(power[power.size // 2 :])) / _MEDIAN_OF_SQUARE
     omega = np.pi * np.arange(1, n - 1) / (n - 1)
-    best, least = np.inf, noise * float(np.sum(omega**2))
+    by_velocity, sharp = omega**2, omega**_POWER
+    signal, random = by_velocity * (power - noise), by_velocity * noise
+    best, least = np.inf, float(np.sum(random))
     for cut_off in np.geomspace(omega[0], omega[-1], _CUT_OFFS):
-        passed = 1 / (1 + (omega / cut_off) ** _POWER)
-        wrong = (1 - passed) ** 2 * (power - noise) + passed**2 * noise
-        risk = float(np.sum(omega**2 * wrong))
+        passed = 1 / (1 + sharp / cut_off**_POWER)
+        risk = float((1 - passed) ** 2 @ signal + passed**2 @ random)
         if risk < least:
             best, least = float(cut_off), risk
     passed = 1 / (1 + (omega / best) ** _POWER)
