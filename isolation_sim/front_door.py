@@ -185,7 +185,7 @@ def diagnose(
     InputError
         If the data cannot be read, a name is unknown, or the law cannot be fitted.
     """
-    from .discrepancy.building_record import read_building_record
+    from .discrepancy.building import diagnose_building, read_building_record
     from .discrepancy.diagnose import diagnose as of_device
     from .discrepancy.diagnose import kind_of
     from .scenario import Scenario
@@ -203,8 +203,6 @@ def diagnose(
         found = of_device(data, law, parameters, **options)  # type: ignore[arg-type]
         scenario = Scenario() if scenario is None else scenario
     else:
-        from .discrepancy.building import diagnose_building
-
         if scenario is None:
             raise InputError(
                 f"{paths[0]}: a building record needs the building; accepted: --scenario with a "

@@ -11,7 +11,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import chain
 from pathlib import Path
@@ -35,17 +35,53 @@ def cases(share: float) -> list[Any]:
     """
     from tests.blind import cases as blind
 
-    def part(every: Iterator[Any]) -> list[Any]:
-        listed = list(every)
-        return listed[:: max(1, round(1 / share))]
-
-    return list(
-        chain(
-            part(blind.singles()), part(blind.clean(CLEAN)), part(blind.outside()),
-            part(blind.several(2, PAIRS)), part(blind.several(3, TRIPLES)),
-            part(blind.wrong_law(WRONG)),
-        )
+    kinds = (
+        blind.singles(), blind.clean(CLEAN), blind.outside(), blind.several(2, PAIRS),
+        blind.several(3, TRIPLES), blind.wrong_law(WRONG),
     )  # fmt: skip
+    return list(chain.from_iterable(part(kind, share) for kind in kinds))
+
+
+def part(kind: Iterable[Any], share: float) -> list[Any]:
+    """Take every so many cases.
+
+    Parameters
+    ----------
+    kind : iterable of object
+        Cases.
+    share : float
+        Of them, 0 to 1.
+
+    Returns
+    -------
+    list of object
+    """
+    return list(kind)[:: max(1, round(1 / share))]
+
+
+def diagnosed(listed: Sequence[Any], scored: Callable[[Any], Any]) -> tuple[list[Any], float]:
+    """Diagnose cases on all processors.
+
+    Parameters
+    ----------
+    listed : sequence of object
+        Cases.
+    scored : callable
+        Diagnoses one.
+
+    Returns
+    -------
+    results : list of object
+    seconds : float
+        Wall time a case.
+    """
+    from rich.progress import track
+
+    begin = time.perf_counter()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        results = list(track(pool.map(scored, listed), "diagnosing", total=len(listed)))
+    return results, (time.perf_counter() - begin) / len(listed)
 
 
 def scored(case: Any) -> Any:
@@ -79,20 +115,14 @@ def main(share: float = 1.0) -> None:
     share : float
         Of the cases, 0 to 1.
     """
-    from rich.progress import track
-
     from isolation_sim.results import write_text
     from tests.blind.score import confusion_table, median_held_out_ratio, rates
 
-    listed, begin = cases(share), time.perf_counter()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        results = list(track(pool.map(scored, listed), "diagnosing", total=len(listed)))
+    results, seconds = diagnosed(cases(share), scored)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     ratio = median_held_out_ratio(results)
     lines.append(f"- held-out error over that of the true form, median: {ratio:.3f}")
-    spent = (time.perf_counter() - begin) / len(listed)
-    lines.append(f"- {len(listed)} campaigns, {spent:.1f} s each")
+    lines.append(f"- {len(results)} campaigns, {seconds:.1f} s each")
     RESULTS.mkdir(parents=True, exist_ok=True)
     write_text("\n".join(lines) + "\n", RESULTS / "rates.md")
     write_text(confusion_table(results) + "\n", RESULTS / "confusion.md")

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building_record import BuildingRecord, read_building_record
+from isolation_sim.discrepancy.building import BuildingRecord, read_building_record
 from isolation_sim.discrepancy.campaign_diagnosis import diagnose_campaign
 from isolation_sim.discrepancy.diagnosis import Diagnosis
 from isolation_sim.identification.campaign import Campaign, TestRun

@@ -185,6 +185,24 @@ def _rates(s, ground, current, peak, cracked, m, k, isolator, scalars, storey, o
 
 
 @njit
+def _asked(command, moment, limit):
+    """What the supply is asked for at a moment (in samples), limited, linear between samples."""
+    moment = min(max(moment, 0.0), command.size - 1.0)
+    whole = min(int(moment), command.size - 2)
+    return min(command[whole] + (moment - whole) * (command[whole + 1] - command[whole]), limit)
+
+
+@njit
+def _supplied(current, begin, end, duration, lag, slew):
+    """Current at the end of a time in which what is asked for goes straight from one to another."""
+    wanted = end
+    if lag > 0:
+        trail = (end - begin) / duration * lag
+        wanted = end - trail + (current - begin + trail) * np.exp(-duration / lag)
+    return current + min(max(wanted - current, -slew * duration), slew * duration)
+
+
+@njit
 def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
     n, samples = m.size, ground.size
     size = 2 * (n + 3) + 1
@@ -192,7 +210,8 @@ def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
     s, trial, total = np.zeros(size), np.zeros(size), np.zeros(size)
     rate, acceleration = np.zeros(size), np.zeros(n + 1)
     accelerations, deformation = np.zeros((n + 1, samples)), np.zeros(samples)
-    v0, current, target, peak = n + 3, command[0], 0.0, 0.0
+    v0, target, peak = n + 3, 0.0, 0.0
+    currents = np.full(3, min(command[0], scalars[13]))
     # a crack without a threshold has been there before the record
     cracked = scalars[5] == 0.0
     for j in range(samples):
@@ -204,15 +223,15 @@ def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
             move = RAMP / RATE
             command[j + 1] = command[j] + min(max(target - command[j], -move), move)
         for sub in range(SUBSTEPS):
-            # what the supply is asked for, late and limited, linear between samples
-            moment = max(j + (sub + 0.5) / SUBSTEPS - delay, 0.0)
-            whole = int(moment)
-            following = command[min(whole + 1, samples - 1)]
-            wanted = command[whole] + (moment - whole) * (following - command[whole])
-            step = min(wanted, scalars[13]) - current
-            if scalars[12] > 0:
-                step *= 1 - np.exp(-h / scalars[12])
-            current += min(max(step, -scalars[14] * h), scalars[14] * h)
+            # the current at the substep's start, middle and end
+            currents[0] = currents[2]
+            for half in range(2):
+                moment = j + (sub + half / 2) / SUBSTEPS - delay
+                begin = _asked(command, moment, scalars[13])
+                end = _asked(command, moment + 0.5 / SUBSTEPS, scalars[13])
+                currents[half + 1] = _supplied(
+                    currents[half], begin, end, h / 2, scalars[12], scalars[14]
+                )
             x = s[0] - s[n + 1] - HEIGHT * s[n + 2]
             peak = max(abs(x), peak * np.exp(-h / scalars[9]))
             if storey > 0 and not cracked:
@@ -225,8 +244,8 @@ def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
                 g = ground[j] + (after - ground[j]) * (sub + part) / SUBSTEPS
                 trial[:] = s + part * h * rate if stage > 0 else s
                 _rates(
-                    trial, g, current, peak, cracked, m, k, isolator, scalars, storey, rate,
-                    acceleration,
+                    trial, g, currents[(stage + 1) // 2], peak, cracked, m, k, isolator, scalars,
+                    storey, rate, acceleration,
                 )  # fmt: skip
                 if stage == 0 and sub == 0:
                     accelerations[:, j] = acceleration

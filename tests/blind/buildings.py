@@ -1,14 +1,15 @@
-"""Building records with one hidden fault, in the record format; what the engineer is told of it.
+"""Building records with hidden faults, in the record format; what the engineer is told of them.
 
 The recorded current is the command. The description that goes with the record is the nominal
-building (TOML), in which the fault is absent. The size of a fault is the misfit of the nominal
-building under the recorded ground and command: RMS over RMS, mean over the channels.
+building (TOML), in which the faults are absent. The size of a fault is the misfit of the nominal
+building under the recorded ground and command, were it alone: RMS over RMS, mean over the channels.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ CHANNELS = (
 )
 ISOLATOR = ("k", "c", "alpha", "A", "beta", "gamma", "n")
 DAMPING_RATIO = 0.02
+SENSOR = "sensor_bias"
 
 
 def nominal_building(seed: int) -> Building:
@@ -144,7 +146,7 @@ def faults(seed: int) -> list[Fault]:
         fixed = {"wall_gap": gap, "wall_power": power, "wall_loss": about(rng, 0.5)}
         add("moat_impact", form, 10.0, lambda s, f=fixed, k=stiffness: f | {"wall": s * k})
     for form, drifting in (("offset", False), ("drift", True)):
-        made.append(Fault("sensor_bias", form, 10.0, reading=_biased(sensor, drifting)))
+        made.append(Fault(SENSOR, form, 10.0, reading=_biased(sensor, drifting)))
     return made
 
 
@@ -157,8 +159,8 @@ class Record:
     channels: np.ndarray
     current: np.ndarray
     nominal: Building
-    fault: Fault | None
-    strength: float
+    faults: tuple[Fault, ...]
+    strengths: tuple[float, ...]
     size: float
 
     def write(self, folder: Path) -> Path:
@@ -201,27 +203,31 @@ def misfit(nominal: Building, ground: np.ndarray, current: np.ndarray, channels)
 
 
 def make_record(
-    seed: int, fault: Fault | None = None, size: float = 0.0, noise: float = 0.01
+    seed: int, hidden: Sequence[Fault] = (), size: float = 0.0, noise: float = 0.01
 ) -> Record:
-    """A record whose fault makes a misfit of ``size``; noise as a share of each channel's RMS.
+    """A record whose faults each make a misfit of ``size``, or what their limit lets them make.
 
-    ``ValueError`` where the fault's limit does not reach the size.
+    Noise is a share of each channel's RMS. One fault at most may be a sensor's.
     """
     nominal, ground = nominal_building(seed), ground_motion(seed)
 
-    def run(strength: float) -> tuple[Response, np.ndarray]:
-        if fault is None or strength == 0:
-            response = nominal.respond(ground)
-            return response, response.channels
-        response = fault.change(nominal, strength).respond(ground)
-        return response, fault.reading(response, strength)
+    def run(faults: Sequence[Fault], strengths: Sequence[float]) -> tuple[Response, np.ndarray]:
+        building = nominal
+        for fault, strength in zip(faults, strengths, strict=True):
+            building = fault.change(building, strength)
+        response = building.respond(ground)
+        channels = response.channels
+        for fault, strength in zip(faults, strengths, strict=True):
+            if fault.name == SENSOR:
+                channels = fault.reading(response, strength)
+        return response, channels
 
-    def reached(strength: float) -> float:
-        response, channels = run(strength)
+    def reached(fault: Fault, strength: float) -> float:
+        response, channels = run([fault], [strength])
         return misfit(nominal, ground, response.current, channels)
 
-    strength = _strength(reached, size, fault.limit) if fault is not None else 0.0
-    response, channels = run(strength)
+    strengths = tuple(_strength(partial(reached, fault), size, fault.limit) for fault in hidden)
+    response, channels = run(hidden, strengths)
     rng = np.random.default_rng([seed, 43])
     level = np.sqrt(np.mean(channels**2, axis=1, keepdims=True))
     return Record(
@@ -230,18 +236,18 @@ def make_record(
         channels=channels + noise * level * rng.standard_normal(channels.shape),
         current=response.current,
         nominal=nominal,
-        fault=fault,
-        strength=strength,
+        faults=tuple(hidden),
+        strengths=strengths,
         size=misfit(nominal, ground, response.current, channels),
     )
 
 
 def _strength(reached: Callable[[float], float], size: float, limit: float) -> float:
-    """Smallest strength on a ladder that reaches the size, refined where it is smooth."""
+    """Smallest strength on a ladder that reaches the size, refined; the limit if none does."""
     ladder = limit * np.geomspace(1e-3, 1.0, 9)
     below = 0.0
     for strength in ladder:
         if reached(strength) >= size:
             return float(brentq(lambda s: reached(s) - size, below, strength, xtol=1e-2 * strength))
         below = float(strength)
-    raise ValueError(f"no strength up to {limit} makes a misfit of {size}")
+    return limit

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .building_record import BuildingRecord
+from ..checks import clipped
+from .record import BuildingRecord
 
 _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
@@ -27,8 +27,8 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     found = []
     signals = {"ground_acceleration_m_s2": record.ground.acceleration, **record.response}
     for name, values in signals.items():
-        n_flat = _longest_at_peak(values)
-        if n_flat >= 5:
+        n_flat = clipped(values)
+        if n_flat:
             found.append(f"{name} stays at its peak for {n_flat} samples: clipped?")
         start = np.sqrt(np.mean(values[: max(len(values) // 100, 8)] ** 2))
         if start > 0.3 * np.sqrt(np.mean(values**2)):
@@ -45,15 +45,6 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
             f"the isolators' displacement is {1e3 * abs(lag):.0f} ms {late} the accelerations"
         )
     return tuple(found)
-
-
-def _longest_at_peak(values: NDArray) -> int:
-    longest = 0
-    for peak in (values.max(), values.min()):
-        at = np.concatenate([[False], values == peak, [False]])
-        edges = np.flatnonzero(np.diff(at.astype(int)))
-        longest = max(longest, int(np.max(edges[1::2] - edges[::2])))
-    return longest
 
 
 def _against_displacement(record: BuildingRecord) -> tuple[float, float]:

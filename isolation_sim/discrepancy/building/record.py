@@ -15,7 +15,7 @@ from ground_motions import GroundMotionError, Record
 from ground_motions.readers.lines import parse_number, read_lines
 from ground_motions.readers.time_column import uniform_step
 
-from ..errors import InputError
+from ...errors import InputError
 
 MINIMUM_SAMPLES = 64
 DISPLACEMENT = "isolator_displacement_m"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..effects import Effect, EffectParameter, Signals, effect
+from ...effects import Effect, EffectParameter, Signals, effect
 
 _SPEED = 0.1
 """m/s: at which a damper's force is told."""

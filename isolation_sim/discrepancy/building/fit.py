@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..identification.least_squares import Optimum, levenberg_marquardt
-from .building_causes import Candidate, Parameter, Values
-from .building_model import BuildingModel
-from .building_noise import NoiseFloor, Part, make_part, noise_floor
-from .building_record import BuildingRecord
+from ...errors import InputError
+from ...identification.least_squares import Optimum, levenberg_marquardt
+from .causes import Candidate, Parameter, Values
+from .model import BuildingModel
+from .noise import NoiseFloor, Part, make_part, noise_floor
+from .record import BuildingRecord
 
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; what comes later is held out."""
@@ -108,6 +108,8 @@ class Comparison:
         Noise of each.
     fitted, held_out : tuple of Part
         What is fitted and what judges.
+    model_error : float
+        Error to be expected of any model, as ``make_part`` takes it.
     """
 
     model: BuildingModel
@@ -115,9 +117,12 @@ class Comparison:
     floors: tuple[NoiseFloor, ...]
     fitted: tuple[Part, ...]
     held_out: tuple[Part, ...]
+    model_error: float = 0.0
     _kept: dict = field(default_factory=dict)
 
-    def residual(self, found: Found, record: BuildingRecord) -> NDArray:
+    def residual(
+        self, found: Found, record: BuildingRecord, end: int | None = None
+    ) -> NDArray:
         """Measured less predicted.
 
         Parameters
@@ -126,6 +131,8 @@ class Comparison:
             Causes in the model.
         record : BuildingRecord
             One of the records.
+        end : int, optional
+            Sample before which to stop; all of the record by default.
 
         Returns
         -------
@@ -133,13 +140,33 @@ class Comparison:
             In the channels' units.
         """
         model = with_causes(self.model, found)
+        end = len(record.ground) if end is None else end
         # most of what changes between two calls is a sensor's error, which needs no simulation
-        key = (record.name, *((c, v) for c, v in found if not c.of_sensor))
+        key = (record.name, end, *((c, v) for c, v in found if not c.of_sensor))
         if key not in self._kept:
             if len(self._kept) > 64:
                 self._kept.clear()
-            self._kept[key] = _simulated(model, record)
-        return record.values - self._kept[key] - model.bias(record)
+            self._kept[key] = _simulated(model, record, end)
+        return (record.values - model.bias(record))[:end] - self._kept[key]
+
+    def expecting(self, model_error: float) -> Comparison:
+        """Weigh the same data by another error to be expected of any model.
+
+        Parameters
+        ----------
+        model_error : float
+            As ``make_part`` takes it.
+
+        Returns
+        -------
+        Comparison
+        """
+        floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
+        fitted, held_out = (
+            tuple(make_part(p.record, p.samples, floors[p.record.name], model_error) for p in parts)
+            for parts in (self.fitted, self.held_out)
+        )
+        return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
 
     def judged(self, found: Found, optimum: Optimum | None = None) -> Outcome:
         """Weighted residuals of all parts.
@@ -207,12 +234,19 @@ class Comparison:
         return self.judged(put(optimum.x), optimum)
 
     def _whitened(self, found: Found, parts: Sequence[Part]) -> tuple[NDArray, ...]:
-        residuals = {p.record.name: self.residual(found, p.record) for p in parts}
+        # a lone record's later part is not simulated while its earlier part is fitted
+        ends = {p.record.name: p.samples.indices(len(p.record.ground))[1] for p in parts}
+        residuals = {
+            p.record.name: self.residual(found, p.record, ends[p.record.name]) for p in parts
+        }
         return tuple(part.whitened(residuals[part.record.name]) for part in parts)
 
 
 def compare_records(
-    model: BuildingModel, records: Sequence[BuildingRecord], found: Found = ()
+    model: BuildingModel,
+    records: Sequence[BuildingRecord],
+    found: Found = (),
+    model_error: float = 0.0,
 ) -> Comparison:
     """Estimate the noise of records and divide them into what is fitted and what judges.
 
@@ -225,6 +259,8 @@ def compare_records(
         part, after 60 % of its energy.
     found : tuple of (Candidate, tuple of float)
         Causes known so far, for the noise.
+    model_error : float
+        Error to be expected of any model, as ``make_part`` takes it.
 
     Returns
     -------
@@ -257,13 +293,13 @@ def compare_records(
         n = len(record.ground)
         if len(records) == 1:
             middle = split(record)
-            fitted.append(make_part(record, slice(0, middle), floor))
-            held_out.append(make_part(record, slice(middle, n), floor))
+            fitted.append(make_part(record, slice(0, middle), floor, model_error))
+            held_out.append(make_part(record, slice(middle, n), floor, model_error))
         else:
             (held_out if record.name in out else fitted).append(
-                make_part(record, slice(0, n), floor)
+                make_part(record, slice(0, n), floor, model_error)
             )
-    return Comparison(model, records, floors, tuple(fitted), tuple(held_out))
+    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error)
 
 
 def split(record: BuildingRecord) -> int:
@@ -344,13 +380,13 @@ def values_of(parameters: Sequence[Parameter], x: NDArray) -> list[float]:
     ]
 
 
-def _simulated(model: BuildingModel, record: BuildingRecord) -> NDArray:
+def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArray:
     try:
-        return model.simulated(record)
+        return model.simulated(record, end=end)
     except InputError:
         # a step of the fit into numbers that no building has, such as a device that runs away;
         # the engineer's own model has been simulated before
-        return np.full((len(record.ground), len(record.channels)), np.nan)
+        return np.full((end, len(record.channels)), np.nan)
 
 
 def _square(parts: Sequence[NDArray]) -> float:

@@ -7,25 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..structures import IsolatedStructure
-from .building_checks import record_problems
-from .building_evidence import (
-    dependences,
-    depends_on,
-    evidence,
-    gain_interval,
-    intervals,
-    next_test,
-    pooled,
-    relative_errors,
-    relative_noise,
-)
-from .building_fit import Comparison, compare_records, with_causes
-from .building_model import building_model
-from .building_noise import Part
-from .building_record import BuildingRecord
-from .building_selection import MOST_CAUSES, Selection, adequacy, removed_share, select
-from .diagnosis import Cause, Diagnosis, Errors, Step, Verdict
+from ...structures import IsolatedStructure
+from ..diagnosis import Cause, Diagnosis, Errors, Step, Verdict
+from .checks import record_problems
+from .errors import gain_interval, pooled, relative_errors, relative_noise
+from .evidence import dependences, depends_on, evidence, intervals, next_test
+from .fit import Comparison, compare_records, with_causes
+from .model import building_model
+from .noise import Part
+from .record import BuildingRecord
+from .selection import MOST_CAUSES, Selection, adequacy, removed_share, select
 
 MISFIT_LEVEL = 0.005
 """Chance of calling a model inadequate that is not."""
@@ -94,7 +85,7 @@ def diagnose_building(
         label: adequacy(final.fitted + final.held_out, outcome.fitted + outcome.held_out)
         for label, outcome in (("before", before), ("after", after))
     }
-    removed = removed_share(before, after)
+    removed = removed_share(final.held_out, before.held_out, after.held_out)
     numbers = intervals(after)
     causes = [
         Cause(
@@ -124,8 +115,8 @@ def diagnose_building(
         next_test=next_test(selection),
         steps=_steps(comparison, selection, shares, chance),
         extended=model.device if model.effects else None,
-        gain=gain_interval(selection) if causes else None,
-        details={"adequacy_p_value": chance},
+        gain=gain_interval(final, before, after) if causes else None,
+        details={"adequacy_p_value": chance, "expected_model_error": final.model_error},
         building=model.assembled(),
     )
 
@@ -210,7 +201,8 @@ def _noise_step(comparison: Comparison) -> Step:
     return Step(
         "Noise floor",
         f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
-        f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}.",
+        f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. Even the best model "
+        f"is expected to miss {100 * comparison.model_error:.2g} % of what was measured.",
         ("record", "channel", "sensor", "with the ground's", "% of RMS"),
         rows,
     )

@@ -11,16 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.building import diagnose_building
-from isolation_sim.discrepancy.building_evidence import intervals
-from isolation_sim.discrepancy.building_fit import compare_records, split
-from isolation_sim.discrepancy.building_model import GROUND, Soil, building_model, shear_stiffness
-from isolation_sim.discrepancy.building_noise import cell_means, noise_floor, white_noise
-from isolation_sim.discrepancy.building_record import BuildingRecord
-from isolation_sim.discrepancy.building_selection import adequacy
+from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.errors import excess_error
+from isolation_sim.discrepancy.building.evidence import intervals
+from isolation_sim.discrepancy.building.fit import compare_records, split
+from isolation_sim.discrepancy.building.model import GROUND, Soil, building_model, shear_stiffness
+from isolation_sim.discrepancy.building.noise import cell_means, noise_floor, white_noise
+from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.selection import adequacy, select
 from isolation_sim.errors import InputError
 
 NOISE = 0.01
@@ -107,7 +110,8 @@ def test_residuals_of_noise_alone_are_white(isolated):
     # a little less than 1: no calibration is believed to be perfect
     assert 0.75 < nominal.variance < 1.1
     part, whitened = comparison.held_out[0], nominal.held_out[0]
-    assert np.all(np.abs(cell_means(whitened) - part.expected) < 6 * part.spread)
+    ratios = np.log(cell_means(whitened) / part.expected)
+    assert np.all(np.abs(ratios) < 6 * np.log(part.noise_cells).std(axis=0))
     # twice the noise is no longer what was expected
     assert adequacy([part], [2 * whitened]) < 1e-3 < adequacy([part], [whitened])
 
@@ -140,6 +144,56 @@ def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
         1 - numbers["loss"].value,
     )
     assert json.loads(diagnosis.to_json())["causes"][0]["parameters"]["storey"]["value"] == storey
+
+
+def _swaying(record, share, seed=0):
+    """Every channel moved by something that no cause explains: slow noise of its own."""
+    low = butter(2, [0.3, 3.0], "bandpass", fs=1 / record.ground.dt, output="sos")
+    noise = np.random.default_rng(seed).standard_normal((len(record.ground), len(CHANNELS)))
+    moved = sosfiltfilt(low, noise, axis=0)
+    moved *= share * np.sqrt(np.mean(record.values**2, axis=0) / np.mean(moved**2, axis=0))
+    return replace(record, response=dict(zip(CHANNELS, (record.values + moved).T, strict=True)))
+
+
+def test_what_no_cause_explains_is_blamed_on_none(isolated):
+    diagnosis = diagnose_building(_swaying(_record(isolated, seed=6), 0.1), isolated)
+    assert diagnosis.verdict == "unexplained"
+    assert diagnosis.causes == () and diagnosis.unexplained_share == 1.0
+    assert diagnosis.error_before == diagnosis.error_after
+
+
+def test_a_cause_stands_out_from_what_no_cause_explains(isolated):
+    record = _swaying(_record(isolated, _heavier(0.5), seed=7), 0.1)
+    selection = select(compare_records(building_model(isolated, [record]), [record]))
+    assert [cause.name for cause, _ in selection.after.found] == ["base_mass_error"]
+    assert selection.after.found[0][1][0] == pytest.approx(0.5, abs=0.1)
+    # the search was repeated, expecting of every model no less than the best one leaves
+    left = excess_error(selection.comparison, selection.after)
+    assert 0.1 < left < 2 * selection.comparison.model_error
+
+
+def test_error_beyond_the_noise_is_that_which_was_put_in(isolated):
+    record = _record(isolated, seed=8)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    assert excess_error(comparison, comparison.judged(())) < 0.01
+    moved = replace(comparison, records=(_swaying(record, 0.1),), _kept={})
+    parts = tuple(replace(part, record=moved.records[0]) for part in comparison.held_out)
+    moved = replace(moved, held_out=parts)
+    part = parts[0]
+    added = (moved.records[0].values - record.values)[part.samples]
+    expected = np.sqrt(np.mean(np.mean(added**2, axis=0) / part.rms**2))
+    assert excess_error(moved, moved.judged(())) == pytest.approx(expected, rel=0.05)
+
+
+def test_halves_tell_where_a_residual_is(isolated):
+    record = _record(isolated, seed=9)
+    part = compare_records(building_model(isolated, [record]), [record]).fitted[0]
+    residual = np.zeros_like(record.values)
+    for place, first in ((20, True), (part.samples.stop - 20, False)):
+        residual[:] = 0.0
+        residual[place] = record.values.std(axis=0)
+        early, late = part.halves(part.whitened(residual))
+        assert (early > 5 * late) if first else (late > 5 * early)
 
 
 def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
@@ -179,8 +233,6 @@ def test_intervals_are_those_of_a_linear_fit(isolated):
     """A constant bias is a mean: its interval is known in closed form."""
     record = _record(isolated, seed=4)
     comparison = compare_records(building_model(isolated, [record]), [record])
-    from isolation_sim.discrepancy.building_causes import candidates
-
     bias = next(
         c for c in candidates(comparison.model, [record])
         if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"

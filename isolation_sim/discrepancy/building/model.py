@@ -14,14 +14,14 @@ from controllers.open_loop import OpenLoop
 from controllers.passive_off import PassiveOff
 from ground_motions import Record
 
-from ..effects import Effect, extend
-from ..errors import Diverged, InputError
-from ..laws import Device
-from ..simulation.control import CoilDriver
-from ..simulation.run import simulate
-from ..structures import IsolatedStructure, Structure
-from .building_effects import ISOLATOR_EFFECTS, absent
-from .building_record import DISPLACEMENT, BuildingRecord
+from ...effects import Effect, extend
+from ...errors import Diverged, InputError
+from ...laws import Device
+from ...simulation.control import CoilDriver
+from ...simulation.run import simulate
+from ...structures import IsolatedStructure, Structure
+from .effects import ISOLATOR_EFFECTS, absent
+from .record import DISPLACEMENT, BuildingRecord
 
 GROUND = "ground_acceleration_m_s2"
 FOUNDATION = "foundation"
@@ -131,7 +131,9 @@ class BuildingModel:
         """
         return self.simulated(record, ground) + self.bias(record)
 
-    def simulated(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
+    def simulated(
+        self, record: BuildingRecord, ground: Record | None = None, end: int | None = None
+    ) -> NDArray:
         """Simulate the building's motion, without the errors of its sensors; see ``predict``.
 
         Parameters
@@ -140,15 +142,19 @@ class BuildingModel:
             Ground motion and current.
         ground : Record, optional
             Another ground motion, m/s^2, on the same samples.
+        end : int, optional
+            Sample before which to stop; all of the record by default.
 
         Returns
         -------
         numpy.ndarray, shape (n, n_channels)
+            Up to the end.
         """
         motion = record.ground if ground is None else ground
         if GROUND in self.biases:
             error = _legendre(self.biases[GROUND], len(motion))
             motion = replace(motion, acceleration=motion.acceleration - error)
+        motion = replace(motion, acceleration=motion.acceleration[:end])
         isolated = self.assembled()
         driver = CoilDriver()
         if record.current is not None and (self.lag or np.isfinite(self.slew)):

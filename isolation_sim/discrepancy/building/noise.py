@@ -16,9 +16,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..structures import IsolatedStructure
-from .building_model import BuildingModel
-from .building_record import BuildingRecord
+from ...structures import IsolatedStructure
+from .model import BuildingModel
+from .record import BuildingRecord
 
 LEAST_NOISE = 1e-3
 """No sensor is believed to be better than this share of the RMS that it shows."""
@@ -43,18 +43,16 @@ class Part:
         The building's band.
     whitening : numpy.ndarray, shape (n_frequencies, n_channels, n_channels)
         Turns Fourier coefficients of residuals into uncorrelated ones of unit variance.
-    expected : numpy.ndarray, shape (n_cells,)
-        Mean square that noise alone leaves in each cell, a channel's residual in a band.
-    spread : numpy.ndarray, shape (n_cells,)
-        Standard deviation of that.
+    noise_cells : numpy.ndarray, shape (n_examples, n_cells)
+        Mean square that examples of noise alone leave in each cell, a channel's residual in a
+        band.
     """
 
     record: BuildingRecord
     samples: slice
     frequencies: NDArray
     whitening: NDArray
-    expected: NDArray
-    spread: NDArray
+    noise_cells: NDArray
 
     def whitened(self, residual: NDArray) -> NDArray:
         """Weight a residual.
@@ -71,10 +69,44 @@ class Part:
         """
         return _whitened(residual[self.samples], self.whitening)
 
+    def halves(self, whitened: NDArray) -> NDArray:
+        """Tell where in its time a weighted residual is.
+
+        Parameters
+        ----------
+        whitened : numpy.ndarray, shape (n_frequencies, n_channels, 2)
+            As ``whitened`` returns it.
+
+        Returns
+        -------
+        numpy.ndarray, shape (2,)
+            Mean square before and after half of the measured energy.
+        """
+        measured = self.record.values[self.samples] / self.rms
+        energy = np.cumsum((measured**2).sum(axis=1))
+        middle = int(np.clip(np.searchsorted(energy, energy[-1] / 2), 1, len(energy) - 1))
+        course = np.fft.irfft(whitened[..., 0] + 1j * whitened[..., 1], len(energy), axis=0)
+        return np.array([np.mean(half**2) for half in np.split(course, [middle])])
+
     @property
     def rms(self) -> NDArray:
         """RMS of each measured channel, (n_channels,), in its unit."""
         return np.sqrt(np.mean(self.record.values[self.samples] ** 2, axis=0))
+
+    @property
+    def cell_sizes(self) -> NDArray:
+        """Number of frequencies in each cell, (n_cells,)."""
+        return np.repeat(np.diff(band_edges(len(self.frequencies))), len(self.record.channels))
+
+    @property
+    def expected(self) -> NDArray:
+        """Mean square that noise alone leaves in each cell, (n_cells,)."""
+        return self.noise_cells.mean(axis=0)
+
+    @property
+    def noise_cost(self) -> float:
+        """Sum of squared weighted residuals that noise alone leaves."""
+        return float(2 * np.sum(self.expected * self.cell_sizes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +125,8 @@ class NoiseFloor:
         Highest frequency that is compared.
     draws : numpy.ndarray, shape (n_draws, n, n_channels)
         What the ground's noise does to the simulation, simulated.
+    examples : numpy.ndarray, shape (n_draws, n, n_channels)
+        Residuals of noise alone; as far off the weights as the noise's estimate may be.
     """
 
     sensors: NDArray
@@ -100,6 +134,7 @@ class NoiseFloor:
     total: NDArray
     band: float
     draws: NDArray
+    examples: NDArray
 
 
 def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
@@ -197,10 +232,18 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     shaking = record.ground.acceleration[:, np.newaxis]
     most = float(white_noise(shaking, dt, band, 0.1)[0])
     draws = _simulated_noise(model, record, most, predicted)
-    share = _ground_share(residual, draws[:_DRAWS], sensors, int(band * dt * len(measured)))
-    ground, draws = share * most, share * draws
+    felt = _felt(draws[:_DRAWS], sensors, int(band * dt * len(measured)))
+    share = _ground_share(residual, sensors, felt)
+    examples: list[NDArray] = []
+    for draw in share * draws[_DRAWS:]:
+        own = np.random.default_rng(len(examples)).standard_normal(draw.shape)
+        own *= sensors / white_noise(own, dt, band, 0.5)
+        # from this example the ground's noise would have been estimated differently
+        guess = max(_ground_share(own - draw, sensors, felt), share / 2)
+        examples.append(own - draw * share / guess)
+    ground, draws = share * most, share * draws[:_DRAWS]
     total = np.sqrt(sensors**2 + np.mean(draws**2, axis=(0, 1)))
-    return NoiseFloor(sensors, ground, total, band, draws)
+    return NoiseFloor(sensors, ground, total, band, draws, np.array(examples))
 
 
 def _simulated_noise(
@@ -218,18 +261,31 @@ def _simulated_noise(
     return np.nan_to_num(np.array(draws))
 
 
-def _ground_share(residual: NDArray, draws: NDArray, sensors: NDArray, n: int) -> float:
+def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
+    """How much noise of the ground's sensor does to the channels, and in what proportion.
+
+    Variance over that of the channels' own noise, (n_frequencies,), and the unit vector of it.
+    """
+    spectra = _spectra(draws, n) / sensors
+    covariance = _smoothed(np.einsum("dfi,dfj->fij", spectra, spectra.conj()) / (2 * len(draws)))
+    direction = np.linalg.eigh(covariance)[1][:, :, -1]
+    # not smoothed: beside a peak it would be too much, and the noise found too little
+    strength = np.mean(np.abs(np.einsum("fi,dfi->df", direction.conj(), spectra)) ** 2, axis=0) / 2
+    return strength, direction
+
+
+def _ground_share(
+    residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]
+) -> float:
     """Noise of the ground's sensor over the most that it can be, from what channels share.
 
     Strong shaking is never without fast motion, so that what lies above the band bounds the noise
     of the ground's sensor but seldom is it. The residual's part along what such noise does to the
     channels tells more; the median over frequencies leaves out where something else is wrong.
     """
-    spectra = _spectra(draws, n) / sensors
-    covariance = _smoothed(np.einsum("dfi,dfj->fij", spectra, spectra.conj()) / (2 * len(draws)))
-    strengths, directions = np.linalg.eigh(covariance)
-    strength, direction = strengths[:, -1], directions[:, :, -1]
-    found = np.abs((direction.conj() * _spectra(residual[np.newaxis], n)[0] / sensors).sum(1)) ** 2
+    strength, direction = felt
+    spectrum = _spectra(residual[np.newaxis], len(strength))[0] / sensors
+    found = np.abs((direction.conj() * spectrum).sum(1)) ** 2
     used = strength > 1.0
     if used.sum() < 16:
         return 1.0
@@ -244,7 +300,9 @@ def _ground_share(residual: NDArray, draws: NDArray, sensors: NDArray, n: int) -
     return float(np.sqrt(high))
 
 
-def make_part(record: BuildingRecord, samples: slice, floor: NoiseFloor) -> Part:
+def make_part(
+    record: BuildingRecord, samples: slice, floor: NoiseFloor, model_error: float = 0.0
+) -> Part:
     """Work out the weights of some time of a record.
 
     Parameters
@@ -255,6 +313,9 @@ def make_part(record: BuildingRecord, samples: slice, floor: NoiseFloor) -> Part
         The time.
     floor : NoiseFloor
         Its noise.
+    model_error : float
+        Error to be expected of any model, as a share of what each channel shows. It weighs like
+        noise, but is none: residuals are still judged by what noise alone would leave.
 
     Returns
     -------
@@ -264,29 +325,18 @@ def make_part(record: BuildingRecord, samples: slice, floor: NoiseFloor) -> Part
     n = len(range(*samples.indices(len(record.ground))))
     frequencies = np.fft.rfftfreq(n, dt)
     frequencies = frequencies[frequencies <= floor.band]
-    draws = floor.draws[:_DRAWS, samples]
+    draws = floor.draws[:, samples]
     spectra = _spectra(draws, len(frequencies))
     products = np.einsum("dfi,dfj->fij", spectra, spectra.conj()) / (2 * len(draws))
     shown = _spectra(record.values[np.newaxis, samples], len(frequencies))[0]
     inexact = LEAST_ERROR**2 / 2 * _smoothed(np.abs(shown) ** 2)
-    own = (floor.sensors**2 + inexact)[:, :, np.newaxis] * np.eye(len(floor.sensors))
+    missed = model_error**2 * np.mean(record.values[samples] ** 2, axis=0)
+    own = (floor.sensors**2 + missed + inexact)[:, :, np.newaxis] * np.eye(len(missed))
     covariance = _smoothed(products) + own
     whitening = np.linalg.inv(np.linalg.cholesky(covariance))
-    expected, spread = _calibration(record, samples, floor, whitening)
-    return Part(record, samples, frequencies, whitening, expected, spread)
-
-
-def _calibration(
-    record: BuildingRecord, samples: slice, floor: NoiseFloor, whitening: NDArray
-) -> tuple[NDArray, NDArray]:
-    """Mean and spread of each cell's mean square for noise alone, its estimation included."""
-    random = np.random.default_rng(2)
-    dt, cells = record.ground.dt, []
-    for draw in floor.draws[_DRAWS:]:
-        own = random.standard_normal(draw.shape)
-        own *= floor.sensors / white_noise(own, dt, floor.band, 0.5)
-        cells.append(cell_means(_whitened((own - draw)[samples], whitening)))
-    return np.mean(cells, axis=0), np.std(cells, axis=0, ddof=1)
+    # noise alone is judged with its estimate's errors, so that they raise no alarm
+    cells = [cell_means(_whitened(one[samples], whitening)) for one in floor.examples]
+    return Part(record, samples, frequencies, whitening, np.array(cells))
 
 
 def cell_means(whitened: NDArray) -> NDArray:

@@ -8,101 +8,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .building_fit import Comparison, Outcome, coordinates, values_of, with_causes
-from .building_noise import Part, band_edges, cell_means
-from .building_record import DISPLACEMENT, BuildingRecord
-from .building_selection import Selection, Trial, cell_p_values
-from .diagnosis import Interval
+from ..diagnosis import Interval
+from .causes import TYPICAL_PERIOD
+from .errors import pooled, relative_errors
+from .fit import Comparison, Outcome, coordinates, values_of, with_causes
+from .noise import Part, band_edges, cell_means
+from .record import DISPLACEMENT, BuildingRecord
+from .selection import Selection, Trial, cell_p_values
 
 _BINS, _LEAST_SHARE, _LEVEL = 6, 0.05, 1e-3
-_BLOCK = 2.0
-"""s: of which the held-out time is resampled; about a period of an isolated building."""
-
-
-def relative_errors(comparison: Comparison, outcome: Outcome, held_out: bool) -> NDArray:
-    """Error of each channel: RMS of the residual over RMS of what was measured.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The records.
-    outcome : Outcome
-        The model.
-    held_out : bool
-        Whether of the data not fitted.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_channels,)
-    """
-    squares = 0.0, 0.0
-    for part in comparison.held_out if held_out else comparison.fitted:
-        residual = comparison.residual(outcome.found, part.record)[part.samples]
-        measured = part.record.values[part.samples]
-        squares = squares[0] + (residual**2).sum(axis=0), squares[1] + (measured**2).sum(axis=0)
-    return np.sqrt(squares[0] / squares[1])
-
-
-def pooled(errors: NDArray) -> float:
-    """One error of all channels, each counted alike.
-
-    Parameters
-    ----------
-    errors : numpy.ndarray, shape (n_channels,)
-        Relative errors.
-
-    Returns
-    -------
-    float
-    """
-    return float(np.sqrt(np.mean(errors**2)))
-
-
-def relative_noise(comparison: Comparison) -> float:
-    """Error that noise alone leaves, relative like the errors.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The records.
-
-    Returns
-    -------
-    float
-    """
-    floors = zip(comparison.floors, comparison.records, strict=True)
-    return pooled(np.array([f.total / np.sqrt(np.mean(r.values**2, axis=0)) for f, r in floors]))
-
-
-def gain_interval(selection: Selection) -> tuple[float, float]:
-    """95 % interval of the reduction of the error on data not fitted.
-
-    Parameters
-    ----------
-    selection : Selection
-        What was found.
-
-    Returns
-    -------
-    tuple of float
-        As fractions of the error before, by resampling blocks of two seconds.
-    """
-    comparison, blocks = selection.comparison, []
-    for part in comparison.held_out:
-        per_block = max(int(_BLOCK / part.record.ground.dt), 1)
-        scale = part.rms
-        sums = []
-        for outcome in (selection.before, selection.after):
-            residual = comparison.residual(outcome.found, part.record)[part.samples] / scale
-            n = len(residual) // per_block
-            squares = (residual[: n * per_block] ** 2).sum(axis=1)
-            sums.append(squares.reshape(n, per_block).sum(axis=1))
-        blocks.append(np.array(sums).T)
-    table = np.concatenate(blocks)
-    draws = np.random.default_rng(0).integers(len(table), size=(1000, len(table)))
-    before, after = table[draws].sum(axis=1).T
-    low, high = np.quantile(1 - np.sqrt(after / before), (0.025, 0.975))
-    return float(low), float(high)
 
 
 def intervals(outcome: Outcome) -> list[dict[str, Interval]]:
@@ -171,7 +85,7 @@ def evidence(selection: Selection, k: int, numbers: dict[str, Interval]) -> str:
     what = cause.says.format(**{name: one.value for name, one in numbers.items()})
     part = comparison.held_out[0]
     gain = cell_means(without.held_out[0]) - cell_means(selection.after.held_out[0])
-    channel, low, high = _cell(part, int(np.argmax(gain * _cell_sizes(part))))
+    channel, low, high = _cell(part, int(np.argmax(gain * part.cell_sizes)))
     return (
         f"If {what}, the error on data not fitted falls from {errors[0]:.2g} to {errors[1]:.2g} %, "
         f"most of it in {channel} at {low:.1f} to {high:.1f} Hz."
@@ -242,7 +156,7 @@ def depends_on(
     named = [name for name, share, p in shares if share > _LEAST_SHARE and p < _LEVEL]
     part, whitened = comparison.fitted[0], outcome.fitted[0]
     if cell_p_values(part, whitened).min() < _LEVEL:
-        excess = (cell_means(whitened) - part.expected) * _cell_sizes(part)
+        excess = (cell_means(whitened) - part.expected) * part.cell_sizes
         channel, low, high = _cell(part, int(np.argmax(excess)))
         named.append(f"{channel} at {low:.1f} to {high:.1f} Hz")
     return tuple(named)
@@ -306,7 +220,7 @@ def _variables(record: BuildingRecord) -> dict[str, NDArray]:
     """What a residual could depend on, each (n,)."""
     x = record.response[DISPLACEMENT]
     dt = record.ground.dt
-    half = max(int(0.5 * _BLOCK / dt), 1)
+    half = max(int(TYPICAL_PERIOD / 2 / dt), 1)
     size = np.abs(x)
     padded = np.pad(size, half, mode="edge")
     amplitude = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1)
@@ -327,11 +241,6 @@ def _independent(residual: NDArray) -> float:
     """Number of independent samples: the spectrum's participation number, twice."""
     power = np.abs(np.fft.rfft(residual)) ** 2
     return 2 * float(power.sum() ** 2 / max(np.sum(power**2), 1e-300))
-
-
-def _cell_sizes(part: Part) -> NDArray:
-    """Number of frequencies in each cell."""
-    return np.repeat(np.diff(band_edges(len(part.frequencies))), len(part.record.channels))
 
 
 def _cell(part: Part, k: int) -> tuple[str, float, float]:

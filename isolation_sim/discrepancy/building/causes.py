@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..effects import Effect
-from .building_effects import ISOLATOR_EFFECTS
-from .building_model import GROUND, BuildingModel, Soil, shear_stiffness
-from .building_record import BuildingRecord
+from ...effects import Effect
+from .effects import ISOLATOR_EFFECTS
+from .model import GROUND, BuildingModel, Soil, shear_stiffness
+from .record import BuildingRecord
 
 Values = tuple[float, ...]
 TYPICAL_PERIOD = 2.0

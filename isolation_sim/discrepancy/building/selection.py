@@ -1,7 +1,9 @@
 """Which causes a building's records show: the best one more, as long as it can be told from noise.
 
 A cause is taken if three independent views agree: the likelihood-ratio test, its level divided by
-the number of causes asked; Schwarz's criterion; and the data that were not fitted.
+the number of causes asked; Schwarz's criterion; and the data that were not fitted, all of their
+time. No model of a real building comes down to the noise of its sensors: what the best model leaves
+on data not fitted is then the floor, and the search is repeated with weights that expect so much.
 """
 
 from __future__ import annotations
@@ -11,21 +13,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .building_causes import Candidate, candidates
-from .building_fit import Comparison, Outcome, compare_records
-from .building_noise import Part, cell_means
+from .causes import Candidate, candidates
+from .errors import excess_error, relative_noise
+from .fit import Comparison, Outcome, compare_records
+from .noise import Part, cell_means
 
 FALSE_ALARM = 0.003
 """Level of the tests for one more cause, all candidates together."""
 LEAST_SHARE = 0.02
 """A cause that removes less of the whole misfit is not worth a name."""
 MOST_CAUSES = 4
+TO_BLAME = 0.35
+"""Share of the misfit, on data held out, that causes have to remove together to be named; as for
+device tests."""
+_NEARLY_RIGHT = 0.1
+"""Share of the error that even the right cause is expected to leave: its form is not exact."""
+_NOT_WORSE = 1.02
+"""A cause must not make the mean square of any half of the data held out larger than this."""
 _NEAR = 6.0
 """Rivals whose criterion is within this of the best are not told from it; beyond, evidence is
 strong (Kass and Raftery 1995)."""
 _SCREENING_STEPS, _REFINED = 4, 4
 _QUIET = 0.1
-"""Once a cause is found, residuals as likely as this from noise alone are not searched again."""
+"""Residuals as likely as this from noise alone are not searched."""
 
 
 @dataclass(frozen=True)
@@ -99,37 +109,57 @@ def select(
     -------
     Selection
     """
+    expected = _NEARLY_RIGHT * excess_error(comparison, comparison.judged(()))
+    while True:
+        found = _search(comparison.expecting(expected), most_causes, progress)
+        left = excess_error(found.comparison, found.after)
+        if left < max(2 * expected, relative_noise(found.comparison)):
+            return found
+        expected = left
+
+
+def _search(
+    comparison: Comparison, most_causes: int, progress: Callable[[str], None] | None
+) -> Selection:
+    """Add causes one by one, weights as given."""
     choices = candidates(comparison.model, comparison.records)
     n_tests = len({choice.key for choice in choices})
     before = current = comparison.judged(())
-    rounds, rivals = [], {}
-    while len(current.found) < most_causes:
+    rounds: list[tuple[Trial, ...]] = []
+    rivals: dict[tuple[str, str], tuple[Trial, ...]] = {}
+    while len(current.found) < most_causes and not _quiet(comparison, current):
         taken = {cause.key for cause, _ in current.found}
         if progress is not None:
             names = ", ".join(cause.label for cause, _ in current.found)
             progress(f"looking for a cause{' beside ' * bool(names)}{names}")
         trials = _tried(comparison, current, [c for c in choices if c.key not in taken])
         rounds.append(tuple(trials))
-        accepted = [t for t in trials if _is_found(t, current, before, n_tests)]
+        accepted = [t for t in trials if _is_found(t, comparison, current, before, n_tests)]
         if not accepted:
             break
         best = accepted[0]
         rivals[best.cause.key] = tuple(_near(best, accepted[1:]))
         # what the noise is, is seen better with the cause in the model
-        comparison = compare_records(comparison.model, comparison.records, best.outcome.found)
+        comparison = compare_records(
+            comparison.model, comparison.records, best.outcome.found, comparison.model_error
+        )
         before = comparison.judged(())
         current = _pruned(comparison, comparison.fit((), best.outcome.found), n_tests)
-        parts = comparison.fitted + comparison.held_out
-        if adequacy(parts, current.fitted + current.held_out) > _QUIET:
-            break
     current = _reformed(comparison, current, choices)
+    if removed_share(comparison.held_out, before.held_out, current.held_out) < TO_BLAME:
+        current = before
     without = _without_each(comparison, before, current)
     return Selection(
         comparison, before, current, tuple(rounds), without,
         tuple(p_value(outcome, current) for outcome in without),
-        _shares(before, current, without),
+        _shares(comparison, before, current, without),
         tuple(rivals[cause.key] for cause, _ in current.found),
     )  # fmt: skip
+
+
+def _quiet(comparison: Comparison, current: Outcome) -> bool:
+    parts = comparison.fitted + comparison.held_out
+    return adequacy(parts, current.fitted + current.held_out) > _QUIET
 
 
 def p_value(smaller: Outcome, larger: Outcome) -> float:
@@ -187,11 +217,13 @@ def cell_p_values(part: Part, whitened: np.ndarray) -> np.ndarray:
     -------
     numpy.ndarray, shape (n_bands * n_channels,)
     """
-    from scipy.stats import gamma
+    from scipy.stats import t
 
-    shape = (part.expected / part.spread) ** 2
-    means = np.nan_to_num(cell_means(whitened), nan=np.inf)
-    return gamma.sf(means, shape, scale=part.spread**2 / part.expected)
+    # the logarithm, for the noise's estimate is off by a factor; Student's t, for so few examples
+    examples = np.log(part.noise_cells)
+    n = len(examples)
+    off = np.log(np.nan_to_num(cell_means(whitened), nan=np.inf)) - examples.mean(axis=0)
+    return t.sf(off / (examples.std(axis=0, ddof=1) * np.sqrt(1 + 1 / n)), n - 1)
 
 
 def _tried(
@@ -219,14 +251,22 @@ def _ranked(trials: Sequence[Trial]) -> list[Trial]:
     return sorted(trials, key=lambda t: t.outcome.criterion(n))
 
 
-def _is_found(trial: Trial, current: Outcome, before: Outcome, n_tests: int) -> bool:
+def _is_found(
+    trial: Trial, comparison: Comparison, current: Outcome, before: Outcome, n_tests: int
+) -> bool:
     outcome, n = trial.outcome, trial.outcome.n_independent
-    excess = max(before.cost - before.n, 1e-9)
+    misfit = before.cost - sum(part.noise_cost for part in comparison.fitted)
     return (
         trial.p_value * n_tests < FALSE_ALARM
         and outcome.criterion(n) < current.criterion(n)
         and outcome.held_out_cost < current.held_out_cost
-        and (not current.found or current.cost - outcome.cost > LEAST_SHARE * excess)
+        and current.cost - outcome.cost > LEAST_SHARE * misfit
+        and all(
+            np.all(part.halves(after) < _NOT_WORSE * part.halves(without))
+            for part, after, without in zip(
+                comparison.held_out, outcome.held_out, current.held_out, strict=True
+            )
+        )
     )
 
 
@@ -284,28 +324,33 @@ def _without_each(
     return tuple(comparison.fit((), found[:k] + found[k + 1 :]) for k in range(len(found)))
 
 
-def _shares(before: Outcome, current: Outcome, without: Sequence[Outcome]) -> tuple[float, ...]:
+def _shares(
+    comparison: Comparison, before: Outcome, current: Outcome, without: Sequence[Outcome]
+) -> tuple[float, ...]:
     """What all causes remove, in proportion to what the misfit grows by without each."""
     losses = [max(one.held_out_cost - current.held_out_cost, 0.0) for one in without]
-    total = sum(losses) or 1.0
-    return tuple(removed_share(before, current) * loss / total for loss in losses)
+    removed = removed_share(comparison.held_out, before.held_out, current.held_out)
+    return tuple(removed * loss / (sum(losses) or 1.0) for loss in losses)
 
 
-def removed_share(before: Outcome, after: Outcome) -> float:
-    """Part of the misfit above the noise that is gone, on data not fitted.
+def removed_share(
+    parts: Sequence[Part], before: Sequence[np.ndarray], after: Sequence[np.ndarray]
+) -> float:
+    """Part of the misfit above the noise that is gone.
 
     Parameters
     ----------
-    before, after : Outcome
-        Without and with causes.
+    parts : sequence of Part
+        The data.
+    before, after : sequence of numpy.ndarray
+        Their weighted residuals without and with causes.
 
     Returns
     -------
     float
         0 to 1.
     """
-    n = sum(part.size for part in before.held_out)
-    excess = before.held_out_cost - n
-    if excess <= 0:
-        return 0.0
-    return float(np.clip((before.held_out_cost - max(after.held_out_cost, n)) / excess, 0.0, 1.0))
+    noise = sum(part.noise_cost for part in parts)
+    costs = [sum(float(np.vdot(w, w)) for w in whitened) for whitened in (before, after)]
+    misfit, left = (max(cost - noise, 0.0) for cost in costs)
+    return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
