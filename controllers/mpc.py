@@ -15,6 +15,7 @@ from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
 from .controller import Controller
+from .predictive.ground_kernel import PRIOR
 from .settings import Integer, Number, OneOf, Optional, setting
 
 _INFEASIBLE = 1e-6
@@ -59,9 +60,11 @@ class MPC(Controller):
     decision before, linearises that prediction exactly, and corrects the plan by one quadratic
     programme (real-time iteration). The programme charges what exceeds the peaks so far, or the
     peaks that count as unavoidable under a ground motion of this strength, and a little of the
-    squared response, the squared current and the plan's changes; the coils' limits and slew are its
-    constraints. The ground motion ahead is the record's as far as ``preview`` goes, and from there
-    on what an autoregressive model, identified as the motion arrives, expects.
+    squared response and the plan's changes; the coils' limits and slew are its constraints. The
+    ground motion ahead is the record's as far as ``preview`` goes, and from there on what an
+    autoregressive model, identified as the motion arrives, expects. Accelerations keep clear of
+    their level by what may come against that expectation before the coils can answer, which is the
+    more the stiffer the isolators are.
 
     A programme without a solution inside its constraints, or a decision later than ``deadline``,
     is counted in ``report``; the plan of the decision before, which is within all limits, is then
@@ -104,9 +107,10 @@ class MPC(Controller):
     roughness: float = setting(
         0.005, "weight of squared differences between commands of the plan", Number(at_least=0)
     )
-    effort: float = setting(
-        0.05, "weight of squared currents, for what is stiff is exposed to the unforeseen",
-        Number(at_least=0),
+    effort: float = setting(0.0, "weight of squared currents", Number(at_least=0))
+    margin: float = setting(
+        1.0, "what accelerations keep clear of their level, over the standard deviation of what "
+        "may come unforeseen before the coils can answer", Number(at_least=0),
     )  # fmt: skip
     displacement_excess: float = setting(
         2.0, "weight of the displacement that exceeds its level", Number(at_least=0)
@@ -175,11 +179,16 @@ class MPC(Controller):
             ]
         )  # fmt: skip
         directions = len(belief.structure.directions)
-        order = max(self.order, 1)
+        # until a coil has answered, a lag and a decision later
+        reach = min(int(np.ceil(coils[:, 0].max() / self.step - 1e-9)) + 1, n_steps)
+        pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
         self._ground = np.zeros((n_steps + 1, directions))
-        self._past, self._coefficients = np.zeros((2, directions, order))
-        self._covariance = np.tile(1e-2 * np.eye(order), (directions, 1, 1))
-        self._gain = np.zeros(order)
+        self._strays = np.zeros((reach + 1, p.n_accelerations, 2))
+        self._model = (
+            *np.zeros((2, directions, self.order)),
+            np.tile(PRIOR * np.eye(self.order), (directions, 1, 1)), np.zeros(self.order),
+            np.zeros((directions, 1)), self._ground, pulses, np.zeros(reach), self._strays,
+        )  # fmt: skip
         self._record = situation.ground
         self.commands = np.tile(coils[:, 4], (n_steps, 1))
         self._last: tuple[float, NDArray, NDArray] | None = None
@@ -236,13 +245,7 @@ class MPC(Controller):
                     at, record.time, record.acceleration, right=0.0
                 )
         self._known = known
-        if self.order:
-            self.prediction.module.forecast(
-                known, True, self._past, self._coefficients, self._covariance, self._gain,
-                self._ground,
-            )  # fmt: skip
-        else:
-            self._ground[known:] = 0.0
+        self.prediction.module.forecast(known, *self._model)
 
     def _solve(self, plan: NDArray, before: NDArray) -> NDArray | None:
         """Changes of the blocks, (n_blocks, n_channels), A; None if there is no usable solution."""
@@ -257,7 +260,8 @@ class MPC(Controller):
         self.units = np.array([unit / self.frequency**2, unit, unit / self.frequency])
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
-            self.units, levels, self._weights, self._programme,
+            self.units, levels, (self._known, self.margin * self._strays), self._weights,
+            self._programme,
         )  # fmt: skip
         hessian, gradient, rows, upper, lower = self._programme
         n = len(gradient)

@@ -31,7 +31,7 @@ LEVERS: dict[str, dict[str, Any]] = {
     "model of the ground motion to come": {"order": 0},
     "terminal cost": {"end": 0.0},
     "horizon beyond 0.6 s": {"horizon": 0.6},
-    "price of current": {"effort": 0.0},
+    "margin for the unforeseen": {"margin": 0.0},
     "the law (linear prediction)": {"model": "linear"},
 }
 """What is taken away, and the settings without it."""

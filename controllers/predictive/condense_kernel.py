@@ -13,7 +13,8 @@ SMALL = 1e-6
 
 def condense(
     prediction: tuple, commands: NDArray, before: NDArray, block: NDArray, coils: NDArray,
-    step: float, sizes: tuple, units: NDArray, levels: NDArray, weights: NDArray, programme: tuple,
+    step: float, sizes: tuple, units: NDArray, levels: NDArray, margins: tuple, weights: NDArray,
+    programme: tuple,
 ) -> int:  # fmt: skip
     """Fill in the quadratic programme of one decision.
 
@@ -40,6 +41,10 @@ def condense(
         Units of displacement (m), acceleration (m/s^2) and velocity (m/s).
     levels : numpy.ndarray, shape (2,)
         Displacement (m) and acceleration (m/s^2) above which an excess counts.
+    margins : tuple
+        Samples of the ground motion that are known, from now on; and what accelerations keep clear
+        of their level (m/s^2) that many samples behind those, (reach + 1, n_accelerations, 2), at
+        the coils' lowest and highest currents.
     weights : numpy.ndarray, shape (8,)
         On squared displacements and accelerations over the horizon, on the squared amplitude at its
         end, on squared changes of the plan, on its roughness, on squared currents, and on both
@@ -56,6 +61,7 @@ def condense(
     y, dy, past = prediction
     hessian, gradient, rows, upper, lower = programme
     n_displacements, n_accelerations = sizes
+    known, clear = margins
     n_steps, n_channels = commands.shape
     width = dy.shape[2]
     n = width + 2
@@ -98,7 +104,8 @@ def condense(
     row = 0
     for k in range(n_steps + 1):
         # what a later block does is not felt yet
-        active = (block[min(k, n_steps - 1)] + 1) * n_channels
+        now = min(k, n_steps - 1)
+        active = (block[now] + 1) * n_channels
         for o in range(y.shape[1]):
             kind = 0 if o < n_displacements else 1 if o < n_displacements + n_accelerations else 2
             unit = units[kind]
@@ -120,16 +127,27 @@ def condense(
                         hessian[a, b] += scaled * dy[k, o, b]
             if kind == 2 or weights[ON_PEAKS + kind] == 0.0:
                 continue
+            level, more = levels[kind] / unit, 0.0
+            if kind == 1:
+                late = min(max(k + 1 - known, 0), len(clear) - 1)
+                margin = clear[late, o - n_displacements]
+                more = (margin[1] - margin[0]) / (unit * n_channels)
+                level -= margin[0] / unit
+                for c in range(n_channels):
+                    span = coils[c, 3] - coils[c, 2]
+                    level -= more * (past[now, c, width] - coils[c, 2]) / span
             # only what some admissible change can bring above the level
-            level = levels[kind] / unit
             for sign in (1.0, -1.0):
-                extreme = 0.0
-                for j in range(active):
-                    slope = sign * dy[k, o, j]
-                    extreme += max(slope * upper[j], slope * lower[j])
-                if sign * value + extreme > level:
-                    for j in range(n):
-                        rows[row, j] = sign * dy[k, o, j] if j < active else 0.0
+                extreme = sign * value
+                for c in range(n_channels):
+                    # a coil's current in its range moves by as much as its command in its own
+                    for j in range(c, active, n_channels):
+                        slope = sign * dy[k, o, j] + more * past[now, c, j]
+                        rows[row, j] = slope
+                        extreme += max(slope * upper[j], slope * lower[j])
+                if extreme > level:
+                    for j in range(active, n):
+                        rows[row, j] = 0.0
                     rows[row, width + kind] = -1.0
                     upper[n + row], lower[n + row] = level - sign * value, -1e30
                     row += 1

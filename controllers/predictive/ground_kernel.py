@@ -8,11 +8,14 @@ FORGETTING = 0.995
 """Weight of a sample against the next one: a memory of 200 samples."""
 PRIOR = 1e-2
 """Variance of a coefficient before anything is known."""
+RECENT = 0.98
+"""Weight of a square among those of the model's errors against the next one's."""
 
 
 def learn(
-    new: float, past: NDArray, coefficients: NDArray, covariance: NDArray, gain: NDArray
-) -> None:
+    new: float, past: NDArray, coefficients: NDArray, covariance: NDArray, gain: NDArray,
+    noise: NDArray,
+) -> None:  # fmt: skip
     """Recursive least squares of an autoregressive model; all arrays in place.
 
     Parameters
@@ -27,6 +30,8 @@ def learn(
         Theirs, over the variance of the noise; (s^2/m)^2.
     gain : numpy.ndarray, shape (order,)
         Scratch.
+    noise : numpy.ndarray, shape (1,), (m/s^2)^2
+        Variance of the model's error from one sample to the next, over the last second.
     """
     order = len(past)
     error, spread = new, FORGETTING
@@ -36,6 +41,7 @@ def learn(
         for b in range(order):
             gain[a] += covariance[a, b] * past[b]
         spread += past[a] * gain[a]
+    noise[0] = RECENT * noise[0] + (1.0 - RECENT) * error * error
     for a in range(order):
         coefficients[a] += gain[a] / spread * error
         for b in range(order):
@@ -50,7 +56,8 @@ def learn(
                 covariance[a, b] *= order * 100.0 * PRIOR / trace
     for a in range(order - 1, 0, -1):
         past[a] = past[a - 1]
-    past[0] = new
+    if order > 0:
+        past[0] = new
 
 
 def foresee(known: int, coefficients: NDArray, past: NDArray, ground: NDArray) -> None:
@@ -78,3 +85,44 @@ def foresee(known: int, coefficients: NDArray, past: NDArray, ground: NDArray) -
             at = k - 1 - a
             value += coefficients[a] * (ground[at] if at >= 0 else past[-at])
         ground[k] = min(max(value, -most), most)
+
+
+def stray(
+    coefficients: NDArray, noise: NDArray, pulses: NDArray, shape: NDArray, strays: NDArray
+) -> None:
+    """How far accelerations stray from their prediction, for what the ground does unforeseen.
+
+    Parameters
+    ----------
+    coefficients : numpy.ndarray, shape (n_directions, order)
+        Of the autoregressive models.
+    noise : numpy.ndarray, shape (n_directions, 1), (m/s^2)^2
+        Variance of their errors from one sample to the next.
+    pulses : numpy.ndarray, shape (n_directions, 2, reach, n_accelerations)
+        As ``Prediction.pulses`` gives them.
+    shape : numpy.ndarray, shape (reach,)
+        Scratch.
+    strays : numpy.ndarray, shape (reach + 1, n_accelerations, 2), m/s^2
+        Standard deviations that many samples behind what is known, at the coils' lowest and highest
+        currents; the result.
+    """
+    strays[:] = 0.0
+    for d in range(len(coefficients)):
+        # an unforeseen sample and what the model expects to follow it
+        for k in range(len(shape)):
+            shape[k] = 1.0 if k == 0 else 0.0
+            for a in range(min(coefficients.shape[1], k)):
+                shape[k] += coefficients[d, a] * shape[k - 1 - a]
+        for i in range(2):
+            for o in range(strays.shape[1]):
+                variance = 0.0
+                for k in range(len(shape)):
+                    response = 0.0
+                    for j in range(k + 1):
+                        response += shape[j] * pulses[d, i, k - j, o]
+                    variance += response * response * noise[d, 0]
+                    strays[k + 1, o, i] += variance
+    for k in range(len(strays)):
+        for o in range(strays.shape[1]):
+            for i in range(2):
+                strays[k, o, i] = strays[k, o, i] ** 0.5

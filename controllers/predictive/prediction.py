@@ -21,7 +21,7 @@ from ..compiled import collect
 from ..device_model import LAW, N_POWERS, DeviceModel, first_coefficient, polynomial
 from ..device_states import follow_states
 from .condense_kernel import condense
-from .ground_kernel import foresee, learn
+from .ground_kernel import foresee, learn, stray
 from .interval import propagator, real_rows
 from .prediction_kernel import predict
 
@@ -44,18 +44,23 @@ def run(z, s, i, commands, block, ground, plant, work, y, dy, past):
 
 
 @njit(cache=True, **OPTIONS)
-def programme(prediction, commands, before, block, coils, step, sizes, units, levels, weights, out):
+def programme(
+    prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights, out
+):
     return condense(
-        prediction, commands, before, block, coils, step, sizes, units, levels, weights, out
+        prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights,
+        out,
     )
 
 
 @njit(cache=True, **OPTIONS)
-def forecast(known, teach, past, coefficients, covariance, gain, ground):
+def forecast(
+    known, past, coefficients, covariance, gain, noise, ground, pulses, shape, strays
+):
     for d in range(len(past)):
-        if teach:
-            learn(ground[0, d], past[d], coefficients[d], covariance[d], gain)
+        learn(ground[0, d], past[d], coefficients[d], covariance[d], gain, noise[d])
         foresee(known, coefficients[d], past[d], ground[:, d])
+    stray(coefficients, noise, pulses, shape, strays)
 
 
 @njit(cache=True, **OPTIONS)
@@ -247,6 +252,31 @@ class Prediction:
             self.past,
         )  # fmt: skip
 
+    def pulses(self, current: NDArray, reach: int) -> NDArray:
+        """Accelerations that answer to a pulse of the ground's, from rest, at held currents.
+
+        Parameters
+        ----------
+        current : numpy.ndarray, shape (n_channels,), A
+            Currents of coils and commands.
+        reach : int
+            Steps to follow; fewer than the horizon's.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_directions, reach, n_accelerations), dimensionless
+            Per unit of the pulse, which rises and falls in a step each; from its top on.
+        """
+        commands = np.tile(current, (len(self.block), 1))
+        rest, states = np.zeros(self.rows.shape[-1]), self.initial_states()
+        n_directions, first, answers = len(self.plant[3]), self.n_displacements, []
+        for pulse in np.eye(n_directions):
+            ground = np.zeros((len(commands) + 1, n_directions))
+            ground[1] = pulse
+            self.predict(rest, states, current, commands, ground)
+            answers.append(self.y[1 : reach + 1, first : first + self.n_accelerations].copy())
+        return np.array(answers)
+
 
 def _square(rows: NDArray) -> NDArray:
     """Rows over the modes without the imaginary parts of real modes, which are no unknowns."""
@@ -266,7 +296,7 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     collect(first_coefficient, parts)
     collect(polynomial, parts)
     parts["devices of the laws"] = DeviceModel.text(laws)
-    used: tuple[Callable, ...] = (follow_states, predict, condense, learn, foresee)
+    used: tuple[Callable, ...] = (follow_states, predict, condense, learn, foresee, stray)
     for function in used:
         collect(function, parts)
     parts["device_side"] = side_text(laws, n_states)

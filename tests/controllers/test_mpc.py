@@ -7,7 +7,7 @@ import pytest
 from controllers import controller
 from controllers.clairvoyant import coil_table
 from controllers.mpc import MPC
-from controllers.predictive.ground_kernel import FORGETTING, foresee, learn
+from controllers.predictive.ground_kernel import FORGETTING, RECENT, foresee, learn, stray
 from controllers.predictive.linear_belief import spring_and_dashpot
 from controllers.predictive.prediction import Prediction
 from ground_motions import Record
@@ -210,18 +210,88 @@ def test_autoregressive_model_is_the_weighted_least_squares():
     for _ in range(400):
         series.append(1.6 * series[-1] - 0.8 * series[-2] + rng.normal())
     past, coefficients, covariance = np.zeros(order), np.zeros(order), np.eye(order)
+    noise, errors = np.zeros(1), []
     for value in series:
-        learn(value, past, coefficients, covariance, np.zeros(order))
+        errors.append(value - coefficients @ past)
+        learn(value, past, coefficients, covariance, np.zeros(order), noise)
     rows = np.stack([series[1:-1], series[:-2]], axis=1)
     weight = np.sqrt(FORGETTING ** np.arange(len(rows))[::-1])
     exact = np.linalg.lstsq(rows * weight[:, None], np.array(series[2:]) * weight, rcond=None)[0]
     assert np.allclose(coefficients, exact, atol=2e-3)
+    weight = (1 - RECENT) * RECENT ** np.arange(len(errors))[::-1]
+    assert noise[0] == pytest.approx(weight @ np.square(errors))
 
     ground = np.array([1.0, 0.5, 0.0, 0.0])
     foresee(2, coefficients, past, ground)
     expected = np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
     assert ground[2] == pytest.approx(expected)
     assert ground[3] == pytest.approx(np.clip(coefficients @ [expected, 0.5], -1.0, 1.0))
+
+
+def test_without_a_model_the_ground_is_expected_to_rest(isolated, record):
+    one = MPC(order=0)
+    simulate(isolated, record.cut(0.0, 3.0), one, driver=LAGGING)
+    assert one.report.failed == 0 and one._strays[1:].min() > 0.0
+    assert np.abs(one._ground[0]).max() > 0.0 and not one._ground[1:].any()
+
+
+def test_accelerations_stray_as_drawn_from_the_model(isolated):
+    """Against the spread of predictions under many continuations of the ground motion."""
+    rng = np.random.default_rng(4)
+    coefficients, noise, reach, n_draws = np.array([[1.5, -0.7]]), 0.04, 4, 2000
+    prediction = Prediction(isolated, COILS, 0.02, np.arange(8))
+    pulses = np.stack([prediction.pulses(np.array([i]), reach) for i in (0.0, 3.0)], axis=1)
+    strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
+    stray(coefficients, np.array([[noise]]), pulses, np.zeros(reach), strays)
+    for k, current in enumerate((0.0, 3.0)):
+        drawn = np.empty((n_draws, reach + 1, prediction.n_accelerations))
+        for draw in drawn:
+            ground = np.zeros((9, 1))
+            for at in range(1, 9):
+                known = coefficients[0, : min(at, 2)] @ ground[at - 1 :: -1, 0][:2]
+                ground[at] = known + rng.normal(0.0, noise**0.5)
+            prediction.predict(
+                np.zeros(12), prediction.initial_states(), np.array([current]),
+                np.full((8, 1), current), ground,
+            )  # fmt: skip
+            draw[:] = prediction.y[: reach + 1, 1:7]
+        spread = drawn.std(axis=0)
+        assert np.all(np.abs(strays[..., k] - spread) <= 0.08 * spread.max(axis=1, keepdims=True))
+    assert np.all(strays[1:, 0, 1] > strays[1:, 0, 0])
+
+
+def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_current(started):
+    def constraints(clear):
+        prediction = predicted(started)
+        p, (n_steps, n_outputs, width) = prediction, prediction.dy[1:].shape
+        n, most = width + 2, 2 * (n_steps + 1) * n_outputs
+        matrices = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
+        plan = np.full((n_steps, 1), 1.5)
+        count = p.module.programme(
+            (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6),
+            np.array([0.1, 1.0, 0.3]), np.full(2, -100.0), (3, clear), np.ones(8), matrices,
+        )  # fmt: skip
+        # all are above such levels: both signs of a displacement and six accelerations, every step
+        shape = (n_steps + 1, 7, 2)
+        rows, upper = matrices[2][:count], matrices[3][n : n + count]
+        return p.past, rows.reshape(*shape, n), upper.reshape(shape)
+
+    clear = np.zeros((3, 6, 2))
+    clear[1], clear[2] = (0.1, 0.1), (0.2, 0.5)
+    _, rows, upper = constraints(np.zeros((3, 6, 2)))
+    past, kept_rows, kept_upper = constraints(clear)
+    assert np.array_equal(kept_rows[:, 0], rows[:, 0])
+    assert np.array_equal(kept_upper[:, 0], upper[:, 0])
+    assert np.array_equal(kept_upper[:3], upper[:3])  # three samples of the ground are known
+    assert np.allclose(upper[3, 1:] - kept_upper[3, 1:], 0.1)
+    # from the second unforeseen sample on: 0.2 without current, 0.5 with 3 A
+    after = np.minimum(np.arange(4, 41), 39)
+    current, slope = past[after, 0, -1], past[after, 0, :-1]
+    expected = 0.2 + 0.3 * current / 3.0
+    assert np.allclose((upper - kept_upper)[4:, 1:], expected[:, np.newaxis, np.newaxis])
+    moved = (kept_rows - rows)[4:, 1:, :, :-2]
+    assert np.allclose(moved, 0.3 * slope[:, np.newaxis, np.newaxis])
+    assert np.abs(moved).max() > 0.1
 
 
 def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record):
