@@ -98,8 +98,9 @@ KNEE = EffectParameter(
     "half", "m", "amplitude from which it holds", lower=1e-7, upper=100.0, divides=True,
     starts=(0.05, 0.3),
 )  # fmt: skip
+# what is remembered for longer is the largest deformation: stress softening
 MEMORY = EffectParameter(
-    "memory", "s", "over which an amplitude is forgotten", lower=0.02, upper=100.0, divides=True,
+    "memory", "s", "over which an amplitude is forgotten", lower=0.02, upper=10.0, divides=True,
     starts=(0.5, 3.0),
 )  # fmt: skip
 PEAK = Quantity("amplitude", "m", "present amplitude")

@@ -3,7 +3,8 @@
 Forms:
 
     ogden_roxburgh    1 - r tanh((X - |x|) / s)        soft below X, stiff again on the virgin path
-    exponential       1 - r (1 - exp(-X / s))          damaged by X wherever it is now
+    exponential       1 - r (1 - exp(-(X / s)^m))      damaged by X wherever it is now; S-shaped
+                                                       where m is above 1
     hyperbolic        1 / (1 + c X)
 
 X is the largest |x| so far, followed within a lag of 2 ms; it never falls.
@@ -26,8 +27,8 @@ def ogden_roxburgh(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
-    loss, length = parameters
-    return 1 + loss * np.expm1(-positive(states[0]) / length)
+    loss, length, sharpness = parameters
+    return 1 + loss * np.expm1(-((positive(states[0]) / length) ** sharpness))
 
 
 def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -77,9 +78,15 @@ FORMS = (
     Effect(
         form="exponential",
         title="Stress softening (Mullins), exponential damage",
-        parameters=(LOSS, _length("largest deformation over which force is lost")),
+        parameters=(
+            LOSS,
+            _length("largest deformation over which force is lost"),
+            EffectParameter(
+                "sharpness", "1", "how suddenly", lower=0.5, upper=6.0, starts=(1.0, 2.0)
+            ),
+        ),
         factor=exponential,
-        source="Miehe (1995), discontinuous damage",
+        source="Miehe (1995), discontinuous damage, with Weibull's exponent",
         **_COMMON,
     ),
     Effect(
