@@ -267,9 +267,10 @@ def direction(base: Fitted, effect: Effect, noise: NDArray) -> Direction | None:
     for start in probe.starts():
         moved = probe.moved(start)
         across = base.across(moved)
-        length = float(across @ across)
+        with np.errstate(over="ignore"):
+            length, whole = float(across @ across), float(moved @ moved)
         # what the law follows all the way leaves rounding; what overflows is not a number
-        if not length > 1e-8 * float(moved @ moved):
+        if not length > 1e-8 * whole or not np.isfinite(length):
             continue
         amount = -float(across @ probe.before) / length
         if amount <= 0 and effect.parameters[place].lower >= 0:
