@@ -126,7 +126,7 @@ def make_add_rows(lanes: int) -> Callable:
 
 def points_at_once(lanes: int) -> int:
     """Points in time that ``add_rows_at`` takes: as many sums as there are registers for."""
-    return EIGHT if lanes == 1 else 2
+    return EIGHT if lanes == 1 else 1
 
 
 def make_add_rows_at(lanes: int) -> Callable:
