@@ -107,6 +107,27 @@ def scored(case: Any) -> Any:
     return Scored(case.kind, case.truth, diagnosis.to_dict(), least)
 
 
+def leave(lines: Sequence[str], table: str, stem: str = "") -> None:
+    """Print rates and write them beside the confusion matrix.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        The rates.
+    table : str
+        The matrix, as Markdown.
+    stem : str
+        What the files' names begin with.
+    """
+    from isolation_sim.results import write_text
+
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    write_text("\n".join(lines) + "\n", RESULTS / f"{stem}rates.md")
+    write_text(table + "\n", RESULTS / f"{stem}confusion.md")
+    print("\n".join(lines))
+    print(f"results: {RESULTS}")
+
+
 def main(share: float = 1.0) -> None:
     """Diagnose all cases and print the rates.
 
@@ -115,7 +136,6 @@ def main(share: float = 1.0) -> None:
     share : float
         Of the cases, 0 to 1.
     """
-    from isolation_sim.results import write_text
     from tests.blind.score import confusion_table, median_held_out_ratio, rates
 
     results, seconds = diagnosed(cases(share), scored)
@@ -123,11 +143,7 @@ def main(share: float = 1.0) -> None:
     ratio = median_held_out_ratio(results)
     lines.append(f"- held-out error over that of the true form, median: {ratio:.3f}")
     lines.append(f"- {len(results)} campaigns, {seconds:.1f} s each")
-    RESULTS.mkdir(parents=True, exist_ok=True)
-    write_text("\n".join(lines) + "\n", RESULTS / "rates.md")
-    write_text(confusion_table(results) + "\n", RESULTS / "confusion.md")
-    print("\n".join(lines))
-    print(f"results: {RESULTS}")
+    leave(lines, confusion_table(results))
 
 
 if __name__ == "__main__":

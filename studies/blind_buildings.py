@@ -13,9 +13,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from isolation_sim.results import write_text
-
-from .blind import RESULTS, diagnosed, part
+from .blind import diagnosed, leave, part
 
 CLEAN, PAIRS = 60, 20
 
@@ -96,11 +94,7 @@ def main(share: float = 1.0) -> None:
     results, seconds = diagnosed(cases(share), scored)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     lines.append(f"- {len(results)} records, {seconds:.1f} s each")
-    RESULTS.mkdir(parents=True, exist_ok=True)
-    write_text("\n".join(lines) + "\n", RESULTS / "building_rates.md")
-    write_text(confusion_table(results) + "\n", RESULTS / "building_confusion.md")
-    print("\n".join(lines))
-    print(f"results: {RESULTS}")
+    leave(lines, confusion_table(results), "building_")
 
 
 if __name__ == "__main__":

@@ -182,7 +182,6 @@ class Measured:
             **{name: getattr(self, name)[at] for name in _BY_SAMPLE},
         )
 
-
     def without_held_out(self) -> Measured:
         """Leave out the samples that are held out.
 

@@ -11,15 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from .candidates import (
-    Fitted,
-    afresh,
-    directions,
-    fitted,
-    noise_gain,
-    shaped,
-    try_all,
-)
+from .candidates import Fitted, afresh, directions, fitted, noise_gain, shaped, try_all
 from .terms import OUTSIDE
 from .zero import EACH_RUN
 

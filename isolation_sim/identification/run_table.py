@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ground_motions import GroundMotionError
-from ground_motions.readers.lines import parse_number, read_lines
 from ground_motions.readers.time_column import uniform_step
 
+from ..cell_table import read_cells
 from ..errors import InputError
 from .velocity import smooth
 
@@ -145,14 +145,15 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         there are too few samples, or a velocity is not the displacement's slope.
     """
     try:
-        lines = read_lines(path)
-        names, table, line_numbers = _parse(path, lines)
-        columns = _recognised(names, f"{path}, line {line_numbers[0]}")
+        cells = read_cells(path)
+        names = cells.names
+        table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])
+        columns = _recognised(names, cells.head)
         if len(table) < MINIMUM_SAMPLES:
             raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
         time_name = names[columns["time"]]
         uniform_step(
-            table[:, columns["time"]].tolist(), line_numbers[1:], f"{path}, column {time_name}"
+            table[:, columns["time"]].tolist(), cells.lines[1:], f"{path}, column {time_name}"
         )
     except GroundMotionError as error:
         raise InputError(str(error)) from None
@@ -179,43 +180,6 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
     except InputError as error:
         raise InputError(str(error).replace(Path(path).stem, str(path), 1)) from None
     return run
-
-
-def _parse(path: str | Path, lines: list[str]) -> tuple[list[str], np.ndarray, list[int]]:
-    """Names, numbers, and the file's line of the names and of each row."""
-    kept = [
-        (number, line)
-        for number, line in enumerate(lines, start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not kept:
-        raise InputError(f"{path}: comments only; accepted: a line of column names, then numbers")
-    line_numbers = [number for number, _ in kept]
-    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
-    used = [k for k, name in enumerate(names) if name in _COLUMNS]
-    table = np.zeros((len(rows), len(names)))
-    try:
-        table[:, used] = [[float(row[k]) for k in used] for row in rows]
-        right = all(len(row) == len(names) for row in rows) and bool(np.isfinite(table).all())
-    except (ValueError, IndexError):
-        right = False
-    if not right:
-        _refuse_cells(path, names, rows, line_numbers[1:], used)
-    return names, table, line_numbers
-
-
-def _refuse_cells(
-    path: str | Path, names: list[str], rows: list[list[str]], lines: list[int], used: list[int]
-) -> None:
-    """Name the first row or cell that is wrong."""
-    for row, line in zip(rows, lines, strict=True):
-        place = f"{path}, line {line}"
-        if len(row) != len(names):
-            raise InputError(
-                f"{place}: {len(row)} cells; accepted: {len(names)}, one a column of the header"
-            )
-        for k in used:
-            parse_number(row[k], f"{place}, column {names[k]}")
 
 
 def _recognised(names: list[str], place: str) -> dict[str, int]:

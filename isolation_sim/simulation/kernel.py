@@ -6,7 +6,7 @@ import hashlib
 import importlib.util
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -117,7 +117,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
     blocks = [
         '"""Written by isolation_sim.simulation.kernel; do not edit."""',
         HEADER,
-        "\n".join(f"{name} = {value!r}" for name, value in constants.items()),
+        _assigned(constants),
         # loops over lanes become vector instructions in functions of their own
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
@@ -137,24 +137,25 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
 @lru_cache
 def load_tables(n_elements: int, n_ground: int, lanes: int) -> ModuleType:
     """The part that does not depend on the laws: compiled once for all of them."""
-    monomials = np.vander(NODES, increasing=True)
-    constants = {
-        "N_ELEMENTS": n_elements,
-        "N_GROUND": n_ground,
-        "LANES": lanes,
-        "NODES_AND_END": (*NODES, 1.0),
-        "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
-    }
-    text = smaller_text(
-        "\n\n".join(
-            [
-                HEADER,
-                "\n".join(f"{name} = {value!r}" for name, value in constants.items()),
-                TABLES_TEMPLATE.read_text(),
-            ]
+
+    def text() -> str:
+        monomials = np.vander(NODES, increasing=True)
+        constants = {
+            "N_ELEMENTS": n_elements,
+            "N_GROUND": n_ground,
+            "LANES": lanes,
+            "NODES_AND_END": (*NODES, 1.0),
+            "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
+        }
+        return smaller_text(
+            "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])
         )
-    )
-    return import_text("tables_" + hashlib.sha256(text.encode()).hexdigest()[:20], text)
+
+    return _module("tables", (n_elements, n_ground, lanes), text)
+
+
+def _assigned(constants: dict[str, object]) -> str:
+    return "\n".join(f"{name} = {value!r}" for name, value in constants.items())
 
 
 def padding(lanes: int) -> int:
@@ -171,20 +172,26 @@ def load(laws: Sequence[Law], n_ground: int, lanes: int) -> ModuleType:
     key = (tuple(laws), n_ground, lanes)
     if key not in _loaded:
         marks = [fingerprint(law) for law in laws]
-        text = None
         if None in marks:
             text = kernel_text(laws, n_ground, lanes)
-            digest = hashlib.sha256(text.encode())
+            digest = hashlib.sha256(text.encode()).hexdigest()
+            _loaded[key] = import_text(f"kernel_{digest[:20]}", text)
         else:
             distinct = [laws.index(law) for law in laws]
-            digest = hashlib.sha256(repr((marks, distinct, n_ground, lanes)).encode())
-            for source in _SOURCES:
-                digest.update(source.read_bytes())
-        name = "kernel_" + digest.hexdigest()[:20]
-        if not (cache_folder() / f"{name}.py").exists() and text is None:
-            text = kernel_text(laws, n_ground, lanes)
-        _loaded[key] = import_text(name, text)
+            _loaded[key] = _module(
+                "kernel", (marks, distinct, n_ground, lanes),
+                lambda: kernel_text(laws, n_ground, lanes),
+            )  # fmt: skip
     return _loaded[key]
+
+
+def _module(kind: str, content: tuple, text: Callable[[], str]) -> ModuleType:
+    """Import a module named by what decides on its text, which is only made if it is not there."""
+    digest = hashlib.sha256(repr(content).encode())
+    for source in _SOURCES:
+        digest.update(source.read_bytes())
+    name = f"{kind}_{digest.hexdigest()[:20]}"
+    return import_text(name, None if (cache_folder() / f"{name}.py").exists() else text())
 
 
 def import_text(name: str, text: str | None) -> ModuleType:

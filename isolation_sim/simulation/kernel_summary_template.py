@@ -24,11 +24,12 @@ def summarise(info, windows, spans, samples, motion_rows, quantity_rows, n_direc
     for e in range(N_ELEMENTS):
         for lane in range(LANES):
             applied[e, lane] = np.nan
+    for p in range(POINTS):
+        slots[p] = p
     window = 0
     for start in range(0, n_samples, POINTS):
         for p in range(POINTS):
             points[p] = samples[min(start + p, n_samples - 1)]
-            slots[p] = p
         for block in range(-(-2 * N_ELEMENTS // 8)):
             for k in range(block_size):
                 inputs[block * block_size + k] = 0.0

@@ -148,24 +148,21 @@ def make_add_rows_at(lanes: int) -> Callable:
             w, table, x, points = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4, 5))
             numbers = [builder.load(builder.gep(points, [INTEGER(p)])) for p in range(n_points)]
             starts = [builder.add(builder.mul(number, x_row), x_at) for number in numbers]
-            rows, together = list(emit.rows), EIGHT // n_points
-            for low in range(0, len(rows), together):  # so few rows that their sums fit
-                here = rows[low : low + together]
-                places = [
-                    (p, r, emit.row(to, EIGHT * p + r)) for p in range(n_points) for r in here
-                ]
-                sums = [
-                    cgutils.alloca_once_value(builder, emit.load(w, place)) for *_, place in places
-                ]
-                with cgutils.for_range(builder, n, intp=INTEGER) as loop:
-                    first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
-                    factors = [emit.value(x, builder.add(s, loop.index)) for s in starts]
-                    row = {r: emit.load(table, emit.row(first, r)) for r in here}
-                    for (p, r, _), total in zip(places, sums, strict=True):
-                        product = emit.times(row[r], factors[p])
-                        builder.store(emit.plus(builder.load(total), product), total)
-                for (*_, place), total in zip(places, sums, strict=True):
-                    emit.store(w, place, builder.load(total))
+            places = [
+                (p, r, emit.row(to, EIGHT * p + r)) for p in range(n_points) for r in emit.rows
+            ]
+            sums = [
+                cgutils.alloca_once_value(builder, emit.load(w, place)) for *_, place in places
+            ]
+            with cgutils.for_range(builder, n, intp=INTEGER) as loop:
+                first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
+                factors = [emit.value(x, builder.add(s, loop.index)) for s in starts]
+                row = {r: emit.load(table, emit.row(first, r)) for r in emit.rows}
+                for (p, r, _), total in zip(places, sums, strict=True):
+                    product = emit.times(row[r], factors[p])
+                    builder.store(emit.plus(builder.load(total), product), total)
+            for (*_, place), total in zip(places, sums, strict=True):
+                emit.store(w, place, builder.load(total))
             return context.get_dummy_value()
 
         return signature, generate

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import GroundMotionError, Record
-from ground_motions.readers.lines import parse_number, read_lines
 from ground_motions.readers.time_column import uniform_step
 
+from ...cell_table import read_cells
 from ...errors import InputError
 
 MINIMUM_SAMPLES = 64
@@ -145,12 +145,14 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
         Naming the file, the place, what was given and what is accepted.
     """
     try:
-        names, table, line_numbers = _parse(path, read_lines(path))
+        cells = read_cells(path)
+        _check_names(cells.names, cells.head)
+        table = cells.numbers(range(len(cells.names)))
         if len(table) < MINIMUM_SAMPLES:
             raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
-        columns = dict(zip(names, table.T, strict=True))
+        columns = dict(zip(cells.names, table.T, strict=True))
         times = columns.pop("time_s").tolist()
-        dt = uniform_step(times, line_numbers[1:], f"{path}, column time_s")
+        dt = uniform_step(times, cells.lines[1:], f"{path}, column time_s")
     except GroundMotionError as error:
         raise InputError(str(error)) from None
     name = Path(path).stem
@@ -160,30 +162,6 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
         return BuildingRecord(name, ground, columns, current, hold_out)
     except InputError as error:
         raise InputError(str(error).replace(name, str(path), 1)) from None
-
-
-def _parse(path: str | Path, lines: list[str]) -> tuple[list[str], NDArray, list[int]]:
-    """Names, numbers, and the file's line of the names and of each row."""
-    kept = [
-        (number, line)
-        for number, line in enumerate(lines, start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not kept:
-        raise InputError(f"{path}: comments only; accepted: a line of column names, then numbers")
-    line_numbers = [number for number, _ in kept]
-    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
-    _check_names(names, f"{path}, line {line_numbers[0]}")
-    table = np.zeros((len(rows), len(names)))
-    for i, row in enumerate(rows):
-        place = f"{path}, line {line_numbers[i + 1]}"
-        if len(row) != len(names):
-            raise InputError(
-                f"{place}: {len(row)} cells; accepted: {len(names)}, one a column of the header"
-            )
-        for k, cell in enumerate(row):
-            table[i, k] = parse_number(cell, f"{place}, column {names[k]}")
-    return names, table, line_numbers
 
 
 def _check_names(names: list[str], place: str) -> None:

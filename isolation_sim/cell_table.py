@@ -1,0 +1,114 @@
+"""A table in a CSV file whose first line names the columns, with errors that name the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions.readers.lines import parse_number, read_lines
+
+from .errors import InputError
+
+
+@dataclass(frozen=True)
+class CellTable:
+    """Cells of a file, and where they stand in it.
+
+    Attributes
+    ----------
+    path : str or pathlib.Path
+        The file.
+    names : list of str
+        Of the columns.
+    rows : list of list of str
+        What stands below them.
+    lines : list of int
+        The file's line of the names, then of each row.
+    """
+
+    path: str | Path
+    names: list[str]
+    rows: list[list[str]]
+    lines: list[int]
+
+    @property
+    def head(self) -> str:
+        """Where the names stand."""
+        return f"{self.path}, line {self.lines[0]}"
+
+    def numbers(self, used: Sequence[int]) -> NDArray:
+        """Numbers of some columns.
+
+        Parameters
+        ----------
+        used : sequence of int
+            Places of the columns that hold numbers.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_rows, n_columns)
+            0 in the other columns.
+
+        Raises
+        ------
+        InputError
+            If a row has more or fewer cells than the header.
+        GroundMotionError
+            If a cell of a used column is not a finite number.
+        """
+        table = np.zeros((len(self.rows), len(self.names)))
+        try:
+            table[:, used] = [[float(row[k]) for k in used] for row in self.rows]
+            alike = all(len(row) == len(self.names) for row in self.rows)
+            right = alike and bool(np.isfinite(table).all())
+        except (ValueError, IndexError):
+            right = False
+        if not right:
+            self._refuse(used)
+        return table
+
+    def _refuse(self, used: Sequence[int]) -> None:
+        """Name the first row or cell that is wrong."""
+        for row, line in zip(self.rows, self.lines[1:], strict=True):
+            place = f"{self.path}, line {line}"
+            if len(row) != len(self.names):
+                raise InputError(
+                    f"{place}: {len(row)} cells; accepted: {len(self.names)}, one a column of the "
+                    "header"
+                )
+            for k in used:
+                parse_number(row[k], f"{place}, column {self.names[k]}")
+
+
+def read_cells(path: str | Path) -> CellTable:
+    """Read the cells of a CSV file; lines that begin with ``#`` are skipped.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        The file.
+
+    Returns
+    -------
+    CellTable
+
+    Raises
+    ------
+    InputError
+        If it holds comments alone.
+    GroundMotionError
+        If it is missing, unreadable, not text, or empty.
+    """
+    kept = [
+        (number, line)
+        for number, line in enumerate(read_lines(path), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not kept:
+        raise InputError(f"{path}: comments only; accepted: a line of column names, then numbers")
+    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
+    return CellTable(path, names, rows, [number for number, _ in kept])
