@@ -26,8 +26,9 @@ from .next_test import next_test
 from .noise_examples import motion_noise, noise_residuals
 from .outcome import Outcome
 from .selection import SIGNIFICANT, Search
-from .summary import confusable, gain_interval, intervals, p_value, shares
+from .summary import confusable, gain_interval, p_value, shares
 from .terms import OUTSIDE, terms, variables
+from .uncertainty import intervals
 from .zero import EACH_RUN, run_means
 
 EXAMPLES = 6
@@ -92,7 +93,7 @@ def _outcome(
     tell: Callable[[str], None],
 ) -> Outcome:
     def fit_base(data: Measured) -> tuple[Fitted, NDArray | None]:
-        model = law_model(campaign, law, data, degree)
+        model = law_model(campaign, law, data, degree, given=device is not None)
         if device is None:
             return fitted_law(model, pool, seed, lambda: tell("fitting the law")), None
         start = model.unknowns.of(device)

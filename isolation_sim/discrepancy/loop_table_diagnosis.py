@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import EFFECTS, Effect, extend
+from ..effects.effect import in_sentence
 from ..identification.least_squares import Optimum
 from ..identification.multistart import different
 from ..identification.unknowns import Unknowns
@@ -21,7 +22,7 @@ from .diagnosis import Cause, Diagnosis, Errors, Verdict
 from .loop_model import ACCURACY, LoopModel, loop_motion
 from .loop_story import FittedLoops, Round, depends_on, largest, rms, steps, traces
 from .loop_table import LoopTable
-from .summary import linear_intervals
+from .uncertainty import linear_intervals
 
 BETTER = 0.8
 """An effect has to lower the error on rows left out to less than this part."""
@@ -123,7 +124,8 @@ class _Work:
         force = float(np.median(self.table.stiffness * self.table.amplitude))
         x = float(np.median(self.table.amplitude))
         time = 1 / (2 * np.pi * float(np.median(self.table.frequency)))
-        unknowns = Unknowns(self.law, at, (force, x, time))
+        held = self.law.redundant if device is None else {}
+        unknowns = Unknowns(self.law, at, (force, x, time), held)
         model = LoopModel(loop_motion(self.table), unknowns, N_STEPS, table=self.table)
         starts = unknowns.starts(16, self.seed)
         if device is not None:
@@ -274,8 +276,8 @@ class _Work:
                     p_value=self.chance(without, given),
                     parameters=numbers[k],
                     evidence=(
-                        f"With {stage.effect.title.lower()} the error on rows left out falls from "
-                        f"{100 * without.left_out:.1f} to {100 * given.left_out:.1f} %."
+                        f"With {in_sentence(stage.effect.title)} the error on rows left out falls "
+                        f"from {100 * without.left_out:.1f} to {100 * given.left_out:.1f} %."
                     ),
                     confusable_with=tuple(near),
                     form=stage.effect.form,

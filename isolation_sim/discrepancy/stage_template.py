@@ -19,9 +19,8 @@ def course(starts, dt, x, v, a, current, force, temperature, parameters, first, 
             respond(x[k], v[k], a[k], current[k], force[k], temperature[k], s, parameters, out, k)
             if N_STATES == 0 or k + 1 == starts[run + 1]:
                 continue
-            # signals in the middle: the cubic through both ends, and linear; a current that has
-            # changed by the next sample is taken to have changed at once, so that a law without
-            # lag is a lag of zero
-            step(0.5 * (x[k] + x[k + 1]) + 0.125 * h * (v[k] - v[k + 1]), 0.5 * (v[k] + v[k + 1]),
-                 0.5 * (a[k] + a[k + 1]), current[k + 1], 0.5 * (force[k] + force[k + 1]),
-                 temperature[k], h, s, parameters)
+            # a current that has changed by the next sample is taken to have changed at once, so
+            # that a law without lag is a lag of zero
+            n = k + 1
+            step(x[k], v[k], a[k], current[n], force[k], temperature[k],
+                 x[n], v[n], a[n], current[n], force[n], temperature[n], h, s, parameters)

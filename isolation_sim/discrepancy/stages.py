@@ -139,13 +139,13 @@ def _text(effect: Effect) -> str:
     _, _, statements, results = straight_line(named, outputs)
     arguments = ", ".join(names)
     respond = [*unpack, *statements, *(f"out[{i}, k] = {r}" for i, r in enumerate(results))]
-    step = ["pass"]
-    if effect.rates is not None:
-        named = dict(zip([*names, "h", *z_names, *p_names], [*signals, h := symbols(["h"])[0],
-                                                             *z, *p], strict=True))  # fmt: skip
-        new = _rosenbrock(effect, here, h, z, tuple(p))
-        _, _, statements, results = straight_line(named, new)
-        step = [*unpack, *statements, *(f"s[{i}] = {r}" for i, r in enumerate(results))]
+    ends = [f"{name}_{end}" for end in (0, 1) for name in names]
+    both, (h,) = symbols(ends), symbols(["h"])
+    begin, end = Signals(*both[: len(names)]), Signals(*both[len(names) :])
+    named = dict(zip([*ends, "h", *z_names, *p_names], [*both, h, *z, *p], strict=True))
+    new = _rosenbrock(effect, begin, end, h, z, tuple(p))
+    _, _, statements, results = straight_line(named, new)
+    step = [*unpack, *statements, *(f"s[{i}] = {r}" for i, r in enumerate(results))]
     return "\n\n".join(
         [
             '"""Written by isolation_sim.discrepancy.stages; do not edit."""',
@@ -153,19 +153,24 @@ def _text(effect: Effect) -> str:
             f"N_STATES = {len(effect.states)}",
             'plain = njit(error_model="numpy")',
             function_text("respond", f"{arguments}, s, parameters, out, k", respond, "@plain"),
-            function_text("step", f"{arguments}, h, s, parameters", step, "@plain"),
+            function_text("step", f"{', '.join(ends)}, h, s, parameters", step, "@plain"),
             TEMPLATE.read_text().split('"""', 2)[2].strip(),
         ]
     )
 
 
-def _rosenbrock(effect: Effect, here: Signals, h: Any, z: list, p: tuple) -> list:
-    """States after one step with the signals held at their values in the middle of it."""
+def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p: tuple) -> list:
+    """States after one step along which the signals are straight lines.
+
+    Verwer's method of two stages with its term for signals that move: a state that is far faster
+    than a step ends where the signals do, as it should.
+    """
     import casadi
 
     rates, states = effect.rates, casadi.vertcat(*z)
     assert rates is not None
-    slope = casadi.vertcat(*rates(here, tuple(z), p))
+    slope = casadi.vertcat(*rates(begin, tuple(z), p))
+    drift = _GAMMA * (casadi.vertcat(*rates(end, tuple(z), p)) - slope)
     by_states = casadi.jacobian(slope, states)
 
     def solved(right: Any) -> Any:
@@ -174,7 +179,7 @@ def _rosenbrock(effect: Effect, here: Signals, h: Any, z: list, p: tuple) -> lis
             return right / diagonal
         return casadi.solve(casadi.SX.eye(len(z)) - _GAMMA * h * by_states, right)
 
-    first = solved(slope)
+    first = solved(slope + drift)
     moved = casadi.vertsplit(states + h * first)
-    second = solved(casadi.vertcat(*rates(here, tuple(moved), p)) - 2 * first)
+    second = solved(casadi.vertcat(*rates(end, tuple(moved), p)) - drift - 2 * first)
     return casadi.vertsplit(states + h * (1.5 * first + 0.5 * second))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..effects.effect import in_sentence
 from ..identification.noise import correlation_time
 from .diagnosis import MEANINGS, Cause, Errors, Step, Trace, Verdict
 from .outcome import Outcome
@@ -176,9 +177,13 @@ def evidence(outcome: Outcome, place: int, share: float, cost_without: float) ->
             effect.parameters, final.parameters(place).values(), strict=True
         )
     )
+    # a law that leans on what is taken away may fail without it
+    larger = (
+        f"is {ratio:.3g} times as large" if np.isfinite(ratio) else "cannot be told: the law fails"
+    )
     return (
-        f"Without {effect.title.lower()} the residual on the {count} samples {where} is "
-        f"{ratio:.3g} times as large; it removes {100 * share:.0f} % of the misfit with {numbers}."
+        f"Without {in_sentence(effect.title)} the residual on the {count} samples {where} "
+        f"{larger}; it removes {100 * share:.0f} % of the misfit with {numbers}."
     )
 
 

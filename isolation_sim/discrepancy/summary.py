@@ -1,4 +1,4 @@
-"""Numbers of a diagnosis: intervals, shares, chances, and what the data cannot tell apart."""
+"""Numbers of a diagnosis: shares, chances, and what the data cannot tell apart."""
 
 from __future__ import annotations
 
@@ -8,83 +8,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..identification.noise import correlation_time
 from .candidates import Fitted, noise_gain
-from .diagnosis import Interval
-from .model import Model
 from .selection import SIGNIFICANT
 from .terms import OUTSIDE
 
 _NEAR = 0.1
 """Part of a cause's gain by which a rival may fall short and still count as confusable."""
-
-
-def intervals(final: Fitted) -> list[dict[str, Interval]]:
-    """95 % intervals of each effect's parameters, fitted together with everything else.
-
-    Parameters
-    ----------
-    final : Fitted
-        The model on all samples.
-
-    Returns
-    -------
-    list of dict of str to Interval
-        One an effect; an interval ends at the parameter's bounds.
-    """
-    memory = correlation_time(final.residual, _starts_of_fitted(final))
-    return linear_intervals(final.model, final.values, final.residual, final.jacobian, memory)
-
-
-def linear_intervals(
-    model: Model, values: NDArray, residual: NDArray, jacobian: NDArray, memory: float = 1.0
-) -> list[dict[str, Interval]]:
-    """95 % intervals of each effect's parameters by the residuals' derivatives.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    values : (n_values,) array
-        Where it fits best.
-    residual : (n_residuals,) array
-        There.
-    jacobian : (n_residuals, n_values) array
-        Its derivatives.
-    memory : float, samples
-        Over which a residual resembles its neighbours.
-
-    Returns
-    -------
-    list of dict of str to Interval
-        One an effect; an interval ends at the parameter's bounds.
-    """
-    norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    norm[~(norm > 0)] = 1.0
-    scaled = np.nan_to_num(jacobian / norm)
-    variance = memory * float(residual @ residual) / max(len(residual) - len(values), 1)
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
-    spread = 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
-    found = []
-    for stage, place in zip(model.stages, model.slices(), strict=True):
-        own = {}
-        for quantity, value, half in zip(
-            stage.effect.parameters, values[place], spread[place], strict=True
-        ):
-            own[quantity.name] = Interval(
-                value=float(value),
-                low=float(max(value - half, quantity.lower)),
-                high=float(min(value + half, quantity.upper)),
-                unit=quantity.unit,
-            )
-        found.append(own)
-    return found
-
-
-def _starts_of_fitted(final: Fitted) -> NDArray:
-    data = final.model.data
-    counts = [int(np.sum(data.fitted[run])) for run in data.runs]
-    return np.concatenate([[0], np.cumsum([c for c in counts if c])])
 
 
 def shares(costs_without: Sequence[float], cost: float, explained: float) -> list[float]:

@@ -62,6 +62,23 @@ class EffectParameter(Quantity):
     starts: tuple[float, ...] = (1.0,)
 
 
+def in_sentence(name: str) -> str:
+    """A cause or an effect's title as it stands within a sentence.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"coulomb_friction"`` or ``"Field saturation"``.
+
+    Returns
+    -------
+    str
+        With a small first letter, unless it is that of Coulomb's name.
+    """
+    words = name.replace("_", " ")
+    return f"{words[:1].lower()}{words[1:]}".replace("coulomb", "Coulomb")
+
+
 @dataclass(frozen=True, eq=False)
 class Effect:
     """One form of one cause; an effect is equal to itself alone.

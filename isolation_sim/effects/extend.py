@@ -17,7 +17,7 @@ from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import Law, Quantity
-from .effect import REFERENCE_TEMPERATURE, Effect, Signals
+from .effect import REFERENCE_TEMPERATURE, Effect, Signals, in_sentence
 
 ACCELERATION_LAG = 2e-3
 """s: in a law, acceleration is the velocity's rate through a first-order filter of this lag."""
@@ -269,7 +269,7 @@ def _extended_law(
         all_states.append(Quantity("followed_velocity", "m/s", "velocity, with a short lag"))
     return ExtendedLaw(
         name="+".join([law.name, *(effect.name for effect in effects)]),
-        title=", ".join([law.title, *(effect.title.lower() for effect in effects)]),
+        title=", ".join([law.title, *(in_sentence(effect.title) for effect in effects)]),
         parameters=(*inner, *outer),
         force=force,
         states=tuple(all_states),

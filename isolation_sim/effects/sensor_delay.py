@@ -5,7 +5,8 @@ Forms:
     second_order    the force belongs to the motion `delay` earlier:
                     x' = x - t v + t^2 a / 2,   v' = v - t a
     filter          the force passes a low-pass filter of first order, time constant `delay`
-    two_filters     the same twice, with half the time constant
+    dead_time       the force is recorded `delay` late, by Pade's approximation of second order:
+                    right within 1 % up to an angular frequency of 1.7 / delay
 
 A negative delay: the displacement is the late one. A fault of the test, not of the device.
 """
@@ -30,24 +31,32 @@ def rates_filter(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return ((signals.force - states[0]) / (parameters[0] + SHORTEST),)
 
 
-def rates_two_filters(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-    """Two of these in a row."""
-    each = parameters[0] / 2 + SHORTEST
-    return (signals.force - states[0]) / each, (states[0] - states[1]) / each
+def rates_dead_time(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The approximation's denominator: its output, and that one's slope times the delay."""
+    slow, slope = states
+    t = parameters[0] + SHORTEST
+    return slope / t, 12 / t * (signals.force - slow - slope / 2)
 
 
 def recorded(signals: Signals, states: tuple, parameters: tuple) -> Any:
-    """What the last filter lets through instead of the force."""
-    lag = parameters[0]
-    # without a filter the force is recorded as it is
-    return (states[-1] - signals.force) * lag / (lag + SHORTEST)
+    """What the filter lets through instead of the force."""
+    return (states[0] - signals.force) * _late(parameters)
+
+
+def recorded_late(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """What comes late instead of the force."""
+    return -states[1] * _late(parameters)
+
+
+def _late(parameters: tuple) -> Any:
+    # without a delay the force is recorded as it is
+    return parameters[0] / (parameters[0] + SHORTEST)
 
 
 LATENESS = EffectParameter(
     "delay", "s", "of the force behind the displacement", lower=0.0, upper=0.2, strength=True,
     starts=(0.003,),
 )  # fmt: skip
-_FILTERED = Quantity("filtered", "N", "force behind the filter")
 
 FORMS = (
     Effect(
@@ -70,7 +79,7 @@ FORMS = (
         form="filter",
         title="Sensor delay, filtered force",
         parameters=(LATENESS,),
-        states=(_FILTERED,),
+        states=(Quantity("filtered", "N", "force behind the filter"),),
         rates=rates_filter,
         force=recorded,
         of_device=False,
@@ -78,13 +87,16 @@ FORMS = (
     ),
     Effect(
         cause="sensor_delay",
-        form="two_filters",
-        title="Sensor delay, force filtered twice",
+        form="dead_time",
+        title="Sensor delay, dead time",
         parameters=(LATENESS,),
-        states=(_FILTERED, Quantity("filtered_twice", "N", "force behind the second filter")),
-        rates=rates_two_filters,
-        force=recorded,
+        states=(
+            Quantity("slow", "N", "force through the denominator"),
+            Quantity("slope", "N", "its slope times the delay"),
+        ),
+        rates=rates_dead_time,
+        force=recorded_late,
         of_device=False,
-        source="low-pass filter of second order",
+        source="Pade approximant of second order",
     ),
 )  # fmt: skip

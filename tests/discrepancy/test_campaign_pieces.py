@@ -66,6 +66,26 @@ def test_a_current_lag_follows_a_step_as_in_the_textbook():
     assert np.max(np.abs(seen - exact)) < 2.0 * (1 / RATE) / lag
 
 
+@pytest.mark.parametrize("delay", [1e-3, 4e-3, 16e-3])
+def test_a_late_channel_is_late_by_less_than_a_sample_too(delay):
+    def force(t):
+        return 100 * np.sin(6 * np.pi * t) + 30 * np.sin(14 * np.pi * t + 1)
+
+    data = measured([a_run()])
+    time = np.arange(len(data.x)) / RATE
+    for form in ("dead_time", "filter"):
+        change = Stage(effect("sensor_delay", form)).course(data, force(time), np.array([delay]))
+        recorded = force(time) + change["force"]
+        late = force(time - delay)
+        if form == "filter":
+            late = sum(
+                a * np.sin(w * time + b - np.arctan(w * delay)) / np.hypot(1, w * delay)
+                for a, w, b in ((100, 6 * np.pi, 0), (30, 14 * np.pi, 1))
+            )
+        settled = time > 0.5
+        assert np.std((recorded - late)[settled]) < 0.005 * np.std(late)
+
+
 def test_a_common_line_is_found_and_none_where_there_is_none():
     frequencies = (0.4, 0.7, 1.0, 1.3, 1.7)
     quiet = [a_run(f"run{k}", f, noise=1.0, seed=k) for k, f in enumerate(frequencies)]

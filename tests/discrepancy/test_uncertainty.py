@@ -1,0 +1,65 @@
+"""Intervals of a diagnosis hold the truth although the measured motion is noisy."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from isolation_sim.discrepancy.base_fit import law_model
+from isolation_sim.discrepancy.candidates import fitted
+from isolation_sim.discrepancy.measured import measured
+from isolation_sim.discrepancy.uncertainty import errors_by_motion, intervals
+from isolation_sim.effects import effect
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS
+
+RATE, SECONDS = 256, 12.0
+STIFFNESS, DAMPING, MASS = 2e4, 300.0, 12.0
+SEEDS = 16
+
+
+def campaign(seed, noise=0.03):
+    """Random motion of a spring, a dashpot and a plate, by sums of sinusoids."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0, SECONDS, 1 / RATE)
+    runs = []
+    for k in range(3):
+        omega, phase = 2 * np.pi * rng.uniform(0.3, 6.0, 20), rng.uniform(0, 2 * np.pi, 20)
+        turned = np.outer(time, omega) + phase
+        x = 1e-3 * np.sin(turned).sum(axis=1)
+        v = 1e-3 * (omega * np.cos(turned)).sum(axis=1)
+        a = -1e-3 * (omega**2 * np.sin(turned)).sum(axis=1)
+        force = STIFFNESS * x + DAMPING * v + MASS * a
+        seen = [y + noise * np.std(y) * rng.standard_normal(len(y)) for y in (x, force)]
+        zero = np.zeros(len(time))
+        runs.append(TestRun(f"run{k}", time, seen[0], zero, seen[1], zero))
+    return Campaign("plate", "made", runs)
+
+
+def with_a_plate(runs):
+    model = law_model(runs, LAWS["kelvin_voigt"], measured(runs.runs))
+    model = model.with_effects(effect("inertia_force", "mass"))
+    start = model.unknowns.starts(1, 0)[0]
+    return fitted(model, np.concatenate([start, [1.0]]), 50, 1e-10)
+
+
+def test_the_truth_is_held_although_every_fit_is_off_in_the_same_direction():
+    errors, expected, inside = [], [], []
+    for seed in range(SEEDS):
+        final = with_a_plate(campaign(seed))
+        (numbers,) = intervals(final, seed)
+        found = numbers["mass"]
+        assert found.low <= found.value <= found.high
+        inside.append(found.low <= MASS <= found.high)
+        errors.append(found.value - MASS)
+        expected.append(np.median(errors_by_motion(final, seed)[:, -1]))
+    # smoothing takes acceleration away; the examples start from smooth motion and know most of it
+    assert np.mean(errors) < -4 * np.std(errors) / np.sqrt(SEEDS)
+    assert 0.4 < np.mean(expected) / np.mean(errors) < 1.1
+    assert sum(inside) >= binom.ppf(1e-4, SEEDS, 0.95)
+
+
+def test_without_noise_there_is_nothing_to_correct():
+    final = with_a_plate(campaign(0, noise=0.0))
+    assert np.max(np.abs(errors_by_motion(final, 0)), initial=0.0) < 1e-3
+    assert intervals(final)[0]["mass"].value == pytest.approx(MASS, rel=1e-3)
