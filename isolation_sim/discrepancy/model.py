@@ -158,10 +158,7 @@ class Model:
         if not derivatives:
             return self._zeroed(force), np.empty((0, len(values)))
         columns = np.empty((len(force), len(values)))
-        columns[:, : self.n_law] = jacobian @ self.unknowns.spread
-        for course in courses:
-            if "factor" in course:
-                columns[:, : self.n_law] *= course["factor"][:, np.newaxis]
+        columns[:, : self.n_law] = self._passed(jacobian @ self.unknowns.spread, inner, courses, own)
         for place, stage in enumerate(self.stages):
             for k, quantity in enumerate(stage.effect.parameters):
                 moved = [p.copy() for p in own]
@@ -174,6 +171,25 @@ class Model:
         if self._free_zero:
             columns -= run_means(self.data, columns)
         return self._zeroed(force), columns
+
+    def _passed(self, by_law: NDArray, inner: NDArray, courses: list, own: list) -> NDArray:
+        """Derivatives of the law's force as they come out behind the effects."""
+        following = [k for k, s in enumerate(self.stages) if "force" in s.effect.needs]
+        if not following:
+            for course in courses:
+                if "factor" in course:
+                    by_law = by_law * course["factor"][:, np.newaxis]
+            return by_law
+        passed = np.empty_like(by_law)
+        before = _combined(inner, courses)
+        for k, column in enumerate(by_law.T):
+            size = float(np.linalg.norm(column))
+            step = _DIFFERENCE * float(np.linalg.norm(inner)) / size if size > 0 else 1.0
+            changed, moved = list(courses), inner + step * column
+            for place in following:
+                changed[place] = self._outer(self.stages[place], moved, own[place])
+            passed[:, k] = (_combined(moved, changed) - before) / step
+        return passed
 
     @property
     def _free_zero(self) -> bool:

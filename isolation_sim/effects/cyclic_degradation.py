@@ -86,6 +86,7 @@ FORMS = (
         states=(Quantity("work", "J", "work done on the device"),),
         factor=exponential,
         rates=rates_work,
+        needs=frozenset({"force"}),
         source="damage by absorbed energy",
     ),
 )  # fmt: skip

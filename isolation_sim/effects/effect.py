@@ -113,8 +113,9 @@ class Effect:
     stored_energy : callable or None
         ``stored_energy(x, states, parameters)`` -> J, of an added force that could give some back.
     needs : frozenset of str
-        What it uses beyond motion and force: "acceleration", "temperature"; "current" where a
-        factor or an added force depends on it, which makes a device without coil ask for one.
+        What it uses beyond the motion: "acceleration", "temperature", the law's "force"; "current"
+        where a factor or an added force depends on it, which makes a device without coil ask for
+        one.
     of_device : bool
         False for what happens in the instruments of a test and not in the device: it belongs to
         the measured data and is left out of a law that is used elsewhere.

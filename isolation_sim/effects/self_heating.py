@@ -66,6 +66,7 @@ FORMS = (
         states=(WARMTH,),
         rates=rates_exponential,
         factor=exponential,
+        needs=frozenset({"force"}),
         source="lumped heat balance; Kalpakidis & Constantinou (2009) for lead-rubber bearings",
     ),
     Effect(
@@ -76,6 +77,7 @@ FORMS = (
         states=(WARMTH,),
         rates=rates_hyperbolic,
         factor=hyperbolic,
+        needs=frozenset({"force"}),
         source="lumped heat balance, viscosity falling as 1 / (1 + h)",
     ),
 )

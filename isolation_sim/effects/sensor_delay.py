@@ -83,6 +83,7 @@ FORMS = (
         rates=rates_filter,
         force=recorded,
         of_device=False,
+        needs=frozenset({"force"}),
         source="low-pass filter of first order",
     ),
     Effect(
@@ -97,6 +98,7 @@ FORMS = (
         rates=rates_dead_time,
         force=recorded_late,
         of_device=False,
+        needs=frozenset({"force"}),
         source="Pade approximant of second order",
     ),
 )  # fmt: skip

@@ -1,0 +1,44 @@
+"""A model's derivatives are those of its force, whatever effect stands around the law."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.base_fit import law_model
+from isolation_sim.discrepancy.measured import measured
+from isolation_sim.effects import EFFECTS
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS
+
+FORMS = [form for forms in EFFECTS.values() for form in forms]
+
+
+@pytest.fixture(scope="module")
+def bare():
+    """Strain stiffening under a swelling sine, a moving current and a changing temperature."""
+    time = np.arange(0, 4.0, 1 / 128)
+    x = 6e-3 * (time / 4.0) * np.sin(2 * np.pi * 1.3 * time)
+    run = TestRun("run", time, x, np.gradient(x, time), 3e4 * x, 1 + np.sin(2 * time))
+    runs = Campaign("swelling", "made", [replace(run, temperature=20 + 5 * np.sin(time))])
+    model = law_model(runs, LAWS["strain_stiffening"], measured(runs.runs))
+    return model, model.unknowns.starts(1, 0)[0]
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_derivatives_by_the_law_pass_the_effect(form, bare):
+    model, law = bare
+    model = model.with_effects(form)
+    own = [np.clip(q.starts[0] * model.size(q), q.lower, q.upper) for q in form.parameters]
+    values = np.concatenate([law, own])
+    _, columns = model.forces(values, True)
+    for k in range(len(law)):
+        step = 1e-5 * max(abs(values[k]), model.unknowns.scale[k])
+        ends = []
+        for side in (-step, step):
+            moved = values.copy()
+            moved[k] += side
+            ends.append(model.forces(moved, False)[0])
+        slope = (ends[1] - ends[0]) / (2 * step)
+        assert np.linalg.norm(columns[:, k] - slope) <= 2e-4 * np.linalg.norm(slope)
