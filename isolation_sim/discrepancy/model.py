@@ -158,7 +158,8 @@ class Model:
         if not derivatives:
             return self._zeroed(force), np.empty((0, len(values)))
         columns = np.empty((len(force), len(values)))
-        columns[:, : self.n_law] = self._passed(jacobian @ self.unknowns.spread, inner, courses, own)
+        by_law = jacobian @ self.unknowns.spread
+        columns[:, : self.n_law] = self._passed(by_law, inner, courses, own)
         for place, stage in enumerate(self.stages):
             for k, quantity in enumerate(stage.effect.parameters):
                 moved = [p.copy() for p in own]

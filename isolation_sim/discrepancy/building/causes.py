@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import Effect
+from ...effects.effect import in_sentence
 from .effects import ISOLATOR_EFFECTS
 from .model import GROUND, BuildingModel, Soil, shear_stiffness
 from .record import BuildingRecord
@@ -230,7 +231,7 @@ def _around_the_law(
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(
         name, "", tuple(parameters), starts, apply,
-        f"{effect.title.lower()} in the isolation layer ({says})", form=effect.form,
+        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form,
     )  # fmt: skip
 
 

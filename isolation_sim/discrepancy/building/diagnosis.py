@@ -14,7 +14,7 @@ from .errors import gain_interval, pooled, relative_errors, relative_noise
 from .evidence import dependences, depends_on, evidence, intervals, next_test
 from .fit import Comparison, compare_records, with_causes
 from .model import building_model
-from .noise import Part
+from .part import Part
 from .record import BuildingRecord
 from .selection import MOST_CAUSES, Selection, adequacy, removed_share, select
 

@@ -12,7 +12,7 @@ from ..diagnosis import Interval
 from .causes import TYPICAL_PERIOD
 from .errors import pooled, relative_errors
 from .fit import Comparison, Outcome, coordinates, values_of, with_causes
-from .noise import Part, band_edges, cell_means
+from .part import Part, band_edges, cell_means
 from .record import DISPLACEMENT, BuildingRecord
 from .selection import Selection, Trial, cell_p_values
 

@@ -13,7 +13,8 @@ from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
 from .causes import Candidate, Parameter, Values
 from .model import BuildingModel
-from .noise import NoiseFloor, Part, make_part, noise_floor
+from .noise import NoiseFloor, noise_floor
+from .part import Part, make_part
 from .record import BuildingRecord
 
 FITTED_ENERGY = 0.6

@@ -16,7 +16,7 @@ import numpy as np
 from .causes import Candidate, candidates
 from .errors import excess_error, relative_noise
 from .fit import Comparison, Outcome, compare_records
-from .noise import Part, cell_means
+from .part import Part, cell_means
 
 FALSE_ALARM = 0.003
 """Level of the tests for one more cause, all candidates together."""

@@ -21,7 +21,8 @@ from isolation_sim.discrepancy.building.errors import excess_error
 from isolation_sim.discrepancy.building.evidence import intervals
 from isolation_sim.discrepancy.building.fit import compare_records, split
 from isolation_sim.discrepancy.building.model import GROUND, Soil, building_model, shear_stiffness
-from isolation_sim.discrepancy.building.noise import cell_means, noise_floor, white_noise
+from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
+from isolation_sim.discrepancy.building.part import cell_means
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.selection import adequacy, select
 from isolation_sim.errors import InputError
