@@ -15,7 +15,7 @@ import typer
 from rich.console import Console
 
 from . import __version__, cli_cite, cli_diagnose, cli_fit
-from .cli_habits import AsJson, Quiet, examples, page, progress
+from .cli_habits import TABLE_WIDTH, AsJson, Quiet, examples, page, progress
 from .cli_lists import SUBJECTS
 from .cli_studies import studies
 from .cli_sweep import sweeps
@@ -35,6 +35,7 @@ app = typer.Typer(
     ),
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
+    context_settings={"max_content_width": TABLE_WIDTH},
 )
 app.add_typer(studies, name="study")
 app.add_typer(sweeps, name="sweep")

@@ -49,13 +49,13 @@ def diagnose(
     from .front_door import diagnose as run_diagnosis
     from .results import ResultsFolder, file_name
 
-    with progress(quiet, _PARTS) as step:
-        result = run_diagnosis(
-            data, law, parameters, scenario=scenario, consequence=consequence,
-            current_degree=current_degree, progress=step,
-        )  # fmt: skip
-    where = out or Path("results") / file_name(f"diagnosis of {data.stem}")
+    where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
     with ResultsFolder(where) as folder:
+        with progress(quiet, _PARTS) as step:
+            result = run_diagnosis(
+                data, law, parameters, scenario=scenario, consequence=consequence,
+                current_degree=current_degree, progress=step,
+            )  # fmt: skip
         result.save(folder.unfinished)
     if as_json:
         print(result.to_json())

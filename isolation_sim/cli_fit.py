@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .cli_habits import AsJson, Quiet, page, progress
+from .errors import InputError
 
 if TYPE_CHECKING:
     from .identification.fitted import Fit
@@ -43,6 +44,13 @@ def fit(
     """Fit a law to measured runs."""
     from .identification.fit import fit as run_fit
 
+    if report is None and out is not None:
+        report = out.with_suffix(".html")
+    if report is not None and report == out:
+        raise InputError(
+            f"--out {out}: the report is written there; accepted: a file such as "
+            f"{out.with_suffix('.toml')}"
+        )
     with progress(quiet, starts) as step:
         step("searching")
         result = run_fit(
@@ -61,15 +69,11 @@ def fit(
 
         for path in save(result.plot(), figure.parent, figure.name):
             print(f"figure: {path}", file=where)
-    if report is None and out is not None:
-        report = out.with_suffix(".html")
     if report is not None:
         print(f"report: {result.to_html(report)}", file=where)
 
 
 def _numbers(given: list[str]) -> dict[str, float]:
-    from .errors import InputError
-
     numbers = {}
     for text in given:
         name, equals, value = text.partition("=")

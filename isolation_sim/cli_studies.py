@@ -47,7 +47,7 @@ def papers(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Recompute every checkable number of the four papers and draw their figures."""
+    """Recompute the four papers' checkable numbers and draw their figures."""
     from studies.papers.study import reproduce
     from studies.papers.table import Check, layout
 

@@ -95,7 +95,7 @@ class _WithDefault(TyperGroup):
 
 sweeps = typer.Typer(
     cls=_WithDefault,
-    help="Run a plan of many cases (isolation-sim sweep PLAN.toml), and show what came of it.",
+    help="Run a plan of many cases, and show what came of it.",
     no_args_is_help=True,
     rich_markup_mode=None,
     epilog=examples(
@@ -203,6 +203,8 @@ def show(
     from .sweeps.tables import best_table, controllers_table, sensitivity_table
 
     result = Sweep(folder)
+    if figures is not None and figures.is_file():
+        raise InputError(f"--figures {figures}: a file; accepted: a folder")
     paper = page()
     paper.print(controllers_table(result))
     paper.print(best_table(result, criterion, best))

@@ -9,14 +9,14 @@ import math
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from . import __version__
 from .comparison import json_report
 from .errors import InputError
+from .whole_file import replacing
 
 if TYPE_CHECKING:
     import xarray
@@ -237,7 +237,7 @@ def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
         software=f"isolation-sim {__version__}",
         **{f"criterion_{name}": value for name, value in run.criteria.items()},
     )
-    with _replacing(path) as unfinished:
+    with replacing(path) as unfinished:
         data.to_netcdf(unfinished, engine=_ENGINE)
     return Path(path)
 
@@ -287,7 +287,7 @@ def write_table(records: Sequence[Mapping[str, Any]], path: str | Path) -> Path:
         The file.
     """
     keys = list(dict.fromkeys(key for record in records for key in record))
-    with _replacing(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, keys, restval="", lineterminator="\n")
         writer.writeheader()
         writer.writerows(records)
@@ -309,18 +309,6 @@ def write_text(text: str, path: str | Path) -> Path:
     pathlib.Path
         The file.
     """
-    with _replacing(path) as unfinished:
+    with replacing(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return Path(path)
-
-
-@contextmanager
-def _replacing(path: str | Path) -> Iterator[Path]:
-    """Temporary name that becomes the file's when all went well."""
-    path = Path(path)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        yield unfinished
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)

@@ -344,7 +344,7 @@ def _finding(
             f"{100 * diagnosis.error_after.held_out:.0f} %. Under the building, the extended "
             f"layer misses{_told(table, layer)}."
         )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _told(table: Sequence[dict[str, Any]], layer: Layer) -> str:

@@ -108,7 +108,7 @@ def _finding(found: dict[str, Diagnosis]) -> str:
             if named
             else "No effect of the catalogue removes enough of that to be named."
         )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _figure(found: dict[str, Diagnosis]) -> Figure:

@@ -266,7 +266,7 @@ def _finding(table: list[dict[str, Any]], count: int) -> str:
             f"{'' if clear else ', within the bounds of another'}; near-fault pulses alone give it "
             f"{_said(best['near fault'])}, far-field motions {_said(best['far field'])}."
         )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _figure(

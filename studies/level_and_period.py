@@ -115,7 +115,7 @@ def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
             f"{shaken:+.0f} %; {_choices(motion, table)}. {100 * beyond:.0f} % of these runs go "
             f"beyond the {TESTED * 1e3:.0f} mm that the isolators were tested at."
         )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _choices(motion: str, table: Sequence[dict[str, Any]]) -> str:

@@ -131,6 +131,8 @@ def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
 
 
 def _figure(runs: pandas.DataFrame) -> Figure:
+    from matplotlib.ticker import LogFormatter
+
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
         label_outer,
@@ -156,6 +158,7 @@ def _figure(runs: pandas.DataFrame) -> Figure:
             axes.set(xlabel="gap, mm", ylabel="peak floor acceleration, m/s²", title=name,
                      yscale="log")  # fmt: skip
             axes.yaxis.set_major_formatter("{x:g}")
+            axes.yaxis.set_minor_formatter(LogFormatter())
         label_outer(panels.tolist(), len(CONTROLLERS))
         legend(figure, panels[0], "outside upper center")
     return figure

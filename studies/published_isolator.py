@@ -214,7 +214,7 @@ def _finding(rows: list[dict[str, Any]], found: list[Judged]) -> str:
             f"{extended['rows left out, %']:.1f} % (the fitted law "
             f"{fitted['rows left out, %']:.1f} %)."
         )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _pair(row: dict[str, Any]) -> str:

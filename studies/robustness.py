@@ -139,7 +139,7 @@ def _finding(maps: Maps, constant: float) -> str:
         f"{work['papers']:.2f} times the ground's energy into the building by the papers' rule, "
         f"{work['passive']:.2f} times by the passive one."
     )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def field_work(rule: str, delay: float) -> float:

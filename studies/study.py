@@ -125,7 +125,7 @@ class Outcome:
     table : sequence of mapping
         A row a case; a heading ends in the SI unit; None for what did not happen.
     finding : str
-        What the numbers say, in a paragraph.
+        What the numbers say, a paragraph a line.
     figures : dict of str to matplotlib.figure.Figure
         By file name.
     """
@@ -184,8 +184,9 @@ def perform(
             for stem, figure in found.figures.items()
         ]
         study_report(
-            study.TITLE, [found.finding], {"What was found": texts(found.table)},
-            [svg for svg, _ in drawn],
+            study.TITLE, found.finding.splitlines(), {"What was found": texts(found.table)},
+            [svg for svg, _ in drawn], STUDIES[name],
+            f"isolation-sim study {name}{' --short' * short}",
         ).write(folder.unfinished / "report.html")  # fmt: skip
         write_contents(folder.unfinished, study.TITLE)
     return found, folder.path

@@ -214,10 +214,12 @@ def _finding(table: Sequence[dict[str, Any]]) -> str:
             f"{np.median(growth[FIXED]):.1f} times on a fixed base and "
             f"{np.median(growth['isolators']):.1f} times on isolators (medians)."
         )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _figure(runs: Sequence[dict[str, Any]], loops: dict[str, Run]) -> Figure:
+    from matplotlib.ticker import LogFormatter
+
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
     labels = (FIXED, *CONTROLLERS)
@@ -234,6 +236,7 @@ def _figure(runs: Sequence[dict[str, Any]], loops: dict[str, Run]) -> Figure:
             axes.set(xlabel="scale of the motion", ylabel="ductility demand", title=name,
                      yscale="log")  # fmt: skip
             axes.yaxis.set_major_formatter("{x:g}")
+            axes.yaxis.set_minor_formatter(LogFormatter())
         for label, run in loops.items():
             drift = run.output("storey1_drift_m")
             shear = run.output("storey1_hysteresis_force_N")

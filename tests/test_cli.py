@@ -312,6 +312,41 @@ def test_bad_input_is_one_line(here, call, text, files, told):
     assert {p.name: p.read_text() for p in here.iterdir()} == given
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("run folder", "folder: cannot be read (Is a directory)"),
+        ("run latin.toml", "latin.toml: cannot be read (not UTF-8)"),
+        ("run table.csv", "table.csv: not TOML"),
+        ("new folder --force", "folder: Is a directory"),
+        ("new nowhere/mine.toml", "nowhere/mine.toml: No such file or directory"),
+        ("fit nowhere --law linear", "nowhere: a folder that does not exist"),
+        ("fit folder --law linear", "folder: no campaign.toml in it"),
+        ("fit table.csv --law linear", "table.csv: a file; accepted: a folder"),
+        ("fit folder --law linear --out a.html", "--out a.html: the report is written there"),
+        ("diagnose folder", "folder: no campaign.toml in it"),
+        ("diagnose table.csv", "table.csv: columns 'a,b'; accepted:"),
+        ("diagnose folder --out table.csv/a", "table.csv/a: results cannot be written there"),
+        ("cite folder", "folder: holds no run"),
+        ("cite latin.toml", "latin.toml: cannot be read (not UTF-8)"),
+        ("sweep folder", "folder: cannot be read (Is a directory)"),
+        ("sweep plan.toml --out table.csv", "table.csv: a file; accepted: a new folder"),
+        ("sweep show folder", "folder: no sweep there"),
+        ("sweep show table.csv", "table.csv: no sweep there"),
+        ("sweep new folder --force", "folder: Is a directory"),
+        ("study level_and_period --out table.csv/a", "table.csv/a: results cannot be written"),
+    ],
+)
+def test_the_wrong_thing_in_a_place_is_told_in_one_line(here, call, arguments, told):
+    (here / "folder").mkdir()
+    (here / "latin.toml").write_bytes(b'name = "caf\xe9"\n')
+    (here / "table.csv").write_text("a,b\n1,2\n")
+    (here / "plan.toml").write_text('[[vary]]\nfield = "isolator.count"\nvalues = [1.0]\n')
+    before = set(here.rglob("*"))
+    assert refused(call, *arguments.split()).startswith(told)
+    assert set(here.rglob("*")) == before
+
+
 def test_results_that_cannot_be_written_are_refused_before_the_work(here, call):
     (here / "file").write_text("")
     line = refused(call, "run", "--out", "file/out")

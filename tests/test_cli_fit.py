@@ -72,6 +72,8 @@ def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
     [
         (["--law", "kelvin_vogt"], "unknown law 'kelvin_vogt'; did you mean 'kelvin_voigt'?"),
         (["--law", "kelvin_voigt", "--current-degree", "2"], "need 3 currents; the fitted runs"),
+        (["--law", "kelvin_voigt", "--current-degree", "-1"], "current degree is -1; accepted: 0"),
+        (["--law", "kelvin_voigt", "--starts", "0"], "starts is 0; accepted: 1 or more"),
         (["--law", "kelvin_voigt", "--fix", "q=1"], "unknown parameter of kelvin_voigt 'q'"),
         (["--law", "kelvin_voigt", "--fix", "k"], "--fix k: accepted: a parameter and a number"),
     ],
@@ -82,6 +84,17 @@ def test_bad_input_is_one_line(campaign, capsys, arguments, told):
     assert out == ""
     assert told in err
     assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("option", ["--out", "--report"])
+def test_a_folder_where_a_file_should_go_is_told(campaign, capsys, tmp_path, option):
+    (tmp_path / "taken").mkdir()
+    before = set(tmp_path.rglob("*"))
+    arguments = ("--law", "kelvin_voigt", "--starts", 1, "--quiet", option, tmp_path / "taken")
+    code, _, err = called(capsys, "fit", campaign, *arguments)
+    assert code == 2
+    assert "".join(err.split()) == f"isolation-sim:{tmp_path / 'taken'}:Isadirectory"
+    assert set(tmp_path.rglob("*")) == before
 
 
 def test_missing_column_names_file_and_column(campaign, capsys):

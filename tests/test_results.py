@@ -60,6 +60,15 @@ def test_a_failed_write_keeps_the_old_file(comparison, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
 
 
+def test_a_write_that_fails_names_the_file(tmp_path):
+    (tmp_path / "taken").mkdir()
+    for path in (tmp_path / "taken", tmp_path / "nowhere" / "a.txt"):
+        with pytest.raises(OSError, match="directory") as caught:
+            results.write_text("text", path)
+        assert caught.value.filename == str(path)
+    assert [p.name for p in tmp_path.iterdir()] == ["taken"]
+
+
 class Broken:
     def __str__(self):
         raise ValueError("dict contains what cannot be written")

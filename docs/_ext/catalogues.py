@@ -134,7 +134,7 @@ def papers() -> str:
 
 
 def _row(check: Check) -> tuple[str, ...]:
-    unit = f" {check.unit}" if check.unit else ""
+    unit = f"\u00a0{check.unit}" if check.unit else ""  # stays with its number
     return (
         written(check.what), written(check.where),
         written(f"{check.published}{unit}") if check.published else "",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from inspect import cleandoc
@@ -27,7 +28,9 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], caption: str =
     lines = [f":::{{list-table}} {caption}", ":header-rows: 1", ""]
     for row in (headings, *rows):
         for k, cell in enumerate(row):
-            lines.append(f"{'* -' if k == 0 else '  -'} {' '.join(cell.split())}".rstrip())
+            # a space that does not break stays
+            text = re.sub(r"[ \n]+", " ", cell.strip())
+            lines.append(f"{'* -' if k == 0 else '  -'} {text}".rstrip())
     return "\n".join([*lines, ":::", ""])
 
 

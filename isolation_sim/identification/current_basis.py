@@ -33,12 +33,14 @@ def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None)
     Raises
     ------
     InputError
-        If the runs have too few currents for the degree.
+        If the degree is negative, or the runs have too few currents for it.
     """
     seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
     if degree is None:
         degree = min(len(seen) - 1, 2)
-    if not 0 <= degree < len(seen):
+    if degree < 0:
+        raise InputError(f"current degree is {degree}; accepted: 0 or more")
+    if degree >= len(seen):
         raise InputError(
             f"{campaign.name}: polynomials of degree {degree} in the current need {degree + 1} "
             f"currents; the fitted runs have {len(seen)} ({seen.min():g} to {seen.max():g} A)"

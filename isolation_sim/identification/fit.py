@@ -16,7 +16,7 @@ from ..laws.law import Law
 from ..laws.registry import LAWS
 from .campaign import Campaign, read_campaign
 from .current_basis import currents_of
-from .fitted import Estimate, Fit, RunError, noise_of
+from .fitted import Estimate, Fit, RunError, labels, noise_of
 from .least_squares import Optimum, levenberg_marquardt
 from .multistart import different, promising
 from .noise import correlation_time
@@ -92,6 +92,8 @@ def fit(
         if law not in LAWS:
             raise unknown_name("law", law, LAWS)
         law = LAWS[law]
+    if starts < 1:
+        raise InputError(f"starts is {starts}; accepted: 1 or more")
     given = dict(fixed or {})
     runs = [smoothed(run) for run in campaign.fitted]
     problem = _Problem(law, campaign, runs, current_degree, given)
@@ -259,7 +261,7 @@ class _Problem:
         self, estimates: Sequence[Estimate], covariance: NDArray, best: Optimum
     ) -> tuple[str, ...]:
         notes = []
-        left = [e.label for e in estimates if not e.determined]
+        left = labels([e for e in estimates if not e.determined])
         if left:
             notes.append("the data do not determine " + ", ".join(left))
         spread = np.sqrt(np.diag(covariance)) + 1e-150

@@ -51,6 +51,29 @@ class Estimate:
         return self.name if self.current is None else f"{self.name} at {self.current:.3g} A"
 
 
+def labels(estimates: Sequence[Estimate]) -> list[str]:
+    """Name numbers, those of one parameter together.
+
+    Parameters
+    ----------
+    estimates : sequence of Estimate
+        Numbers, those of one parameter one after the other.
+
+    Returns
+    -------
+    list of str
+        Such as ``"k at 0, 1.5 and 3 A"``.
+    """
+    currents: dict[str, list[str]] = {}
+    for e in estimates:
+        currents.setdefault(e.name, []).extend([] if e.current is None else [f"{e.current:.3g}"])
+    found = []
+    for name, values in currents.items():
+        several = f"{', '.join(values[:-1])} and " * (len(values) > 1)
+        found.append(f"{name} at {several}{values[-1]} A" if values else name)
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class RunError:
     """How well a fitted law reproduces one run.
@@ -168,7 +191,7 @@ class Fit:
         for e in self.estimates:
             parameters.add_row(
                 e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-                f"{e.low:.4g} to {e.high:.4g}", e.unit, "" if e.determined else "not determined",
+                f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined",
             )  # fmt: skip
         runs = Table(title="Force residual over measured force (RMS)", box=SIMPLE_HEAD)
         runs.add_column("run")
@@ -231,18 +254,17 @@ class Fit:
         Parameters
         ----------
         path : str or pathlib.Path
-            The file; written under a temporary name, then renamed.
+            File to write, replaced whole or not at all.
 
         Returns
         -------
         pathlib.Path
             The file.
         """
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(path.name + ".tmp")
-        temporary.write_text(self.scenario_section(), encoding="utf-8")
-        return temporary.replace(path)
+        from ..results import write_text
+
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        return write_text(self.scenario_section(), path)
 
     def plot(self) -> Figure:
         """Loops measured and modelled, a panel a run.

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 TITLE = "What the law's error would have meant for control"
 HEADINGS = (
     "controller",
-    "base displ., mm old", "new", "error, %",
-    "floor acc., m/s² old", "new", "error, %",
-    "J old", "new", "new design",
-    "rank old", "new", "new design",
+    "base displ., mm: old", "new", "error, %",
+    "floor acc., m/s²: old", "new", "error, %",
+    "J: old", "new", "new design",
+    "rank: old", "new", "new design",
 )  # fmt: skip
 NOTE = (
     "Old: all by the law that was judged. New: the building on the extended law, its controllers "

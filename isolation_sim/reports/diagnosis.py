@@ -83,7 +83,7 @@ def consequence_text(consequence: Consequence) -> list[str]:
     list of str
         Paragraphs.
     """
-    where = f"{consequence.scenario}. {consequence.finding}"
+    where = f"{consequence.scenario[:1].upper()}{consequence.scenario[1:]}. {consequence.finding}"
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 

@@ -27,24 +27,25 @@ def fitted_loops(fit: Fit) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Deformation in mm, force in N or kN; titles give the run, its error and whether it was
-        held out.
+        Deformation in mm, force in N or kN, each panel on its own axes; titles give the run, its
+        error and whether it was held out.
     """
     errors = fit.errors[:: -(-len(fit.errors) // _MOST_PANELS)]
-    across = min(len(errors), 6 if len(errors) > 9 else 3)
+    across = min(len(errors), 4 if len(errors) > 9 else 3)
     down = -(-len(errors) // across)
     peak = max(float(np.abs(e.run.force).max()) for e in errors)
     unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.5 + DOUBLE_COLUMN / across * down * 1.05)
-        panels = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).ravel()
+        figure = new_figure(DOUBLE_COLUMN, 0.5 + DOUBLE_COLUMN / across * down)
+        # each on its own axes: small loops may err most
+        panels = figure.subplots(down, across, squeeze=False).ravel()
         for panel, error in zip(panels, errors, strict=False):
             _draw(panel, error, scale)
             panel.set_xlabel("Deformation (mm)")
             panel.set_ylabel(f"Force ({unit})")
         for panel in panels[len(errors) :]:
             panel.remove()
-        label_outer(list(panels[: len(errors)]), across)
+        label_outer(list(panels[: len(errors)]), across, ticks=False)
         legend(figure, panels[0], "outside upper center")
     return figure
 
@@ -54,7 +55,7 @@ def _draw(panel, error: RunError, scale: float) -> None:
     # a few cycles tell as much as many, and the file stays small
     shown = slice(-min(len(run.time), 1500), None)
     x = 1e3 * run.displacement[shown]
-    panel.plot(x, scale * run.force[shown], color="0.65", label="measured")
+    panel.plot(x, scale * run.force[shown], color="0.65", lw=2.5, label="measured")
     modelled = {"color": "black", "ls": (0, (3, 1)), "lw": 0.8, "label": "modelled"}
     panel.plot(x, scale * error.force[shown], **modelled)
     held = ", held out" if run.hold_out else ""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+from ..whole_file import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +141,10 @@ def contour_lines(
         Of the lines; thin by default.
     """
     lines = axes.contour(x, y, values, levels, **{"colors": "black", "linewidths": 0.6, **look})
-    axes.clabel(lines, fmt=fmt, fontsize=6)
+    in_panel = axes.transData - axes.transAxes
+    for label in axes.clabel(lines, fmt=fmt, fontsize=6):
+        # a number that the panel's edge cuts would be misread
+        label.set_visible(bool(abs(in_panel.transform(label.get_position()) - 0.5).max() < 0.46))
 
 
 def legend(
@@ -217,15 +221,11 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     paths = folder / f"{stem}.svg", folder / f"{stem}.png"
     how: tuple[dict[str, Any], ...] = {"metadata": {"Date": None}}, {"dpi": 200}
     for path, options in zip(paths, how, strict=True):
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
+        with replacing(path) as unfinished:
             with style():
                 figure.savefig(unfinished, format=path.suffix[1:], **options)
             if path.suffix == ".svg":
                 unfinished.write_text(_rounded(unfinished.read_text("utf-8")), "utf-8")
-            os.replace(unfinished, path)
-        finally:
-            unfinished.unlink(missing_ok=True)
     return paths
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from .units import unit_of
@@ -149,7 +149,7 @@ def criteria_lines(
                 continue
             symbol, factor = unit_of(row.key)
             numbers = [v[row.key] * factor if row.key in v else None for v in values]
-            cells = _marked(numbers, row.best if len(values) > 1 else None)
+            cells = marked(numbers, row.best if len(values) > 1 else None)
             lines.append((f"{row.label}{', ' * bool(symbol)}{symbol}", cells))
         if lines:
             groups[group] = lines
@@ -197,7 +197,23 @@ def as_text(table: Table, width: int = WIDTH) -> str:
     return "\n".join(line.rstrip() for line in capture.get().splitlines())
 
 
-def _marked(numbers: list[float | None], best: Callable | None) -> list[tuple[str, bool]]:
+def marked(
+    numbers: Sequence[float | None], best: Callable[[list[float]], float] | None
+) -> list[tuple[str, bool]]:
+    """Write the numbers of a row, and mark the best.
+
+    Parameters
+    ----------
+    numbers : sequence of float or None
+        In the unit to print; None where there is none.
+    best : callable or None
+        Picks the best of them; None where none is better.
+
+    Returns
+    -------
+    list of tuple
+        Text and whether it is the best: all that print like the best are, unless all print alike.
+    """
     texts = [_text(number) for number in numbers]
     known = [number for number in numbers if number is not None and number == number]
     mark = _text(best(known)) if best and known else None

@@ -219,10 +219,8 @@ def _read_npz(path: Path) -> dict[str, np.ndarray]:
             return {key: archive[key] for key in archive.files}
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, TypeError, AttributeError, EOFError, BadZipFile) as error:
-        raise InputError(
-            f"{path}: not a NumPy .npz file of plain number arrays ({error})"
-        ) from None
+    except (OSError, ValueError, TypeError, AttributeError, EOFError, BadZipFile):
+        raise InputError(f"{path}: not a NumPy .npz file of plain number arrays") from None
 
 
 def _neighbour_drifts(n: int, base: tuple[int, ...]) -> tuple[np.ndarray, list[str]]:

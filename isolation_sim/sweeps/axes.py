@@ -235,7 +235,8 @@ def _file_axis(path: Path) -> Axis:
         with path.open(newline="", encoding="utf-8") as file:
             header, *rows = [row for row in csv.reader(file) if row]
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error}); accepted: CSV") from None
+        reason = getattr(error, "strerror", None) or "not UTF-8"
+        raise InputError(f"{path}: cannot be read ({reason}); accepted: CSV") from None
     except ValueError:
         raise InputError(f"{path}: empty; accepted: a heading of fields and a row a case") from None
     if not rows:

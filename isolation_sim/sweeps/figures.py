@@ -239,6 +239,7 @@ def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
             f"effect on {spoken(criterion)}, {unit}" if morris
             else f"share of the variance of {spoken(criterion)}"
         )  # fmt: skip
+        axes.set_title(sweep.one_controller(controller))
         axes.grid(axis="y", visible=False)
         legend(figure, axes, "outside upper center")
     return figure

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import unknown_name
+from ..errors import InputError, unknown_name
+from ..whole_file import replacing
 
 if TYPE_CHECKING:
     import pandas
@@ -98,7 +98,7 @@ class Sweep:
     def best(
         self, criterion: str = "peak_floor_acceleration_m_s2", count: int = 5
     ) -> pandas.DataFrame:
-        """Return the runs with the lowest criterion.
+        """Return the runs with the best criterion: the lowest, but the highest J9.
 
         Parameters
         ----------
@@ -115,10 +115,17 @@ class Sweep:
         Raises
         ------
         InputError
-            If there is no such criterion.
+            If there is no such criterion, or the count is below 1.
         """
+        from .tables import is_gain
+
         self.check(criterion, self.criteria, "criterion")
-        return self.table[self.table["status"] == "ok"].nsmallest(count, criterion)
+        if count < 1:
+            raise InputError(f"best is {count}; accepted: 1 or more")
+        good = self.table[self.table["status"] == "ok"].sort_values(
+            criterion, ascending=not is_gain(criterion), kind="stable"
+        )
+        return good.head(count)
 
     def sensitivity(
         self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
@@ -187,11 +194,8 @@ class Sweep:
         """
         from pyarrow import csv
 
-        from .store import write_durably
-
-        sink = io.BytesIO()
-        csv.write_csv(self._store.read(), sink)
-        write_durably(Path(path), sink.getvalue())
+        with replacing(path) as unfinished, unfinished.open("wb") as file:
+            csv.write_csv(self._store.read(), file)
         return Path(path)
 
     def to_html(self, path: str | Path, criterion: str = "peak_floor_acceleration_m_s2") -> Path:

@@ -61,6 +61,8 @@ class Store:
         InputError
             If there is.
         """
+        if self.folder.is_file():
+            raise InputError(f"{self.folder}: a file; accepted: a new folder")
         there = self.folder.iterdir() if self.folder.exists() else ()
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
             remedy = ", or --resume to go on with the sweep there" if self.exists() else ""
@@ -108,7 +110,7 @@ class Store:
         """
         try:
             return json.loads(self.manifest.read_bytes())
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             raise InputError(
                 f"{self.folder}: no sweep there; accepted: a folder that isolation-sim sweep made"
             ) from None

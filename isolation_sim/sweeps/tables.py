@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..reports.tables import marked
 from ..reports.units import unit_of
 from .figures import spoken
 
@@ -24,13 +25,15 @@ def controllers_table(sweep: Sweep) -> Table:
     Returns
     -------
     rich.table.Table
-        An asterisk marks the lowest of a row.
+        An asterisk marks the best of a row; values that print alike are equally good.
     """
     cases = sweep.table["case"].nunique()
     state = "" if sweep.finished else ", unfinished"
     table = _table(f"{sweep.plan.name}: medians over {cases} cases{state}", "", "unit")
     for label in sweep.controllers:
         table.add_column(label, justify="right")
+    if len(sweep.controllers) > 1:
+        table.caption, table.caption_justify = "* best of the row", "left"
     for name, unit, cells in median_rows(sweep):
         table.add_row(name, unit, *(f"{text}{'*' if best else ' '}" for text, best in cells))
     return table
@@ -56,10 +59,7 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
             continue
         unit, factor = unit_of(name)
         values = [float(value) * factor for value in medians[name]]
-        best = max(values) if is_gain(name) else min(values)
-        differ = min(values) < max(values)
-        cells = [(f"{value:.4g}", differ and value == best) for value in values]
-        rows.append((spoken(name), unit, cells))
+        rows.append((spoken(name), unit, marked(values, max if is_gain(name) else min)))
     return rows
 
 
@@ -110,7 +110,7 @@ def told(value: Any) -> str:
 
 
 def best_table(sweep: Sweep, criterion: str, count: int) -> Table:
-    """Runs with the lowest criterion.
+    """Runs with the best criterion.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def best_table(sweep: Sweep, criterion: str, count: int) -> Table:
     rich.table.Table
     """
     _, factor = unit_of(criterion)
-    table = _table(f"lowest {spoken(criterion)}", "case")
+    table = _table(f"{'highest' if is_gain(criterion) else 'lowest'} {spoken(criterion)}", "case")
     for name in (*sweep.parameters, "controller", heading(criterion)):
         table.add_column(name, justify="left" if name == "controller" else "right")
     for _, row in sweep.best(criterion, count).iterrows():

@@ -44,5 +44,4 @@ def _table(title: str, checks: Sequence[Check]) -> Table:
         headings=tuple(COLUMNS),
         rows=tuple(rows),
         filters=("verdict",),
-        numeric=False,
     )

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import casadi
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -9,10 +10,11 @@ from hypothesis import strategies as st
 
 from controllers import CurrentMap
 from isolation_sim.effects import EFFECTS, effect, extend, separate
-from isolation_sim.effects.effect import Signals
+from isolation_sim.effects.effect import Signals, in_sentence
 from isolation_sim.errors import InputError
 from isolation_sim.identification.magnitudes import magnitude
 from isolation_sim.laws import LAWS, law
+from isolation_sim.laws.emit import symbols
 from isolation_sim.laws.fingerprint import fingerprint
 
 from ..laws.test_three_ways import casadi_function, numba_function, outputs
@@ -33,6 +35,15 @@ def test_every_cause_of_the_design_is_there():
         assert len({form.form for form in forms}) == len(forms)
 
 
+def test_names_keep_their_capitals_within_a_sentence():
+    assert in_sentence("Coulomb friction with Stribeck's rise") == (
+        "Coulomb friction with Stribeck's rise"
+    )
+    assert in_sentence("coulomb_friction") == "Coulomb friction"
+    assert in_sentence("Stress softening (Mullins)") == "stress softening (Mullins)"
+    assert in_sentence("field_saturation") == "field saturation"
+
+
 def test_parameters(form):
     assert sum(q.strength for q in form.parameters) == 1
     strength = form.parameters[form.strength]
@@ -45,7 +56,22 @@ def test_parameters(form):
         assert not (q.divides and q.lower <= 0)
         for start in q.starts:
             assert q.lower <= start * size(q) <= q.upper
-    assert not form.needs - {"acceleration", "temperature", "current"}
+
+
+def test_needs_are_what_it_uses(form):
+    signals = Signals(*symbols(Signals._fields))
+    states, numbers = (
+        tuple(symbols([q.name for q in some])) for some in (form.states, form.parameters)
+    )
+    hooks = (form.rates, form.motion, form.factor, form.force)
+    values = [hook(signals, states, numbers) for hook in hooks if hook is not None]
+    flat = [v for value in values for v in (value if isinstance(value, tuple) else (value,))]
+    outputs = casadi.vertcat(*flat) + 0 * casadi.SX.sym("nothing")
+    for need, symbol in (
+        ("acceleration", signals.a), ("temperature", signals.temperature), ("force", signals.force)
+    ):  # fmt: skip
+        assert (need in form.needs) == casadi.depends_on(outputs, symbol), need
+    assert not form.needs - {"acceleration", "temperature", "force", "current"}
 
 
 def test_without_strength_the_law_is_as_it_was(form, isolator):

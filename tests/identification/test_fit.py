@@ -10,6 +10,7 @@ import pytest
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.fitted import Estimate, labels
 from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS
 
@@ -35,6 +36,13 @@ def test_redundant_parameters_are_named_unless_one_is_held(name, campaign_of, he
     }[name]
     assert {e.name for e in result.estimates if not e.determined} == redundant
     assert any(note.startswith("the data do not determine") for note in result.notes)
+
+
+def test_numbers_of_one_parameter_are_named_together():
+    at = [Estimate(n, "1", i, 1.0, 0.5, 2.0, False)
+          for n, i in (("k", 0.0), ("k", 1.5), ("k", 3.0), ("c", 3.0), ("n", None))]  # fmt: skip
+    assert labels(at) == ["k at 0, 1.5 and 3 A", "c at 3 A", "n"]
+    assert labels([]) == []
 
 
 def test_what_the_motion_does_not_excite_is_named(campaign_of, held):
@@ -126,7 +134,7 @@ def test_progress_counts_the_starts(campaign_of, held):
     ("law", "options", "message"),
     [
         ("kelvin_voigt", {"current_degree": 2}, "degree 2 in the current need 3 currents"),
-        ("kelvin_voigt", {"current_degree": -1}, "degree -1"),
+        ("kelvin_voigt", {"current_degree": -1}, "degree is -1"),
         ("kelvin_voight", {}, "kelvin_voigt"),
         ("kelvin_voigt", {"fixed": {"kk": 1.0}}, "parameter of kelvin_voigt"),
     ],

@@ -14,7 +14,14 @@ from matplotlib.image import imread
 
 import isolation_sim as iso
 from isolation_sim.reports import figures
-from isolation_sim.reports.style import DOUBLE_COLUMN, line_styles, style
+from isolation_sim.reports.loops_fitted import fitted_loops
+from isolation_sim.reports.style import (
+    DOUBLE_COLUMN,
+    contour_lines,
+    line_styles,
+    new_figure,
+    style,
+)
 from isolation_sim.simulation.ledger import Ledger
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.structures import IsolatedStructure
@@ -53,8 +60,8 @@ def drawn_texts(figure):
     return [(text.get_text(), text.get_window_extent(renderer)) for text in shown]
 
 
-def check(figure):
-    """Everything that holds for all figures."""
+def check_texts(figure):
+    """No text is cut off or lies on another."""
     texts = drawn_texts(figure)
     for (one, a), (other, b) in itertools.combinations(texts, 2):
         across = min(a.x1, b.x1) - max(a.x0, b.x0)
@@ -64,6 +71,11 @@ def check(figure):
         inside = (-0.5 <= box.x0 and -0.5 <= box.y0
                   and box.x1 <= figure.bbox.x1 + 0.5 and box.y1 <= figure.bbox.y1 + 0.5)
         assert inside, f"{text!r} is cut off"
+
+
+def check(figure):
+    """Everything that holds for all figures."""
+    check_texts(figure)
     for axes in figure.axes:
         for axis, siblings in ((axes.xaxis, axes.get_shared_x_axes()),
                                (axes.yaxis, axes.get_shared_y_axes())):
@@ -153,6 +165,44 @@ def test_the_stack_of_energies_ends_at_what_was_supplied(runs):
     top = max(layer.get_xy()[:, 1].max() for layer in axes.patches)
     supplied = 1e-3 * (run.energy.input_J + run.energy.field_work_J).max()
     assert top == pytest.approx(supplied, rel=1e-3)
+
+
+@pytest.mark.parametrize("count", [1, 7, 10, 40])
+def test_loops_of_a_fit(count):
+    phase = np.linspace(0, 4 * np.pi, 200)
+    errors = []
+    for k in range(count):
+        run = SimpleNamespace(
+            name=f"{k:02d}_sine_8mm_0.5Hz_1A", time=phase, hold_out=k % 3 == 0,
+            displacement=1e-3 * (k + 1) * np.sin(phase), force=100 * (k + 1) * np.cos(phase),
+        )  # fmt: skip
+        errors.append(SimpleNamespace(run=run, force=1.1 * run.force, relative=0.1))
+    figure = fitted_loops(SimpleNamespace(errors=errors))
+    check_texts(figure)
+    assert figure.axes[0].get_ylabel() in ("Force (N)", "Force (kN)")
+    assert figure.axes[-1].get_xlabel() == "Deformation (mm)"
+    # the smallest loop fills its panel as the largest does
+    for panel in figure.axes:
+        drawn = panel.lines[0].get_xdata()
+        assert np.ptp(drawn) > 0.8 * np.ptp(panel.get_xlim())
+
+
+def test_no_value_of_a_contour_is_cut_off():
+    x, y = np.linspace(1, 3, 9), np.linspace(0, 1, 7)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN / 2, 2.0)
+        panel = figure.add_subplot()
+        levels = np.linspace(0, 10, 21)
+        contour_lines(panel, x, y, 3 * x + np.outer(y, 1 + np.sin(4 * x)), levels, "%.1f mm")
+    FigureCanvasAgg(figure).draw()
+    kept = [text for text in panel.texts if text.get_visible()]
+    assert 5 < len(kept) < len(panel.texts)
+    frame = panel.get_window_extent()
+    for text in kept:
+        box = text.get_window_extent()
+        middle = [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2]
+        assert frame.contains(*middle)
+        assert min(middle[0] - frame.x0, frame.x1 - middle[0]) > 0.03 * frame.width
 
 
 def test_runs_without_names(runs):

@@ -172,10 +172,19 @@ def test_charts_fit_on_paper(report, opened, until):
         "[...document.querySelectorAll('.plot')].every((plot) => plot._fullLayout.width <= 680)",
     )
     assert not page.locator(".controls").is_visible()
+    assert not page.locator("details").first.is_visible()
     assert page.locator(".marked").first.is_visible()
-    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    # no gap below a chart, and four time histories or three rows of loops a page
+    plots = "[...document.querySelectorAll('.plot')]"
+    heights = f"{plots}.map((plot) => [plot.offsetHeight, plot._fullLayout.height])"
+    assert all(room == height <= 255 for room, height in page.evaluate(heights))
+    page.set_viewport_size({"width": 688, "height": 900})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 688
+    page.set_viewport_size({"width": 1400, "height": 900})
     page.emulate_media(media="screen")
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
     until(page, "document.querySelector('.plot')._fullLayout.width > 1000")
+    assert page.evaluate(heights)[0] == [215, 215]
     assert page.pdf(format="A4").startswith(b"%PDF")
 
 

@@ -66,11 +66,11 @@ def test_the_story_is_told_in_order(diagnosis):
         "Extended law", "Gain", "Next test", "What it changes for control", "What was diagnosed",
         "References",
     ]  # fmt: skip
-    text = page.html()
+    text = page.html().replace("\u00a0", " ")
     for told in (
         "Kelvin-Voigt misses what was measured by 25 % (RMS) on data held out; noise alone leaves "
         "1.1 %.",
-        "Explained by coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
+        "Explained by Coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
         "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)", "hardly tell coulomb_friction from",
         "velocity alone", "-0.19", "90 to 96", "Test at 4 mm and 2 Hz.", "12.3", "-38",
         "It chooses on_off.", "P. R. Dahl",
@@ -130,9 +130,26 @@ def test_an_adequate_model_has_a_short_report(diagnosis):
     page = diagnosis_report(adequate)
     titles = [section.title for section in page.sections]
     assert titles == ["Verdict", "Evidence", "Gain", "What was diagnosed"]
-    text = page.html()
+    text = page.html().replace("\u00a0", " ")
     assert "by 1.2 % (RMS) on the fitted data." in text and "nothing is missing" in text
     assert "nan" not in text and "Plotly, Inc." not in text
+
+
+def test_rounds_that_begin_alike_are_told_once(diagnosis):
+    rounds = tuple(
+        Step(f"Effects tried, round {k}", "What each leaves:", ("effect", "left"), (("a", "1"),))
+        for k in (1, 2)
+    )
+    text = diagnosis_report(replace(diagnosis, steps=rounds)).html()
+    assert text.count("What each leaves:") == 1
+    assert "round 1" in text and "round 2" in text
+
+
+def test_the_tables_fit_on_paper(diagnosis, opened, tmp_path):
+    page = opened(diagnosis_report(diagnosis, "law").write(tmp_path / "report.html"), width=688)
+    page.emulate_media(media="print")
+    widths = page.evaluate("[...document.querySelectorAll('table')].map((t) => t.offsetWidth)")
+    assert len(widths) > 4 and max(widths) <= 688
 
 
 def test_the_folder_says_what_is_in_it(diagnosis, tmp_path):

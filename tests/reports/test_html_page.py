@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.reports.html import charts, page
+from isolation_sim.reports.html.text import tied
 
 EVIL = "</script><script>alert('x')</script><b onclick=alert(1)>&"
 
@@ -66,6 +67,30 @@ def test_the_same_page_gives_the_same_bytes(tmp_path):
     made = page.Page("Title", "Sub", [page.Section("Part", every_block("text"))])
     one, two = (made.write(tmp_path / name) for name in ("1.html", "2.html"))
     assert one.read_bytes() == two.read_bytes()
+
+
+def test_columns_of_numbers_line_up_at_the_right(read):
+    rows = (("small", "2.5", "fitted", "N/m", "", "5.9 (5.7 to 6.1)"),
+            ("large", "-31", "held out", "1", "+4 %", "< 1e-9"))  # fmt: skip
+    table = page.Table(
+        "Runs", ("Run", "Error", "Used as", "Unit", "More", "Value"),
+        tuple(page.Row(label, tuple(map(page.Cell, cells))) for label, *cells in rows),
+    )  # fmt: skip
+    assert table.numeric == (False, True, False, True, True, True)
+    tags = read(page.Page("Title", "", [page.Section("Part", [table])]).html()).tags
+    for tag in ("td", "th"):
+        kinds = [a.get("class") for t, a in tags if t == tag and a.get("scope") != "row"]
+        aligned = [kind == "number" for kind in kinds]
+        assert aligned == [*table.numeric[tag == "td" :]] * (len(rows) if tag == "td" else 1)
+
+
+@pytest.mark.parametrize("text", ["1.5 mm", "+40 %", "2 m/s²", "0.3 A", "7 kN", "1 Hz"])
+def test_a_unit_stays_with_its_number(text):
+    assert tied(f"It is {text}, so.") == f"It is {text.replace(' ', chr(160))}, so."
+
+
+def test_words_after_numbers_may_go_to_another_line():
+    assert tied("5 motions and 3 Axes, 7 gaps") == "5 motions and 3 Axes, 7 gaps"
 
 
 def test_filters_offer_each_value_once():

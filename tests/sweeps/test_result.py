@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import isolation_sim as iso
 from isolation_sim.errors import InputError
 from isolation_sim.sweeps.result import Sweep
+from isolation_sim.sweeps.tables import best_table
 
 from .conftest import MIXED, SHORT, plan_of
 
@@ -54,6 +55,17 @@ def test_the_best_runs(mixed):
     np.testing.assert_array_equal(best["rms_drift_m"], lowest)
     with pytest.raises(InputError, match="did you mean 'rms_drift_m'"):
         mixed.best("rms_drift")
+    with pytest.raises(InputError, match="best is 0; accepted: 1 or more"):
+        mixed.best("rms_drift_m", 0)
+
+
+def test_the_best_take_most_energy_out(mixed):
+    found = Sweep(mixed.folder)
+    vars(found)["table"] = mixed.table.assign(J9=np.linspace(0.5, 0.9, len(mixed.table)))
+    good = found.table[found.table["status"] == "ok"]
+    assert found.best("J9", 2)["J9"].tolist() == sorted(good["J9"], reverse=True)[:2]
+    assert best_table(found, "J9", 2).title == "highest J9"
+    assert best_table(mixed, "rms_drift_m", 2).title == "lowest rms drift"
 
 
 def test_histories_are_kept_on_request(tmp_path):

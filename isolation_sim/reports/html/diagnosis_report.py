@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace
+from ...effects.effect import in_sentence
 from ..consequence import HEADINGS, NOTE, TITLE, consequence_rows
 from ..diagnosis import cause_rows, consequence_text, error_rows
 from ..diagnosis_figures import relative_error
@@ -31,13 +32,13 @@ from .page import (
     TimeRange,
 )
 from .run_report import versions
+from .text import capital
 
 if TYPE_CHECKING:
     from ...effects import Effect
     from ...laws.law import Law
 
 _DEPENDENCE = "What the residual depends on"
-_SENTENCE = 30
 _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 
 
@@ -60,9 +61,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
         ("Measured against simulated", [*_measured(worst_first)]),
         ("Where it is wrong", [*_where(diagnosis, worst_first)]),
-        ("Evidence", [
-            block for step in diagnosis.steps if step.title != _DEPENDENCE for block in told(step)
-        ]),
+        ("Evidence", [*_evidence(diagnosis)]),
         ("Causes", [*_causes(diagnosis)]),
         ("Extended law", [*_extended(diagnosis, section)]),
         ("Gain", [*_gain(diagnosis)]),
@@ -75,7 +74,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     ]  # fmt: skip
     return Page(
         f"Diagnosis: {diagnosis.data}",
-        f"{diagnosis.model} against what was measured",
+        f"{capital(diagnosis.model)} against what was measured",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
 
@@ -95,8 +94,7 @@ def told(step: Step) -> list[Block]:
     if not step.rows:
         return [Facts({step.title: step.text})]
     rows = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in step.rows)
-    short = all(len(text) < _SENTENCE for _, *rest in step.rows for text in rest)
-    return [Prose((step.text,)), Table(step.title, step.headings, rows, numeric=short)]
+    return [Prose((step.text,)), Table(step.title, step.headings, rows)]
 
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -108,13 +106,13 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     floor = diagnosis.noise_floor
     alone = f"; noise alone leaves {100 * floor:.2g} %" if np.isfinite(floor) else ""
     first = (
-        f"{diagnosis.model[:1].upper()}{diagnosis.model[1:]} misses what was measured by "
+        f"{capital(diagnosis.model)} misses what was measured by "
         f"{100 * before[0]:.3g} % (RMS) {before[1]}{alone}."
     )
     if not diagnosis.causes:
         return first, MEANINGS[diagnosis.verdict]
     names = ", ".join(
-        cause.name.replace("_", " ")
+        in_sentence(cause.name)
         + (f" ({cause.form})" if cause.form and cause.name.startswith("outside") else "")
         for cause in diagnosis.causes
     )
@@ -152,6 +150,16 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
             yield from told(step)
     if diagnosis.depends_on:
         yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
+
+
+def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
+    before = ""
+    for step in diagnosis.steps:
+        if step.title == _DEPENDENCE:
+            continue
+        # rounds of a search begin alike, and differ in their tables
+        yield from told(step)[bool(step.rows) and step.text == before :]
+        before = step.text
 
 
 def _causes(diagnosis: Diagnosis) -> Iterator[Block]:

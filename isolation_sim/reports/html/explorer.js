@@ -30,8 +30,9 @@
     const row = (texts, tag) => {
       const made = document.createElement("tr");
       made.append(...texts.map((text, k) => {
-        const each = cell(k && tag === "td" ? "td" : "th", text);
+        const each = cell(k && tag === "td" ? "td" : "th", text), field = fields[k - 1];
         if (each.tagName === "TH") each.scope = tag === "td" ? "row" : "col";
+        each.classList.toggle("number", k > 0 && (!field || field.values));
         return each;
       }));
       return made;

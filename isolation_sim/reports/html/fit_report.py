@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..references import cited
-from .charts import Look, layout, numbers, span
+from .charts import Look, layout, numbers
 from .page import (
     Bullets,
     Cell,
@@ -24,6 +24,7 @@ from .page import (
     Table,
 )
 from .run_report import versions
+from .text import capital
 
 if TYPE_CHECKING:
     from ...identification.fitted import Fit, RunError
@@ -32,7 +33,7 @@ _MOST_CHARTS = 24
 # a few cycles tell as much as many, and the file stays small
 _MOST_POINTS = 1200
 _LOOKS = {
-    "measured": Look("#8a8a8a", "", "", ""),
+    "measured": Look("#9a9a9a", "", "", ""),
     "modelled": Look("#0072B2", "6px,2px", "", ""),
 }
 
@@ -55,11 +56,12 @@ def fit_report(fit: Fit) -> Page:
     sections = [
         Section("Verdict", [
             Prose(_verdict(fit), "verdict"),
-            *([Prose(fit.notes, "warning")] if fit.notes else []),
+            *([Prose(tuple(f"{capital(note)}." for note in fit.notes), "warning")]
+              if fit.notes else []),
         ]),
         Section("Loops", [
             Prose((f"Force over deformation, the last {_MOST_POINTS} samples of each run at "
-                   f"most; the title gives the error.{some}",)),
+                   f"most, each on its own axes; the title gives the error.{some}",)),
             LineChoice(_LOOKS, "Lines of all charts"),
             Gallery(_loops(shown)),
         ]),
@@ -128,7 +130,7 @@ def parameters_table(fit: Fit) -> Table:
         Row(e.name, (
             Cell("any" if e.current is None else f"{e.current:.3g}"),
             Cell(f"{e.value:.5g}", "" if e.determined else "not determined"),
-            Cell(f"{e.low:.4g} to {e.high:.4g}"), Cell(e.unit or "-"),
+            Cell(f"{e.low:.5g} to {e.high:.5g}"), Cell(e.unit or "-"),
         ))
         for e in fit.estimates
     )  # fmt: skip
@@ -151,39 +153,34 @@ def _verdict(fit: Fit) -> tuple[str, str]:
         else f"on runs that it had not seen the error is {100 * held:.2g} %"
     )
     first = f"{name} misses the measured force by {100 * fit.error:.2g} % (RMS); {tested}."
-    loose = [e.label for e in fit.estimates if not e.determined]
-    second = (
-        f"The data do not determine {', '.join(loose)}."
-        if loose
-        else f"The data determine all {len(fit.estimates)} fitted numbers."
-    )
+    determined, count = sum(e.determined for e in fit.estimates), len(fit.estimates)
+    which = f"{determined} of the" if determined < count else "all"
+    second = f"The data determine {which} {count} fitted numbers."
     return first, second if fit.converged else f"{second} The search did not converge."
 
 
 def _loops(errors: Sequence[RunError]) -> tuple[Chart, ...]:
     peak = max(float(np.abs(e.run.force).max()) for e in errors)
     unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
-    axes = layout(
-        "Deformation (mm)", f"Force ({unit})",
-        xaxis={"range": span(1e3 * e.run.displacement for e in errors)},
-        yaxis={"range": span(scale * each for e in errors for each in (e.run.force, e.force))},
-        hovermode="closest",
-    )  # fmt: skip
+    # small loops may err most
+    axes = layout("Deformation (mm)", f"Force ({unit})", hovermode="closest")
     return tuple(_loop(e, scale, axes) for e in errors)
 
 
 def _loop(error: RunError, scale: float, axes: dict[str, Any]) -> Chart:
     run = error.run
+    # what was measured shows on both sides of what is drawn on it
+    widths = {"measured": 3.5, "modelled": 1.5}
     drawn = slice(-min(len(run.time), _MOST_POINTS), None)
     traces = [
-        {**_LOOKS[name].line(), "mode": "lines", "name": name, "meta": name,
+        {**_LOOKS[name].line(width=widths[name]), "mode": "lines", "name": name, "meta": name,
          "x": numbers(1e3 * run.displacement[drawn]), "y": numbers(scale * force[drawn])}
         for name, force in (("measured", run.force), ("modelled", error.force))
     ]  # fmt: skip
     held = ", held out" if run.hold_out else ""
     title = f"{run.name}: {100 * error.relative:.1f} %{held}"
     summary = f"Error of the modelled force {100 * error.relative:.2g} % of the measured, RMS."
-    return Chart(title, {"data": traces, "layout": axes}, summary, "loop", 280)
+    return Chart(title, {"data": traces, "layout": axes}, summary, height=280)
 
 
 def _percent(share: float) -> Cell:

@@ -88,8 +88,16 @@
     });
   }
 
-  // paper has another width than the window
-  const narrow = (plot) => (plot.closest(".gallery") ? 330 : 680);
-  addEventListener("beforeprint", () => plots.forEach((plot) => Plotly.relayout(plot, { width: narrow(plot) })));
-  addEventListener("afterprint", () => plots.forEach((plot) => Plotly.relayout(plot, { width: null, autosize: true })));
+  // paper has another width than the window, and room for three rows of loops or four time histories
+  const heights = plots.map((plot) => parseFloat(plot.style.height));
+  addEventListener("beforeprint", () => plots.forEach((plot, k) => {
+    const [width, most] = plot.closest(".gallery") ? [330, 255] : [680, plot.dataset.link === "time" ? 180 : Infinity];
+    const height = Math.min(heights[k], most);
+    plot.style.height = `${height}px`;
+    Plotly.relayout(plot, { width, height });
+  }));
+  addEventListener("afterprint", () => plots.forEach((plot, k) => {
+    plot.style.height = `${heights[k]}px`;
+    Plotly.relayout(plot, { width: null, height: null, autosize: true });
+  }));
 })();

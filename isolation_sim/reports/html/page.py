@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeAlias
 
 from ... import __version__
 from .charts import Look
+from .text import is_number, tied
 
 
 @dataclass(frozen=True)
@@ -124,8 +125,6 @@ class Table:
     filters : tuple of str
         Headings of columns by whose values the reader can choose rows; points of charts that name
         a row (`isolation_sim.reports.html.charts.points`) follow.
-    numeric : bool, default True
-        Whether the cells line up at the right.
     """
 
     kind: ClassVar[str] = "table"
@@ -134,7 +133,15 @@ class Table:
     rows: tuple[Row, ...]
     note: str = ""
     filters: tuple[str, ...] = ()
-    numeric: bool = True
+
+    @property
+    def numeric(self) -> tuple[bool, ...]:
+        """Whether each column holds numbers more than words; the row labels' does not."""
+        found = [False]
+        for column in zip(*(row.cells for row in self.rows if row.cells), strict=True):
+            texts = [cell.text for cell in column if cell.text]
+            found.append(2 * sum(map(is_number, texts)) >= len(texts))
+        return tuple(found)
 
     @property
     def choices(self) -> list[tuple[str, int, list[str]]]:
@@ -291,20 +298,9 @@ class Explorer:
 
 
 Block: TypeAlias = (
-    Prose
-    | Facts
-    | Bullets
-    | Listing
-    | Table
-    | Chart
-    | Picture
-    | Gallery
-    | LineChoice
-    | Key
-    | TimeRange
-    | Animation
-    | Explorer
-)
+    Prose | Facts | Bullets | Listing | Table | Chart | Picture | Gallery | LineChoice | Key
+    | TimeRange | Animation | Explorer
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -395,4 +391,5 @@ def _template() -> Any:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
+    environment.filters["tied"] = tied
     return environment.get_template("page.html.j2")

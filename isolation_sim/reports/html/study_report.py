@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
 from .run_report import versions
+from .text import capital, is_number
 
 
 def study_report(
@@ -14,6 +15,8 @@ def study_report(
     finding: Sequence[str],
     tables: Mapping[str, tuple[Sequence[str], Sequence[Sequence[str]]]],
     figures: Sequence[Path] = (),
+    about: str = "",
+    command: str = "",
 ) -> Page:
     """Report of a study.
 
@@ -27,19 +30,26 @@ def study_report(
         Headings, with units, and rows as text of each table, by its caption.
     figures : sequence of pathlib.Path
         Figures for publication, SVG or PNG.
+    about : str
+        What the study asks.
+    command : str
+        What runs it again.
 
     Returns
     -------
     Page
     """
-    pictures: list[Block] = [Picture(path.stem.replace("_", " "), path) for path in figures]
+    pictures: list[Block] = [
+        Picture(capital(path.stem.replace("_", " ")), path) for path in figures
+    ]
+    run = {"Study": title, "Command": command, "Versions": versions()}
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Finding", [Prose(tuple(finding), "verdict")]),
         ("Numbers", [_table(caption, *each) for caption, each in tables.items()]),
         ("Figures", pictures),
-        ("What was run", [Facts({"Study": title, "Versions": versions()})]),
+        ("What was run", [Facts({heading: text for heading, text in run.items() if text})]),
     ]
-    return Page(title, "", [Section(name, blocks) for name, blocks in parts if blocks])
+    return Page(title, capital(about), [Section(name, blocks) for name, blocks in parts if blocks])
 
 
 def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
@@ -47,15 +57,7 @@ def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]])
     words = [
         heading
         for heading, column in zip(headings, zip(*rows, strict=True), strict=False)
-        if 1 < len(set(column)) < len(column) and not any(map(_is_number, column))
+        if 1 < len(set(column)) < len(column) and not any(map(is_number, column))
     ]
     lines = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
     return Table(caption, tuple(headings), lines, filters=tuple(words))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -83,9 +83,12 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     best = good.loc[place]
     unit, factor = unit_of(criterion)
     varied = ", ".join(f"{name} {told(best[name])}" for name in sweep.parameters)
+    printed = good[criterion].mul(factor).map("{:.4g}".format)
+    alike = (good["case"] == best["case"]) & (printed == printed[place])
     return first, (
         f"The {'highest' if is_gain(criterion) else 'lowest'} {spoken(criterion)}, "
-        f"{f'{best[criterion] * factor:.4g} {unit}'.strip()}, is that of {best['controller']} in "
+        f"{f'{printed[place]} {unit}'.strip()}, is that of "
+        f"{' and '.join(good['controller'][alike])} in "
         f"case {best['case']}{f' ({varied})' if varied else ''}."
     )
 
@@ -102,7 +105,7 @@ def _medians(sweep: Sweep) -> Table:
         caption="Medians over the cases",
         headings=("Criterion", *sweep.controllers),
         rows=rows,
-        note="* best of the row." * (len(sweep.controllers) > 1),
+        note="* best of the row. J1 to J9 refer to passive_off." * (len(sweep.controllers) > 1),
     )
 
 
@@ -141,5 +144,4 @@ def _failed(sweep: Sweep) -> Iterator[Block]:
         headings=("Case", *names),
         rows=rows,
         filters=("controller", "status"),
-        numeric=False,
     )

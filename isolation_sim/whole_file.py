@@ -1,0 +1,42 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Write a file that appears whole or not at all.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        File to write.
+
+    Yields
+    ------
+    pathlib.Path
+        Temporary name to write to, which becomes the file's when all went well.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; names the file.
+    """
+    path = Path(path)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        yield unfinished
+        unfinished.replace(path)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        # the temporary name would say nothing
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    finally:
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
