@@ -32,9 +32,7 @@ _ROUGH = 5000
 """Samples on which starts are sorted out."""
 
 
-def law_model(
-    campaign: Campaign, law: Law, data: Measured, degree: int | None = None, *, given: bool = False
-) -> Model:
+def law_model(campaign: Campaign, law: Law, data: Measured, degree: int | None = None) -> Model:
     """Put a law's unknowns and measured runs together.
 
     Parameters
@@ -48,8 +46,6 @@ def law_model(
     degree : int, optional
         Degree of the parameters' polynomials of the current; the highest that the fitted runs
         determine, 2 at most, by default.
-    given : bool
-        Whether numbers are given, which may differ in the law's redundant parameters too.
 
     Returns
     -------
@@ -59,8 +55,7 @@ def law_model(
     kept = data.fitted
     x, v, force = (float(np.sqrt(np.mean(y[kept] ** 2))) for y in (data.x, data.v, data.force))
     fitted_runs = campaign.fitted
-    currents = currents_of(campaign, fitted_runs, degree)
-    unknowns = Unknowns(law, currents, (force, x, x / v), {} if given else law.redundant)
+    unknowns = Unknowns(law, currents_of(campaign, fitted_runs, degree), (force, x, x / v))
     return Model(data, unknowns, 1)
 
 

@@ -93,7 +93,7 @@ def _outcome(
     tell: Callable[[str], None],
 ) -> Outcome:
     def fit_base(data: Measured) -> tuple[Fitted, NDArray | None]:
-        model = law_model(campaign, law, data, degree, given=device is not None)
+        model = law_model(campaign, law, data, degree)
         if device is None:
             return fitted_law(model, pool, seed, lambda: tell("fitting the law")), None
         start = model.unknowns.of(device)

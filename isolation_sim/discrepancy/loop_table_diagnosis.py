@@ -124,8 +124,7 @@ class _Work:
         force = float(np.median(self.table.stiffness * self.table.amplitude))
         x = float(np.median(self.table.amplitude))
         time = 1 / (2 * np.pi * float(np.median(self.table.frequency)))
-        held = self.law.redundant if device is None else {}
-        unknowns = Unknowns(self.law, at, (force, x, time), held)
+        unknowns = Unknowns(self.law, at, (force, x, time))
         model = LoopModel(loop_motion(self.table), unknowns, N_STEPS, table=self.table)
         starts = unknowns.starts(16, self.seed)
         if device is not None:

@@ -55,7 +55,6 @@ LAW = Law(
     force=force,
     rates=rates,
     source="Yu et al., Eqs 19 and 20; Tao et al., Eq 19",
-    redundant={"A": 1.0},
 )
 
 SETS: dict = {}

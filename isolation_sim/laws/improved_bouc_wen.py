@@ -90,7 +90,6 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Tao et al., Eqs 20-24 mended",
-    redundant={"alpha": 1.0},
 )
 
 

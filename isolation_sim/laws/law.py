@@ -8,8 +8,8 @@ Not: ``if``, builtin ``abs`` or ``max``, ``np.where``, ``np.maximum``, ``math.*`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -98,9 +98,6 @@ class Law:
     field_power : callable or None
         ``field_power(x, states, parameters)`` -> W, what a change of the field does on the stored
         energy, in a law that holds the field among its states.
-    redundant : mapping of str to float
-        Parameters that the others can make up for, and the values at which a search without given
-        numbers may hold them.
     """
 
     name: str
@@ -114,7 +111,6 @@ class Law:
     springs: tuple[Spring, ...] = ()
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
-    redundant: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
