@@ -92,7 +92,7 @@ class Bound:
 
 def bound(
     plant: Plant, weights: Mapping[str, float] = EQUALLY, period: float | None = None,
-    starts: int = 1, roughness: float = 1e-3, iterations: int = 300,
+    starts: int = 2, roughness: float = 1e-3, iterations: int = 300,
 ) -> Bound:  # fmt: skip
     """Minimise weighted peaks over the commands of a whole ground motion.
 
@@ -108,7 +108,8 @@ def bound(
     period : float, optional, s
         Time from one command to the next, rounded to whole samples; one sample by default.
     starts : int
-        Constant currents to start from, spread over the range.
+        Constant currents to start from, equally spaced from the lowest up: two are the lowest
+        and the middle of the range.
     roughness : float
         See ``WholeRecord``.
     iterations : int
@@ -136,9 +137,8 @@ def _bound(
 ) -> Bound:  # fmt: skip
     found, wanted = [], dict(weights)
     for k in range(starts):
-        level = (k + 0.5) / starts
         try:
-            problem = _problem(plant, level, period, roughness, tuple(wanted))
+            problem = _problem(plant, k / starts, period, roughness, tuple(wanted))
         except Diverged:
             continue
         optimum = problem.solve(_absolute(plant, wanted), iterations=iterations)
@@ -320,8 +320,9 @@ class Clairvoyant(OpenLoop):
         Number(at_least=0),
     )  # fmt: skip
     starts: int = setting(
-        1, "constant currents to start the search from, spread over the range", Integer(at_least=1)
-    )
+        2, "constant currents to start the search from, equally spaced from the lowest up",
+        Integer(at_least=1),
+    )  # fmt: skip
     roughness: float = setting(
         1e-3, "weight of the commands' mean square change against the peaks", Number(at_least=0)
     )

@@ -6,12 +6,12 @@ value without current, added.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from functools import lru_cache
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,11 @@ from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.result import Run
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import IsolatedStructure, reference_building, reference_isolators
+
+from .study import Step
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 Key = TypeVar("Key")
 Task = tuple[Callable[..., Any], tuple[Any, ...]]
@@ -41,6 +46,12 @@ NOISE = {
 }  # fmt: skip
 """Standard deviation of the sensors' white noise."""
 TROUBLED = Sensors(noise=NOISE, delay=0.02, seed=1)
+CERTIFIED = 1e-3
+"""Largest relative difference between engine and optimisation with which a bound counts."""
+NOMINAL, PASSIVE = "nominal", "passive"
+HOME = "El Centro"
+
+Rows = list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -63,13 +74,60 @@ class Case:
 
 
 CASES = {
-    "nominal": Case(),
+    NOMINAL: Case(),
     "soft": Case(believed=0.8, sensors=TROUBLED),
     "stiff": Case(believed=1.2, sensors=TROUBLED),
-    "passive": Case("passive"),
+    PASSIVE: Case("passive"),
 }
 """Nominal; with noise, 20 ms of delay and isolators believed 20 % too soft or stiff; the passive
 rule."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What all the runs gave.
+
+    Attributes
+    ----------
+    rows : dict of (str, str) to list of dict
+        By case and motion, as ``judged`` gives them.
+    constants : dict of str to list of dict
+        By motion, the constant currents.
+    possible : dict of str to dict
+        By motion, the clairvoyant bound, for some of them.
+    """
+
+    rows: dict[tuple[str, str], Rows]
+    constants: dict[str, Rows]
+    possible: dict[str, dict[str, Any]]
+
+    def of(self, name: str, case: str, key: str, motions: Iterable[str]) -> NDArray:
+        """One number of one controller in one case, a value a motion."""
+        found = (self.rows[case, m] for m in motions)
+        rows = [next(row for row in some if row["controller"] == name) for some in found]
+        return np.array([row.get(key, np.nan) for row in rows])
+
+    @property
+    def entrants(self) -> list[str]:
+        """Names of the controllers."""
+        return [row["controller"] for row in next(iter(self.rows.values()))]
+
+    @property
+    def solved(self) -> list[str]:
+        """Motions whose bound is certified and that no controller passes: local optima are left."""
+        least = {
+            motion: min(row["J"] for row in self.rows[NOMINAL, motion] if np.isfinite(row["J"]))
+            for motion in self.possible
+        }
+        return [
+            motion for motion, one in self.possible.items()
+            if one["certified"] <= CERTIFIED and one["J"] <= least[motion]
+        ]  # fmt: skip
+
+    @property
+    def random(self) -> list[str]:
+        """Names of the motions that the ranking is by: all but El Centro."""
+        return [motion for motion in self.constants if motion != HOME]
 
 
 @lru_cache(maxsize=8)
@@ -92,7 +150,7 @@ def plant(switching: str = "papers", factor: float = 1.0) -> IsolatedStructure:
     return reference_building().on(given.scaled(force=factor))
 
 
-def judged(entrants: Mapping[str, Controller], record: Record, case: Case) -> list[dict[str, Any]]:
+def judged(entrants: Mapping[str, Controller], record: Record, case: Case) -> Rows:
     """Run controllers under one motion.
 
     Parameters
@@ -171,7 +229,7 @@ def constants(record: Record) -> list[dict[str, float]]:
 
 
 def possible(record: Record) -> dict[str, Any]:
-    """Solve for the clairvoyant bound of one motion; half a minute or more for 30 s of motion.
+    """Solve for the clairvoyant bound of one motion; a minute or two for 30 s of motion.
 
     Parameters
     ----------
@@ -187,6 +245,48 @@ def possible(record: Record) -> dict[str, Any]:
     best = bound(Plant(plant(), (record,), DRIVER))
     off = _run(controller("passive_off"), record, Case())
     return _peaks(best.run, off) | {"certified": best.difference}
+
+
+def judge(
+    given: Mapping[str, Controller],
+    records: Mapping[str, Record],
+    n_bounds: int | None = None,
+    workers: int = 1,
+    step: Step = lambda what, share=0.0: None,
+) -> Judgement:
+    """Run controllers under motions, in every case.
+
+    Parameters
+    ----------
+    given : mapping of str to Controller
+        By the name to print, any of one's own among them.
+    records : mapping of str to Record
+        Motions by name.
+    n_bounds : int, optional
+        For how many of them, the first ones, the clairvoyant bound is solved; for all by default.
+    workers : int
+        Processes; with one, everything runs in this process.
+    step : callable
+        Told the share of the work that has just been done.
+
+    Returns
+    -------
+    Judgement
+    """
+    tasks: dict[tuple[str, str], Task] = {}
+    # what takes longest first, so that no process is left with it at the end
+    for motion in list(records)[:n_bounds]:
+        tasks["bound", motion] = possible, (records[motion],)
+    for motion, record in records.items():
+        tasks["constants", motion] = constants, (record,)
+        for name, case in CASES.items():
+            tasks[name, motion] = judged, (given, record, case)
+    done = in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))
+    return Judgement(
+        {(c, m): done[c, m] for c in CASES for m in records},
+        {m: done["constants", m] for m in records},
+        {m: done["bound", m] for m in list(records)[:n_bounds]},
+    )
 
 
 def in_processes(

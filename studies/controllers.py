@@ -13,10 +13,8 @@ Penzien with seeds 0 to 7 and 100 to 102, its margin on 0 to 80; judged is on se
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +23,7 @@ from controllers.clairvoyant import share_of_gap
 from isolation_sim.scenario import Scenario
 
 from . import controller_runs as runs
+from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, judge
 from .study import EL_CENTRO, Outcome, Step, far_field
 
 if TYPE_CHECKING:
@@ -37,66 +36,11 @@ if TYPE_CHECKING:
 TITLE = "Controllers: how much of what is possible each achieves"
 FIRST_SEED, COUNT = 200, 20
 """Random motions."""
-N_BOUNDS = 6
-"""Motions for which the clairvoyant bound is solved, El Centro the first."""
 PREVIEW = 0.8
 """Warning time of the controller that has one, s."""
-CERTIFIED = 1e-3
-"""Largest relative difference between engine and optimisation with which a bound counts."""
 NOT_JUDGED = ("clairvoyant", "constant", "prescribed")
 """The bound, and what has nothing to decide."""
 SHORT = ("passive_off", "best_constant", "clipped_lqr", "on_off")
-NOMINAL, PASSIVE = "nominal", "passive"
-HOME = "El Centro"
-
-Rows = list[dict[str, Any]]
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What all the runs gave.
-
-    Attributes
-    ----------
-    rows : dict of (str, str) to list of dict
-        By case and motion, as ``controller_runs.judged`` gives them.
-    constants : dict of str to list of dict
-        By motion, the constant currents.
-    possible : dict of str to dict
-        By motion, the clairvoyant bound, for some of them.
-    """
-
-    rows: dict[tuple[str, str], Rows]
-    constants: dict[str, Rows]
-    possible: dict[str, dict[str, Any]]
-
-    def of(self, name: str, case: str, key: str, motions: Iterable[str]) -> NDArray:
-        """One number of one controller in one case, a value a motion."""
-        found = (self.rows[case, m] for m in motions)
-        rows = [next(row for row in some if row["controller"] == name) for some in found]
-        return np.array([row.get(key, np.nan) for row in rows])
-
-    @property
-    def entrants(self) -> list[str]:
-        """Names of the controllers."""
-        return [row["controller"] for row in next(iter(self.rows.values()))]
-
-    @property
-    def solved(self) -> list[str]:
-        """Motions whose bound is certified and that no controller passes: local optima are left."""
-        least = {
-            motion: min(row["J"] for row in self.rows[NOMINAL, motion] if np.isfinite(row["J"]))
-            for motion in self.possible
-        }
-        return [
-            motion for motion, one in self.possible.items()
-            if one["certified"] <= CERTIFIED and one["J"] <= least[motion]
-        ]  # fmt: skip
-
-    @property
-    def random(self) -> list[str]:
-        """Names of the motions that the ranking is by: all but El Centro."""
-        return [motion for motion in self.constants if motion != HOME]
 
 
 def entrants(short: bool) -> dict[str, Controller]:
@@ -142,50 +86,6 @@ def motions(short: bool) -> dict[str, Record]:
     return records
 
 
-def judge(
-    given: Mapping[str, Controller],
-    records: Mapping[str, Record],
-    n_bounds: int = N_BOUNDS,
-    workers: int = 1,
-    step: Step = lambda what, share=0.0: None,
-) -> Judgement:
-    """Run controllers under motions, in every case.
-
-    Parameters
-    ----------
-    given : mapping of str to Controller
-        By the name to print, any of one's own among them.
-    records : mapping of str to Record
-        Motions by name; the bound is solved for the first ones.
-    n_bounds : int
-        For how many.
-    workers : int
-        Processes; with one, everything runs in this process.
-    step : callable
-        Told the share of the work that has just been done.
-
-    Returns
-    -------
-    Judgement
-    """
-    tasks: dict[tuple[str, str], runs.Task] = {}
-    # what takes longest first, so that no process is left with it at the end
-    for motion in list(records)[:n_bounds]:
-        tasks["bound", motion] = runs.possible, (records[motion],)
-    for motion, record in records.items():
-        tasks["constants", motion] = runs.constants, (record,)
-        for name, case in runs.CASES.items():
-            tasks[name, motion] = runs.judged, (given, record, case)
-    done = runs.in_processes(
-        tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks))
-    )
-    return Judgement(
-        {(c, m): done[c, m] for c in runs.CASES for m in records},
-        {m: done["constants", m] for m in records},
-        {m: done["bound", m] for m in list(records)[:n_bounds]},
-    )
-
-
 def interval(differences: NDArray) -> tuple[float, float]:
     """95 % bounds of a mean, by drawing the motions anew.
 
@@ -218,10 +118,11 @@ def ranking(found: Judgement, case: str) -> Rows:
     -------
     list of dict
         A row a controller, the best first: medians of the peaks over all motions, mean J over the
-        random ones and its excess over the best constant current's with 95 % bounds, share of the
-        clairvoyant gap closed where the bound, which is that of the papers' rule, is known; then
-        medians of field work, mean squared current and time a decision, simulation included, and
-        the number of motions that it is not bounded under. None where a run diverged.
+        random ones and its excess over the best constant current's with 95 % bounds; mean share of
+        the clairvoyant gap closed, with 95 % bounds, over the motions whose bound, which is that of
+        the papers' rule, is known; then medians of field work, mean squared current and time a
+        decision, simulation included, and the number of motions that it is not bounded under. None
+        where a run diverged.
     """
     every, random, solved = list(found.constants), found.random, found.solved
     table = []
@@ -230,20 +131,19 @@ def ranking(found: Judgement, case: str) -> Rows:
         def over(key: str, among: list[str], one: str = name) -> NDArray:
             return found.of(one, case, key, among)
 
-        excess = over("J", random) - over("constant", random)
-        known = bool(np.isfinite(over("J", every)).all())
-        low, high = map(_known, interval(excess)) if known else (None, None)
+        excess, low, high = _mean(over("J", random) - over("constant", random))
         row = {
             "case": case, "controller": name,
             "base_m": _known(np.median(over(runs.BASE, every)), 4),
             "floor_m_s2": _known(np.median(over(runs.FLOOR, every))),
-            "J": _known(over("J", random).mean()), "excess": _known(excess.mean()),
-            "from": low, "to": high, "El Centro": _known(over("J", [HOME])[0]),
+            "J": _known(over("J", random).mean()), "excess": excess, "from": low, "to": high,
+            "El Centro": _known(over("J", [HOME])[0]),
         }  # fmt: skip
         if solved and case != PASSIVE:
-            best = np.mean([found.possible[m]["J"] for m in solved])
-            scores, least = (over(key, solved).mean() for key in ("J", "constant"))
-            row["closed"] = _known(share_of_gap(scores, least, best))
+            best = [found.possible[m]["J"] for m in solved]
+            gaps = zip(over("J", solved), over("constant", solved), best, strict=True)
+            shares = np.array([share_of_gap(*gap) for gap in gaps])
+            row |= zip(("closed", "closed_from", "closed_to"), _mean(shares), strict=True)
         row |= {
             "field_J": _known(np.median(over("field_work_J", every)), 0),
             "A²": _known(np.median(over("mean_squared_current_A2", every))),
@@ -254,8 +154,17 @@ def ranking(found: Judgement, case: str) -> Rows:
     return sorted(table, key=lambda row: np.inf if row["J"] is None else row["J"])
 
 
+def _mean(values: NDArray) -> tuple[float | None, float | None, float | None]:
+    """Mean over motions with its 95 % bounds; None where a run diverged."""
+    if not np.isfinite(values).all():
+        return None, None, None
+    low, high = interval(values)
+    return _known(values.mean()), _known(low), _known(high)
+
+
 def _known(value: float, digits: int = 3) -> float | None:
-    return round(float(value), digits) if np.isfinite(value) else None
+    # adding 0 makes a negative zero a zero
+    return round(float(value), digits) + 0.0 if np.isfinite(value) else None
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
@@ -275,7 +184,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     Outcome
         Table: the ranking in each case.
     """
-    n_bounds, workers = (0, 1) if short else (N_BOUNDS, os.cpu_count() or 1)
+    n_bounds, workers = (0, 1) if short else (None, os.cpu_count() or 1)
     found = judge(entrants(short), motions(short), n_bounds, workers, step)
     table = [row for case in runs.CASES for row in ranking(found, case)]
     return Outcome(table, finding(found, table), {"pareto": figure(found)})
@@ -296,56 +205,61 @@ def finding(found: Judgement, table: Rows) -> str:
     str
     """
     by_case = {case: [row for row in table if row["case"] == case] for case in runs.CASES}
-    sentences = [
+    better = {
+        case: [row for row in rows if row["to"] is not None and row["to"] < 0]
+        for case, rows in by_case.items()
+    }
+    told = [
         f"J is the mean over {len(found.random)} random motions that no setting was tuned on; "
         "intervals are 95 %, by drawing the motions anew."
     ]
-    for case in (NOMINAL, PASSIVE):
-        better = [row for row in by_case[case] if row["to"] is not None and row["to"] < 0]
-        told = ", ".join(
+    for case, where in ((NOMINAL, "papers' switching"), (PASSIVE, "passive")):
+        names = ", ".join(
             f"{row['controller']} by {-row['excess']:.3f} ({-row['to']:.3f} to {-row['from']:.3f})"
-            for row in better
+            for row in better[case]
         )
-        where = "By the papers' switching rule" if case == NOMINAL else "By the passive rule"
-        sentences.append(
-            f"{where} J is surely less than the best constant current's, which knows the motion, "
-            f"with {told or 'no controller'}."
+        told.append(
+            f"By the {where} rule J is surely less than the best constant current's, which knows "
+            f"the motion, with {names or 'no controller'}."
         )
     if found.solved:
-        shares = [row for row in by_case[NOMINAL] if row.get("closed") is not None]
-        first = max(shares, key=lambda row: row["closed"])
-        told = ", ".join(
-            f"{row['controller']} {100 * row['closed']:.0f} %"
-            for row in shares
-            if row is first or row["controller"] == "mpc"
-        )
-        bounds = [found.possible[motion] for motion in found.solved]
-        scores = np.array([one["J"] for one in bounds])
-        worst = max(one["certified"] for one in bounds)
-        sentences.append(
-            f"Under {len(scores)} motions ({', '.join(found.solved)}) the clairvoyant optimum "
-            f"has J {scores.min():.2f} to {scores.max():.2f} (engine and optimisation differ by "
-            f"{worst:.1e} at most); of the gap between the best constant current and it, {told}."
-        )
+        told.append(_closed(found, by_case[NOMINAL]))
     missed = [motion for motion in found.possible if motion not in found.solved]
     if missed:
-        sentences.append(
+        told.append(
             f"No bound for {', '.join(missed)}: a controller is better than the local optimum "
-            f"found, or engine and optimisation differ by more than {CERTIFIED:g}."
+            f"found, or engine and optimisation differ by more than {runs.CERTIFIED:g}."
         )
-    for name in [case for case in runs.CASES if case not in (NOMINAL, PASSIVE)]:
+    for case in [case for case in runs.CASES if case not in (NOMINAL, PASSIVE)]:
         astray = [
-            f"{row['controller']} ({row['unbounded']})" for row in by_case[name] if row["unbounded"]
+            f"{row['controller']} ({row['unbounded']})" for row in by_case[case] if row["unbounded"]
         ]
-        still = [
-            row["controller"] for row in by_case[name] if row["to"] is not None and row["to"] < 0
-        ]
-        sentences.append(
-            f"With noise, 20 ms of delay and a {name} belief, not bounded, with how many motions: "
+        told.append(
+            f"With noise, 20 ms of delay and a {case} belief, not bounded, with how many motions: "
             f"{', '.join(astray) or 'none'}; surely better than constant: "
-            f"{', '.join(still) or 'none'}."
+            f"{', '.join(row['controller'] for row in better[case]) or 'none'}."
         )
-    return " ".join(sentences)
+    return "\n".join(told)
+
+
+def _closed(found: Judgement, rows: Rows) -> str:
+    """Say how much of what is possible ``mpc`` and the best controller achieve."""
+    shares = [row for row in rows if row.get("closed") is not None]
+    first = max(shares, key=lambda row: row["closed"])
+    told = ", ".join(
+        f"{row['controller']} {100 * row['closed']:.0f} % ({100 * row['closed_from']:.0f} to "
+        f"{100 * row['closed_to']:.0f})"
+        for row in shares
+        if row is first or row["controller"] == "mpc"
+    )
+    bounds = [found.possible[motion] for motion in found.solved]
+    scores = [one["J"] for one in bounds]
+    return (
+        f"Under {len(bounds)} motions the clairvoyant optimum has J {min(scores):.2f} to "
+        f"{max(scores):.2f} (engine and optimisation differ by "
+        f"{max(one['certified'] for one in bounds):.1e} at most); of the gap between the best "
+        f"constant current and it, {told}."
+    )
 
 
 def figure(found: Judgement) -> Figure:
@@ -394,7 +308,10 @@ def _draw(axes: Axes, found: Judgement, among: list[str]) -> None:
     axes.margins(0.08)
     axes.autoscale_view()
     axes.set_autoscale_on(False)
-    for score in np.arange(0.5, 6.0, 0.5):
-        axes.axline((0.0, score), slope=-1.0, color="0.75", linewidth=0.6, linestyle=":", zorder=0)
+    for k, score in enumerate(np.arange(0.5, 6.0, 0.5)):
+        axes.axline(
+            (0.0, score), slope=-1.0, color="0.75", linewidth=0.6, linestyle=":", zorder=0,
+            label=None if k else "equal J",
+        )  # fmt: skip
     axes.grid(False)
     axes.set(xlabel="base displacement over off", ylabel="floor acceleration over off")

@@ -123,6 +123,8 @@ def test_a_controller_of_ones_own_is_judged_against_the_bound(own):
     assert best["J"] < constant <= 2.0
     expected = (constant - rows["outwards"]["El Centro"]) / (constant - best["J"])
     assert rows["outwards"]["closed"] == pytest.approx(expected, abs=6e-3)
+    # one motion drawn anew is itself
+    assert rows["outwards"]["closed_from"] == rows["outwards"]["closed_to"]
     # the bound is that of the papers' rule
     assert all("closed" not in row for row in study.ranking(own, "passive"))
     assert "clairvoyant optimum" in study.finding(
@@ -130,10 +132,31 @@ def test_a_controller_of_ones_own_is_judged_against_the_bound(own):
     )
 
 
+def test_the_share_closed_is_a_mean_over_the_motions_that_have_a_bound():
+    """Shares of 0.2, 0.4 and 0.6, and a motion whose bound a controller passes."""
+    scores = {"El Centro": 1.8, "a": 1.6, "b": 1.4, "c": 0.9}
+    row = {"controller": "mine", "constant": 2.0, "base": 0.5, "floor": 0.5, "bounded": True}
+    row |= {runs.BASE: 0.1, runs.FLOOR: 1.0}
+    found = study.Judgement(
+        {(case, m): [row | {"J": score}] for case in runs.CASES for m, score in scores.items()},
+        {m: [] for m in scores},
+        {m: {"J": 1.0, "certified": 1e-4} for m in scores},
+    )
+    assert found.solved == ["El Centro", "a", "b"]
+    table = [one for case in runs.CASES for one in study.ranking(found, case)]
+    first = table[0]
+    assert first["closed"] == pytest.approx(0.4, abs=1e-3)
+    low, high = study.interval(np.array([0.2, 0.4, 0.6]))
+    assert (first["closed_from"], first["closed_to"]) == pytest.approx((low, high), abs=1e-3)
+    told = study.finding(found, table)
+    assert f"mine 40 % ({100 * low:.0f} to {100 * high:.0f})" in told
+    assert "No bound for c:" in told
+
+
 def test_the_figure_shows_every_controller_and_the_bound(own):
     drawing = study.figure(own)
     labels = drawing.axes[0].get_legend_handles_labels()[1]
-    assert set(labels) == {"constant currents", "outwards", "off", "clairvoyant"}
+    assert set(labels) == {"constant currents", "equal J", "outwards", "off", "clairvoyant"}
     (off,) = [line for line in drawing.axes[0].lines if line.get_label() == "off"]
     assert off.get_xydata() == pytest.approx(np.array([[1.0, 1.0]]))
 
