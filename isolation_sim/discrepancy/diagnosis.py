@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -131,6 +131,27 @@ class Trace:
     measured: NDArray
     before: NDArray
     after: NDArray
+
+
+def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
+    """Sort runs by their errors before.
+
+    Parameters
+    ----------
+    traces : iterable of Trace
+        Runs.
+
+    Returns
+    -------
+    tuple of Trace
+        The largest relative error first.
+    """
+
+    def error(trace: Trace) -> float:
+        residual = trace.before - trace.measured
+        return float(np.mean(residual**2) / np.mean(trace.measured**2))
+
+    return tuple(sorted(traces, key=error, reverse=True))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..effects.effect import in_sentence
 from ..identification.noise import correlation_time
-from .diagnosis import MEANINGS, Cause, Errors, Step, Trace, Verdict
+from .diagnosis import MEANINGS, Cause, Errors, Step, Trace, Verdict, worst_first
 from .outcome import Outcome
 from .selection import SIGNIFICANT
 
@@ -216,9 +216,4 @@ def traces(outcome: Outcome) -> tuple[Trace, ...]:
                 after=after[run],
             )
         )
-
-    def error(trace: Trace) -> float:
-        residual = trace.before - trace.measured
-        return float(np.mean(residual**2) / np.mean(trace.measured**2))
-
-    return tuple(sorted(found, key=error, reverse=True))
+    return worst_first(found)

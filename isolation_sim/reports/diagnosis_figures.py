@@ -67,7 +67,8 @@ def _by_run(
         for panel, trace in zip(panels, traces, strict=True):
             draw(panel, trace)
         # every run has its own size
-        label_outer(panels, across, ticks=False)
+        if len({(trace.label, trace.across_label) for trace in traces}) == 1:
+            label_outer(panels, across, ticks=False)
         legend(figure, panels[0], "outside upper center")
     return figure
 

@@ -17,6 +17,7 @@ from .model import building_model
 from .part import Part
 from .record import BuildingRecord
 from .selection import MOST_CAUSES, Selection, adequacy, removed_share, select
+from .traces import traces
 
 MISFIT_LEVEL = 0.005
 """Chance of calling a model inadequate that is not."""
@@ -116,6 +117,7 @@ def diagnose_building(
         steps=_steps(comparison, selection, shares, chance),
         extended=model.device if model.effects else None,
         gain=gain_interval(final, before, after) if causes else None,
+        traces=traces(final, before, after),
         details={"adequacy_p_value": chance, "expected_model_error": final.model_error},
         building=model.assembled(),
     )

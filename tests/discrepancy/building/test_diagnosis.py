@@ -128,7 +128,8 @@ def test_nothing_is_said_where_nothing_is_wrong(isolated):
 
 @pytest.mark.parametrize("storey", [2, 5])
 def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
-    diagnosis = diagnose_building(_record(isolated, _weaker(storey, 0.1), seed=storey), isolated)
+    record = _record(isolated, _weaker(storey, 0.1), seed=storey)
+    diagnosis = diagnose_building(record, isolated)
     assert diagnosis.verdict == "explained"
     assert [cause.name for cause in diagnosis.causes] == ["storey_stiffness_loss"]
     numbers = diagnosis.causes[0].parameters
@@ -145,6 +146,14 @@ def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
         1 - numbers["loss"].value,
     )
     assert json.loads(diagnosis.to_json())["causes"][0]["parameters"]["storey"]["value"] == storey
+    # every channel is drawn, where it was fitted and where it was not
+    roof = [trace for trace in diagnosis.traces if trace.name.endswith("floor 5")]
+    assert len(diagnosis.traces) == 2 * len(CHANNELS) and len(roof) == 2
+    first, last = sorted(roof, key=lambda trace: trace.held_out)
+    assert last.held_out and not first.held_out
+    measured = np.concatenate([first.measured, last.measured])
+    np.testing.assert_array_equal(measured, record.response["floor5_acceleration_m_s2"])
+    assert np.std(last.after - last.measured) < 0.6 * np.std(last.before - last.measured)
 
 
 def _swaying(record, share, seed=0):
