@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.lines import parse_number, read_lines
+from ground_motions.readers.lines import parse_number, table_lines
 
 from .errors import InputError
 
@@ -98,17 +98,9 @@ def read_cells(path: str | Path) -> CellTable:
 
     Raises
     ------
-    InputError
-        If it holds comments alone.
     GroundMotionError
-        If it is missing, unreadable, not text, or empty.
+        If it is missing, unreadable, not text, empty, or comments only.
     """
-    kept = [
-        (number, line)
-        for number, line in enumerate(read_lines(path), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not kept:
-        raise InputError(f"{path}: comments only; accepted: a line of column names, then numbers")
+    kept = table_lines(path)
     names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
     return CellTable(path, names, rows, [number for number, _ in kept])

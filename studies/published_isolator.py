@@ -27,6 +27,7 @@ from isolation_sim.laws.published import (
     LI_LI_STIFFNESS_N_PER_MM,
     YU_ALPHA_N,
 )
+from isolation_sim.reports.html.text import capital
 
 from .papers.paper_002 import stiffness_and_energy
 from .study import Outcome, Step
@@ -209,7 +210,7 @@ def _finding(rows: list[dict[str, Any]], found: list[Judged]) -> str:
             for cause in diagnosis.causes
         )  # fmt: skip
         sentences[-1] += (
-            f". {named[:1].upper()}{named[1:]}. Extended, the law misses them by "
+            f". {capital(named)}. Extended, the law misses them by "
             f"{_pair(extended)} %, and rows left out of its fit by "
             f"{extended['rows left out, %']:.1f} % (the fitted law "
             f"{fitted['rows left out, %']:.1f} %)."

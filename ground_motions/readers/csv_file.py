@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ground_motions.errors import GroundMotionError, nearest
-from ground_motions.readers.lines import parse_number, read_lines, require_two, shown
+from ground_motions.readers.lines import parse_number, require_two, shown, table_lines
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2
@@ -41,13 +41,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
         If the file cannot be read; a column is missing, unknown or named twice; a cell is not a
         finite number; or the times do not increase uniformly.
     """
-    rows = [
-        (number, line)
-        for number, line in enumerate(read_lines(path), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not rows:
-        raise GroundMotionError(str(path), "comments only", "a line of column names, then numbers")
+    rows = table_lines(path)
     header_line, names = rows[0][0], _cells(rows[0][1])
     place = f"{path}, line {header_line}"
     _check_header(names, place)

@@ -47,6 +47,34 @@ def read_lines(path: str | Path) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
 
+def table_lines(path: str | Path) -> list[tuple[int, str]]:
+    """Return the lines of a table's text file, without blank ones and those that begin with ``#``.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    list of (int, str)
+        Each with its number, counted from 1.
+
+    Raises
+    ------
+    GroundMotionError
+        As ``read_lines``, and if there are comments only.
+    """
+    kept = [
+        (number, line)
+        for number, line in enumerate(read_lines(path), start=1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not kept:
+        raise GroundMotionError(str(path), "comments only", "a line of column names, then numbers")
+    return kept
+
+
 def parse_number(cell: str, place: str) -> float:
     """Return the finite number in a cell.
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from ..identification.least_squares import levenberg_marquardt
+from ..identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
 from .model import Model
 
 MOST_STARTS = 12
@@ -72,11 +72,8 @@ class Fitted:
     @cached_property
     def basis(self) -> NDArray:
         """Orthonormal directions in which the values move the residuals, (n_fitted, n)."""
-        norm = np.sqrt(np.einsum("ij,ij->j", self.jacobian, self.jacobian))
-        norm[~(norm > 0)] = 1.0
-        # directions that the data do not determine are left out
-        u, s, _ = np.linalg.svd(np.nan_to_num(self.jacobian / norm), full_matrices=False)
-        return u[:, s > 1e-6 * max(float(s[0]), 1e-300)] if len(s) else u
+        u, s, _ = np.linalg.svd(unit_columns(self.jacobian)[0], full_matrices=False)
+        return u[:, s > DETERMINED * max(float(s[0]), 1e-300)] if len(s) else u
 
     def across(self, change: NDArray) -> NDArray:
         """Part of a change of the residuals that the values cannot follow, to first order.

@@ -133,6 +133,25 @@ class Trace:
     after: NDArray
 
 
+def relative_error(trace: Trace, simulated: NDArray) -> float:
+    """RMS of a run's residual over RMS of what was measured.
+
+    Parameters
+    ----------
+    trace : Trace
+        The run.
+    simulated : (n,) array
+        Its ``before`` or ``after``.
+
+    Returns
+    -------
+    float
+        Not a number where nothing was measured.
+    """
+    size = float(np.sum(trace.measured**2))
+    return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
+
+
 def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
     """Sort runs by their errors before.
 
@@ -146,12 +165,7 @@ def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
     tuple of Trace
         The largest relative error first.
     """
-
-    def error(trace: Trace) -> float:
-        residual = trace.before - trace.measured
-        return float(np.mean(residual**2) / np.mean(trace.measured**2))
-
-    return tuple(sorted(traces, key=error, reverse=True))
+    return tuple(sorted(traces, key=lambda run: relative_error(run, run.before), reverse=True))
 
 
 @dataclass(frozen=True)

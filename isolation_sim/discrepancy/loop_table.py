@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import GroundMotionError
-from ground_motions.readers.lines import parse_number, read_lines
 
+from ..cell_table import read_cells
 from ..errors import InputError, unknown_name
 
 COLUMNS = (
@@ -87,26 +87,17 @@ def read_loop_table(path: str | Path) -> LoopTable:
         If the file or a column is missing, a column is unknown, or a number is not usable.
     """
     try:
-        rows = [
-            (number, [cell.strip() for cell in line.split(",")])
-            for number, line in enumerate(read_lines(path), start=1)
-            if line.strip() and not line.lstrip().startswith("#")
-        ]
-        if not rows:
-            raise InputError(f"{path}: empty; accepted: columns {', '.join(COLUMNS)}")
-        (head_line, names), *body = rows
+        cells = read_cells(path)
+        names = cells.names
         for name in names:
             if name not in (*COLUMNS, _HOLD_OUT):
                 raise unknown_name(f"column of {path}", name, (*COLUMNS, _HOLD_OUT))
         for name in COLUMNS:
             if name not in names:
-                raise InputError(
-                    f"{path}, line {head_line}: no column {name}; needed: {', '.join(COLUMNS)}"
-                )
-        table = np.array([_numbers(path, number, names, cells) for number, cells in body])
+                raise InputError(f"{cells.head}: no column {name}; needed: {', '.join(COLUMNS)}")
+        table = cells.numbers(range(len(names)))
     except GroundMotionError as error:
         raise InputError(str(error)) from None
-    table = table.reshape(len(body), len(names))
     column = {name: table[:, k] for k, name in enumerate(names)}
     return LoopTable(
         name=str(Path(path).stem),
@@ -115,14 +106,5 @@ def read_loop_table(path: str | Path) -> LoopTable:
         current=column["current_A"],
         stiffness=1e3 * column["effective_stiffness_N_per_mm"],
         damping=column["damping_ratio"],
-        held_out=column.get(_HOLD_OUT, np.zeros(len(body))) > 0,
+        held_out=column.get(_HOLD_OUT, np.zeros(len(table))) > 0,
     )
-
-
-def _numbers(path: str | Path, line: int, names: list[str], cells: list[str]) -> list[float]:
-    if len(cells) != len(names):
-        raise InputError(f"{path}, line {line}: {len(cells)} cells; accepted: {len(names)}")
-    return [
-        parse_number(cell, f"{path}, line {line}, column {name}")
-        for name, cell in zip(names, cells, strict=True)
-    ]

@@ -159,7 +159,7 @@ class Model:
             return self._zeroed(force), np.empty((0, len(values)))
         columns = np.empty((len(force), len(values)))
         by_law = jacobian @ self.unknowns.spread
-        columns[:, : self.n_law] = self._passed(by_law, inner, courses, own)
+        columns[:, : self.n_law] = self._passed(by_law, inner, force, courses, own)
         for place, stage in enumerate(self.stages):
             for k, quantity in enumerate(stage.effect.parameters):
                 moved = [p.copy() for p in own]
@@ -173,7 +173,9 @@ class Model:
             columns -= run_means(self.data, columns)
         return self._zeroed(force), columns
 
-    def _passed(self, by_law: NDArray, inner: NDArray, courses: list, own: list) -> NDArray:
+    def _passed(
+        self, by_law: NDArray, inner: NDArray, force: NDArray, courses: list, own: list
+    ) -> NDArray:
         """Derivatives of the law's force as they come out behind the effects."""
         following = [k for k, s in enumerate(self.stages) if "force" in s.effect.needs]
         if not following:
@@ -182,14 +184,13 @@ class Model:
                     by_law = by_law * course["factor"][:, np.newaxis]
             return by_law
         passed = np.empty_like(by_law)
-        before = _combined(inner, courses)
         for k, column in enumerate(by_law.T):
             size = float(np.linalg.norm(column))
             step = _DIFFERENCE * float(np.linalg.norm(inner)) / size if size > 0 else 1.0
             changed, moved = list(courses), inner + step * column
             for place in following:
                 changed[place] = self._outer(self.stages[place], moved, own[place])
-            passed[:, k] = (_combined(moved, changed) - before) / step
+            passed[:, k] = (_combined(moved, changed) - force) / step
         return passed
 
     @property

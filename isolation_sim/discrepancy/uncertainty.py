@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..identification.least_squares import DETERMINED, unit_columns
 from ..identification.noise import correlation_time
+from .base_fit import SEARCHED
 from .candidates import Fitted
 from .diagnosis import Interval
 from .model import Model
@@ -15,10 +17,6 @@ from .noise_examples import motion_noise
 
 EXAMPLES = 12
 """Of the motion's noise."""
-SAMPLES = 24_000
-"""On which what it does to the numbers is computed, about."""
-_DETERMINED = 1e-6
-"""Of the largest singular value: directions below it are not determined by the data."""
 
 
 def intervals(final: Fitted, seed: int = 0) -> list[dict[str, Interval]]:
@@ -77,15 +75,15 @@ def errors_by_motion(final: Fitted, seed: int) -> NDArray:
     full, model = final.model.data, final.model
     if not np.any(full.displacement_noise > 0):
         return np.empty((0, len(final.values)))
-    kept, part = full.kept(SAMPLES), full.thinned(SAMPLES)
+    kept, part = full.kept(SEARCHED), full.thinned(SEARCHED)
     clean = replace(model, data=part).forces(final.values, False)[0]
     errors = []
     for shift in motion_noise(full, EXAMPLES, seed):
         dx, dv, da = shift[:, kept]
         data = replace(part, x=part.x + dx, v=part.v + dv, a=part.a + da, force=clean)
         residual, jacobian = replace(model, data=data).residuals(final.values, True)
-        scaled, norm = _scaled(jacobian)
-        errors.append(-np.linalg.lstsq(scaled, residual, rcond=_DETERMINED)[0] / norm)
+        scaled, norm = unit_columns(jacobian)
+        errors.append(-np.linalg.lstsq(scaled, residual, rcond=DETERMINED)[0] / norm)
     return np.array(errors)
 
 
@@ -116,17 +114,10 @@ def linear_intervals(
 def _half_widths(residual: NDArray, jacobian: NDArray, memory: float = 1.0) -> NDArray:
     """By the curvature; a residual resembles its neighbours over ``memory`` samples."""
     n, n_values = jacobian.shape
-    scaled, norm = _scaled(jacobian)
+    scaled, norm = unit_columns(jacobian)
     variance = memory * float(residual @ residual) / max(n - n_values, 1)
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=_DETERMINED**2, hermitian=True)
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=DETERMINED**2, hermitian=True)
     return 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
-
-
-def _scaled(jacobian: NDArray) -> tuple[NDArray, NDArray]:
-    """Columns of length 1, and their lengths."""
-    norm = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    norm[~(norm > 0)] = 1.0
-    return np.nan_to_num(jacobian / norm), norm
 
 
 def _stated(

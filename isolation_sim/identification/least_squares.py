@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 
 Problem = Callable[[NDArray, bool], tuple[NDArray, NDArray]]
 """(parameters, whether derivatives are wanted) -> residuals (n,), derivatives (n, n_parameters)."""
+DETERMINED = 1e-6
+"""Of the largest singular value of derivatives in unit columns: directions below it are not
+determined by the data."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,26 @@ def _step(
         step = np.where(outside, np.clip(step, below, above), step)
         free, clipped = free & ~outside, True
     return step, clipped
+
+
+def unit_columns(jacobian: NDArray) -> tuple[NDArray, NDArray]:
+    """Scale the columns of derivatives to length 1.
+
+    Parameters
+    ----------
+    jacobian : (n_residuals, n_values) array
+        Derivatives.
+
+    Returns
+    -------
+    scaled : (n_residuals, n_values) array
+        Zero where a derivative is not a number.
+    length : (n_values,) array
+        Of the columns; 1 for what has none.
+    """
+    length = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    length[~(length > 0)] = 1.0
+    return np.nan_to_num(jacobian / length), length
 
 
 def _cost(residual: NDArray) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
 from ..results import write_contents, write_text
 from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
+from .html.text import capital
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -83,7 +84,7 @@ def consequence_text(consequence: Consequence) -> list[str]:
     list of str
         Paragraphs.
     """
-    where = f"{consequence.scenario[:1].upper()}{consequence.scenario[1:]}. {consequence.finding}"
+    where = f"{capital(consequence.scenario)}. {consequence.finding}"
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 

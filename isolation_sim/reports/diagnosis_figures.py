@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..discrepancy.diagnosis import relative_error
 from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, style
 
 if TYPE_CHECKING:
@@ -129,25 +130,6 @@ def errors_by_run(diagnosis: Diagnosis) -> Figure:
         panel.set_xlabel("Residual over what was measured, RMS (%); * held out")
         legend(figure, panel, "outside upper center")
     return figure
-
-
-def relative_error(trace: Trace, simulated: np.ndarray) -> float:
-    """RMS of a run's residual over RMS of what was measured.
-
-    Parameters
-    ----------
-    trace : Trace
-        The run.
-    simulated : (n,) array
-        Its ``before`` or ``after``.
-
-    Returns
-    -------
-    float
-        Not a number where nothing was measured.
-    """
-    size = float(np.sum(trace.measured**2))
-    return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
 
 
 def heading(label: str) -> str:

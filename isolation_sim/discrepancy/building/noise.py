@@ -183,8 +183,7 @@ def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
     Variance over that of the channels' own noise, (n_frequencies,), and the unit vector of it.
     """
     felt = spectra(draws, n) / sensors
-    covariance = smoothed(np.einsum("dfi,dfj->fij", felt, felt.conj()) / (2 * len(draws)))
-    direction = np.linalg.eigh(covariance)[1][:, :, -1]
+    direction = np.linalg.eigh(covariance(felt))[1][:, :, -1]
     # not smoothed: beside a peak it would be too much, and the noise found too little
     strength = np.mean(np.abs(np.einsum("fi,dfi->df", direction.conj(), felt)) ** 2, axis=0) / 2
     return strength, direction
@@ -234,6 +233,22 @@ def spectra(values: NDArray, n_frequencies: int) -> NDArray:
     found = np.fft.rfft(values, axis=1)[:, :n_frequencies] / np.sqrt(n / 2)
     found[:, 0] /= np.sqrt(2)
     return found
+
+
+def covariance(examples: NDArray) -> NDArray:
+    """Covariance of the channels at each frequency, smoothed over neighbouring ones.
+
+    Parameters
+    ----------
+    examples : numpy.ndarray of complex, shape (n_examples, n_frequencies, n_channels)
+        As ``spectra`` returns them.
+
+    Returns
+    -------
+    numpy.ndarray of complex, shape (n_frequencies, n_channels, n_channels)
+    """
+    products = np.einsum("dfi,dfj->fij", examples, examples.conj())
+    return smoothed(products / (2 * len(examples)))
 
 
 def smoothed(products: NDArray) -> NDArray:

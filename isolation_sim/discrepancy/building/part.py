@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from .noise import NoiseFloor, smoothed, spectra
+from .noise import NoiseFloor, covariance, smoothed, spectra
 from .record import BuildingRecord
 
 LEAST_ERROR = 3e-3
@@ -124,15 +124,12 @@ def make_part(
     n = len(range(*samples.indices(len(record.ground))))
     frequencies = np.fft.rfftfreq(n, dt)
     frequencies = frequencies[frequencies <= floor.band]
-    draws = floor.draws[:, samples]
-    felt = spectra(draws, len(frequencies))
-    products = np.einsum("dfi,dfj->fij", felt, felt.conj()) / (2 * len(draws))
+    felt = spectra(floor.draws[:, samples], len(frequencies))
     shown = spectra(record.values[np.newaxis, samples], len(frequencies))[0]
     inexact = LEAST_ERROR**2 / 2 * smoothed(np.abs(shown) ** 2)
     missed = model_error**2 * np.mean(record.values[samples] ** 2, axis=0)
     own = (floor.sensors**2 + missed + inexact)[:, :, np.newaxis] * np.eye(len(missed))
-    covariance = smoothed(products) + own
-    whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+    whitening = np.linalg.inv(np.linalg.cholesky(covariance(felt) + own))
     # noise alone is judged with its estimate's errors, so that they raise no alarm
     cells = [cell_means(_whitened(one[samples], whitening)) for one in floor.examples]
     return Part(record, samples, frequencies, whitening, np.array(cells))

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..diagnosis_figures import heading, relative_error
+from ...discrepancy.diagnosis import relative_error
+from ..diagnosis_figures import heading
 from .charts import Look, layout, numbers, over, peaks, points, span, thinned
 from .page import Block, Cell, Chart, Key, Row, Table
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace
+from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace, worst_first
 from ...effects.effect import in_sentence
 from ..consequence import HEADINGS, NOTE, TITLE, consequence_rows
 from ..diagnosis import cause_rows, consequence_text, error_rows
-from ..diagnosis_figures import relative_error
 from ..references import cited
 from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
 from .page import (
@@ -56,11 +55,11 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     -------
     Page
     """
-    worst_first = sorted(diagnosis.traces, key=lambda t: -relative_error(t, t.before))
+    traces = worst_first(diagnosis.traces)
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
-        ("Measured against simulated", [*_measured(worst_first)]),
-        ("Where it is wrong", [*_where(diagnosis, worst_first)]),
+        ("Measured against simulated", [*_measured(traces)]),
+        ("Where it is wrong", [*_where(diagnosis, traces)]),
         ("Evidence", [*_evidence(diagnosis)]),
         ("Causes", [*_causes(diagnosis)]),
         ("Extended law", [*_extended(diagnosis, section)]),
