@@ -23,7 +23,8 @@ from .model import Model
 
 STARTS = 20
 _SAFETY = 2
-"""Times as many integration steps as resolve the law: effects and noise ask for more."""
+"""Times as many integration steps as resolve the law, for the outcome: effects and noise ask for
+more. The search does without."""
 SEARCHED = 24_000
 """Samples, about, on which a law and its effects are searched; the outcome is fitted to all."""
 _LAST = 3
@@ -109,9 +110,9 @@ def fitted_law(
     if not ready:
         raise InputError(f"no start gives {u.law.name} finite forces under these data")
     part = replace(model, data=model.data.thinned(SEARCHED))
-    last = pool.map(lambda o: fitted(resolved(part, o.x), o.x, 100, 1e-6), ready[:_LAST])
+    last = pool.map(lambda o: fitted(resolved(part, o.x, 1), o.x, 100, 1e-6), ready[:_LAST])
     best = min(last, key=_rank).values
-    return fitted(resolved(model, best), best, 30, 1e-7)
+    return fitted(resolved(model, best), best)
 
 
 def _rank(found: Fitted) -> tuple[bool, float]:
@@ -137,7 +138,7 @@ def given_law(model: Model, start: NDArray) -> Fitted:
     return fitted(resolved(replace(model, expected=start), start), start, 100, 1e-8)
 
 
-def resolved(model: Model, values: NDArray) -> Model:
+def resolved(model: Model, values: NDArray, safety: int = _SAFETY) -> Model:
     """Take as many integration steps a sample as the law needs.
 
     Parameters
@@ -146,6 +147,8 @@ def resolved(model: Model, values: NDArray) -> Model:
         Without effects.
     values : (n_values,) array
         Where to look: the law's unknowns come first.
+    safety : int
+        Times as many as the law needs.
 
     Returns
     -------
@@ -154,4 +157,4 @@ def resolved(model: Model, values: NDArray) -> Model:
     u = model.unknowns
     simulator = Simulator(u.law, model.data.motion, u.owner, u.power, 1)
     fine = simulator.resolved(u.coefficients(values[: model.n_law]), 2e-4, most=16)
-    return replace(model, n_steps=_SAFETY * fine.n_steps)
+    return replace(model, n_steps=safety * fine.n_steps)

@@ -113,7 +113,7 @@ def _outcome(
 
     part = data.thinned(SEARCHED).without_held_out()
     kept = data.kept(SEARCHED)
-    small = base.on(resolved(replace(base.model, data=part), base.values))
+    small = base.on(resolved(replace(base.model, data=part), base.values, 1))
     part_noise = noise_residuals(small, shifts[:, :, kept[data.fitted[kept]]], seed)
     varies = np.ptp(part.current) > 0, part.has_temperature and np.ptp(part.temperature) > 1
     largest = float(np.max(np.abs(part.x)))
@@ -137,6 +137,7 @@ def _outcome(
         evidence=evidence,
         disturbance=disturbance,
         floor=float(floor),
+        shifts=shifts,
         noise_power=np.mean(noise**2, axis=1),
         chosen=chosen,
         notes=data_notes(campaign.runs),
@@ -234,7 +235,7 @@ def _causes(outcome: Outcome, explained: float, misfit: float) -> list[Cause]:
             for k, (apart, _) in enumerate(others)
         ]
         split = shares(costs, final.cost_of(outcome.chosen), explained)
-        numbers = intervals(final)
+        numbers = intervals(final, outcome.shifts)
         for k, (effect, (apart, rivals)) in enumerate(zip(small.effects, others, strict=True)):
             if effect is EACH_RUN:
                 numbers[k] = {"spread": _spread(outcome)}

@@ -38,6 +38,8 @@ class Outcome:
         Removed from the force.
     floor : float
         RMS of what noise leaves over RMS of the force.
+    shifts : (n_examples, 3, n_samples) array
+        Noise of the motion; see ``motion_noise``.
     noise_power : (n_samples,) array
         Mean square of the residual over its noise that noise leaves at each sample.
     chosen : (n_samples,) bool array
@@ -55,6 +57,7 @@ class Outcome:
     evidence: list[Dependence]
     disturbance: Interference | None
     floor: float
+    shifts: NDArray
     noise_power: NDArray
     chosen: NDArray
     notes: list[str]

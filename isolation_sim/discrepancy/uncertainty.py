@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ EXAMPLES = 12
 """Of the motion's noise."""
 
 
-def intervals(final: Fitted, seed: int = 0) -> list[dict[str, Interval]]:
+def intervals(final: Fitted, shifts: NDArray, seed: int = 0) -> list[dict[str, Interval]]:
     """95 % intervals of each effect's parameters, fitted together with everything else.
 
     Noise of the force spreads the numbers, noise of the displacement also shifts them: smoothing
@@ -31,8 +32,10 @@ def intervals(final: Fitted, seed: int = 0) -> list[dict[str, Interval]]:
     ----------
     final : Fitted
         The model on all samples.
+    shifts : (n_examples, 3, n_samples) array
+        Examples of the motion's noise, to which more are drawn; see ``motion_noise``.
     seed : int
-        Of the examples of noise.
+        Of these.
 
     Returns
     -------
@@ -41,11 +44,12 @@ def intervals(final: Fitted, seed: int = 0) -> list[dict[str, Interval]]:
     """
     memory = correlation_time(final.residual, _starts_of_fitted(final))
     half = _half_widths(final.residual, final.jacobian, memory)
-    errors = errors_by_motion(final, seed)
-    if not len(errors):
+    if not np.any(final.model.data.displacement_noise > 0):
         return _stated(final.model, final.values, final.values, half)
     from scipy.special import stdtrit
 
+    more = motion_noise(final.model.data, EXAMPLES - len(shifts), seed + 1)
+    errors = errors_by_motion(final, [*shifts, *more])
     # an example under which a law runs away must not count for all
     below, shift, above = np.percentile(errors, [15.87, 50.0, 84.13], axis=0)
     sure = stdtrit(EXAMPLES - 1, 0.975) * np.sqrt(1 + 1 / EXAMPLES)
@@ -53,7 +57,7 @@ def intervals(final: Fitted, seed: int = 0) -> list[dict[str, Interval]]:
     return _stated(final.model, final.values, final.values - shift, half)
 
 
-def errors_by_motion(final: Fitted, seed: int) -> NDArray:
+def errors_by_motion(final: Fitted, shifts: Sequence[NDArray]) -> NDArray:
     """What noise of the displacement alone does to fitted values, by examples.
 
     The fitted model's own force under the motion takes the place of the measured one; one step of
@@ -64,21 +68,19 @@ def errors_by_motion(final: Fitted, seed: int) -> NDArray:
     ----------
     final : Fitted
         The model on all samples.
-    seed : int
-        Of the examples.
+    shifts : sequence of (3, n_samples) array
+        These examples; see ``motion_noise``.
 
     Returns
     -------
     (n_examples, n_values) array
-        Errors of the values; no rows where the displacement has no noise.
+        Errors of the values.
     """
     full, model = final.model.data, final.model
-    if not np.any(full.displacement_noise > 0):
-        return np.empty((0, len(final.values)))
     kept, part = full.kept(SEARCHED), full.thinned(SEARCHED)
     clean = replace(model, data=part).forces(final.values, False)[0]
     errors = []
-    for shift in motion_noise(full, EXAMPLES, seed):
+    for shift in shifts:
         dx, dv, da = shift[:, kept]
         data = replace(part, x=part.x + dx, v=part.v + dv, a=part.a + da, force=clean)
         residual, jacobian = replace(model, data=data).residuals(final.values, True)

@@ -34,7 +34,8 @@ def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     """Rate of the hysteretic variable (002 Eq 20)."""
     (z,) = states
     _, _, _, A, beta, gamma, n, _ = parameters
-    shape = (z * z + _TINY) ** ((n - 1) / 2)
+    # |z|^(n-1), so written that its derivatives need no second power
+    shape = np.exp((n - 1) / 2 * np.log(z * z + _TINY))
     return (A * v - (beta * np.fabs(v) * z + gamma * v * np.fabs(z)) * shape,)
 
 

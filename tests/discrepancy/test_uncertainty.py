@@ -7,7 +7,8 @@ from scipy.stats import binom
 from isolation_sim.discrepancy.base_fit import law_model
 from isolation_sim.discrepancy.candidates import fitted
 from isolation_sim.discrepancy.measured import measured
-from isolation_sim.discrepancy.uncertainty import errors_by_motion, intervals
+from isolation_sim.discrepancy.noise_examples import motion_noise
+from isolation_sim.discrepancy.uncertainty import EXAMPLES, errors_by_motion, intervals
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
@@ -47,12 +48,13 @@ def test_the_truth_is_held_although_every_fit_is_off_in_the_same_direction():
     errors, expected, inside = [], [], []
     for seed in range(SEEDS):
         final = with_a_plate(campaign(seed))
-        (numbers,) = intervals(final, seed)
+        shifts = motion_noise(final.model.data, EXAMPLES // 2, seed)
+        (numbers,) = intervals(final, shifts)
         found = numbers["mass"]
         assert found.low <= found.value <= found.high
         inside.append(found.low <= MASS <= found.high)
         errors.append(found.value - MASS)
-        expected.append(np.median(errors_by_motion(final, seed)[:, -1]))
+        expected.append(np.median(errors_by_motion(final, shifts)[:, -1]))
     # smoothing takes acceleration away; the examples start from smooth motion and know most of it
     assert np.mean(errors) < -4 * np.std(errors) / np.sqrt(SEEDS)
     assert 0.4 < np.mean(expected) / np.mean(errors) < 1.1
@@ -61,5 +63,6 @@ def test_the_truth_is_held_although_every_fit_is_off_in_the_same_direction():
 
 def test_without_noise_there_is_nothing_to_correct():
     final = with_a_plate(campaign(0, noise=0.0))
-    assert np.max(np.abs(errors_by_motion(final, 0)), initial=0.0) < 1e-3
-    assert intervals(final)[0]["mass"].value == pytest.approx(MASS, rel=1e-3)
+    shifts = motion_noise(final.model.data, 2)
+    assert np.max(np.abs(errors_by_motion(final, shifts))) < 1e-3
+    assert intervals(final, shifts)[0]["mass"].value == pytest.approx(MASS, rel=1e-3)
