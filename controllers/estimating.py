@@ -5,12 +5,12 @@ from __future__ import annotations
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure
 
-from .compiled import CompiledController
+from .controller import Controller
 from .observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
 from .settings import Number, Optional, setting
 
 
-class Estimating(CompiledController):
+class Estimating(Controller):
     """A controller with an observer, which sees accelerations and isolator deformations only."""
 
     ground_intensity: float = setting(

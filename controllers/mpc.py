@@ -14,7 +14,7 @@ from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
-from .controller import Controller
+from .estimating import Estimating
 from .predictive.ground_kernel import PRIOR
 from .settings import Integer, Number, OneOf, Optional, setting
 
@@ -53,7 +53,7 @@ class Report:
         )
 
 
-class MPC(Controller):
+class MPC(Estimating):
     """Model predictive control of the coil currents themselves.
 
     Each decision predicts the response over a horizon with the law believed in and the plan of the
@@ -84,6 +84,11 @@ class MPC(Controller):
     source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Arnström et al. 2022"
 
     period: float | None = 0.02
+    filter: str = setting(
+        "none", "observer that estimates displacements and velocities from accelerations and "
+        "isolator deformations; none takes them as measured",
+        OneOf(("none", "kalman", "extended")),
+    )  # fmt: skip
     preview: float = setting(
         0.0, "warning time: the ground motion is known so far ahead", Number(at_least=0), "s"
     )
@@ -136,12 +141,15 @@ class MPC(Controller):
         self.foresight = self.preview
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
-        """All displacements and velocities, and the ground's acceleration."""
+        """Displacements and velocities, or what the observer sees; then the ground's acceleration."""
         structure = belief.structure
         one = len(structure.directions) == 1
-        return (
+        motion = (
             *(f"{dof}_displacement_m" for dof in structure.names),
             *(f"{dof}_velocity_m_s" for dof in structure.names),
+        )
+        return (
+            *(motion if self.filter == "none" else super().measures(belief)),
             *(f"ground_{'' if one else d + '_'}acceleration_m_s2" for d in structure.directions),
         )
 
@@ -154,6 +162,9 @@ class MPC(Controller):
         belief = situation.belief
         if not belief.n_channels:
             raise InputError(f"{self.name}: no element of the belief is driven by a coil")
+        self._estimated = None
+        if self.filter != "none":
+            self._estimated = self.observer(situation, self.filter).begin()
         self.coils = coils = coil_table(situation)
         frequency = linear_model(belief, coils[:, 2])[0]
         self.frequency = 2 * np.pi * frequency
@@ -179,6 +190,7 @@ class MPC(Controller):
             ]
         )  # fmt: skip
         directions = len(belief.structure.directions)
+        self._n_behind = directions + len(coils)
         # until a coil has answered, a lag and a decision later
         reach = min(int(np.ceil(coils[:, 0].max() / self.step - 1e-9)) + 1, n_steps)
         pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
@@ -199,17 +211,19 @@ class MPC(Controller):
     def current(self, t: float, measurement: Any) -> NDArray:
         """Predict, linearise, solve, and give the plan's first command."""
         began = perf_counter()
-        p, n = self.prediction, len(self.prediction.belief.structure.names)
+        p, n = self.prediction, self.prediction.belief.structure.n_dofs
         measured = np.array(measurement, dtype=float)
-        coil = measured[-len(self.coils) :]
-        z = p.modes_of(measured[:n], measured[n : 2 * n])
+        seen, ground, coil = np.split(measured, [-self._n_behind, -len(self.coils)])
+        if self._estimated is not None:
+            seen = self._estimated(t, np.concatenate([seen, coil]))
+        z = p.modes_of(seen[:n], seen[n : 2 * n])
         before = self.commands[0].copy()
         if self._last is not None:
             then, old, old_coil = self._last
             p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
             self.commands[:-1] = self.commands[1:]
         self._last = (t, z, coil)
-        self._look_ahead(t, measured[2 * n : -len(self.coils)])
+        self._look_ahead(t, ground)
         plan = self.commands.copy()
         for _ in range(self.iterations):
             p.predict(z, self._states, coil, plan, self._ground)

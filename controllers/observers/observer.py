@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -206,25 +207,42 @@ class Observer(ABC):
         InputError
             If the measurements have another shape or are not finite.
         """
-        rows = np.ascontiguousarray(measurements, dtype=float)
+        rows = np.asarray(measurements, dtype=float)
         if rows.ndim != 2 or rows.shape[1] != len(self.outputs) or not np.isfinite(rows).all():
             raise InputError(
                 f"observer: measurements have shape {rows.shape}; accepted: finite numbers, one "
                 f"column each of {', '.join(self.outputs)}"
             )
         time = np.arange(len(rows)) * self.period
+        update = self.begin()
+        written = [update(t, row) for t, row in zip(time, rows, strict=True)]
+        return self.estimate(time, np.reshape(written, (len(rows), self.width())))
+
+    def begin(self) -> Callable[[float, NDArray], NDArray]:
+        """Start at rest, to be given one measurement after another.
+
+        Returns
+        -------
+        callable
+            From an instant (s) and what was measured then, shape (n_outputs,) in the order of
+            ``outputs``, to a row as ``estimate`` reads it, shape (width,); displacements (m) and
+            velocities (m/s) of the degrees of freedom come first.
+        """
         compiled = compile_decision(self.decision(), self.width())
         pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
         kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
-        update, memory = kind(compiled.address), compiled.memory.copy()
-        written = np.empty((len(rows), self.width()))
-        constants = (compiled.settings, memory)
-        sizes = np.array([rows.shape[1], *map(len, constants), self.width()], dtype=np.int64)
-        for t, row, out in zip(time, rows, written, strict=True):
-            arrays = (row, *constants, out)
-            update(t, *(_pointer(a, pointer) for a in arrays), _pointer(sizes, kind._argtypes_[-1]))
-        return self.estimate(time, written)
+        entry, settings, memory = kind(compiled.address), compiled.settings, compiled.memory.copy()
+        measured, row = np.zeros(len(self.outputs)), np.zeros(self.width())
+        arrays = (measured, settings, memory, row)
+        sizes = np.array([len(array) for array in arrays], dtype=np.int64)
+        places = [
+            *(array.ctypes.data_as(pointer) for array in arrays),
+            sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+        ]
 
+        def update(t: float, measurement: NDArray) -> NDArray:
+            measured[:] = measurement
+            entry(t, *places)
+            return row.copy()
 
-def _pointer(array: NDArray, kind: type) -> ctypes._Pointer:
-    return array.ctypes.data_as(kind)
+        return update

@@ -15,7 +15,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
 from isolation_sim.laws.current_dependence import CurrentDependence
 from isolation_sim.laws.registry import LAWS
-from isolation_sim.simulation.control import CoilDriver
+from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, shear_building
 
@@ -304,6 +304,31 @@ def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record):
     full = simulate(isolated, record, MPC(), driver=LAGGING)
     assert one.report.failed == 0
     assert np.abs(run.command - full.command).max() > 0.05
+
+
+@pytest.mark.parametrize("observer", ["kalman", "extended"])
+def test_an_observer_takes_most_of_the_noises_harm(isolated, record, observer):
+    noise = {"displacement_m": 5e-4, "velocity_m_s": 5e-3, "acceleration_m_s2": 0.02,
+             "deformation_m": 5e-4}  # fmt: skip
+
+    def peak(filter_name, sensors):
+        run = simulate(
+            isolated, record, controller("mpc", filter=filter_name), driver=LAGGING, sensors=sensors
+        )
+        return run.criteria["peak_floor_acceleration_m_s2"]
+
+    noisy = Sensors(noise=noise, seed=1)
+    clean = peak("none", Sensors())
+    assert peak(observer, noisy) - clean < 0.5 * (peak("none", noisy) - clean)
+
+
+def test_with_an_observer_neither_displacements_nor_velocities_are_measured(isolated):
+    wanted = controller("mpc", filter="kalman").measures(isolated)
+    names = isolated.structure.names
+    assert wanted == (
+        *(f"{name}_acceleration_m_s2" for name in names), "isolator_deformation_m",
+        "ground_acceleration_m_s2",
+    )  # fmt: skip
 
 
 def test_devices_without_coil_join_the_prediction(record):

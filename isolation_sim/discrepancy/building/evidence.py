@@ -83,6 +83,7 @@ def evidence(selection: Selection, k: int, numbers: dict[str, Interval]) -> str:
         for outcome in (without, selection.after)
     ]
     what = cause.says.format(**{name: one.value for name, one in numbers.items()})
+    what = what.replace("%", " %")
     part = comparison.held_out[0]
     gain = cell_means(without.held_out[0]) - cell_means(selection.after.held_out[0])
     channel, low, high = _cell(part, int(np.argmax(gain * part.cell_sizes)))

@@ -1,0 +1,98 @@
+"""Effects are looked at with the law linearised, shaped, then fitted: each step is no worse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info
+
+from isolation_sim.discrepancy.base_fit import law_model
+from isolation_sim.discrepancy.candidates import direction, directions, fitted, shaped, try_all
+from isolation_sim.discrepancy.measured import measured
+from isolation_sim.effects import effect
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.workers import workers
+from isolation_sim.laws import LAWS
+
+RATE, STIFFNESS, DAMPING = 128, 3e4, 200.0
+LOSS, HALF = 0.4, 4e-3
+
+
+def runs(held_out=(2,)):
+    """A spring and a dashpot that soften with |x| by r / (1 + r), r = |x| / 4 mm, under noise."""
+    rng = np.random.default_rng(5)
+    time = np.arange(0, 8, 1 / RATE)
+    made = []
+    for k, size in enumerate((2e-3, 8e-3, 5e-3, 3e-3)):
+        omega = 2 * np.pi * (0.7 + 0.3 * k)
+        x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
+        ratio = np.abs(x) / HALF
+        force = (STIFFNESS * x + DAMPING * v) * (1 - LOSS * ratio / (1 + ratio))
+        force += 0.005 * np.std(force) * rng.standard_normal(len(time))
+        one = TestRun(f"run{k}", time, x, v, force, np.zeros(len(time)), velocity_measured=True)
+        made.append(replace(one, hold_out=k in held_out))
+    return Campaign("softening", "made", made)
+
+
+@pytest.fixture(scope="module")
+def bare():
+    model = law_model(runs(), LAWS["kelvin_voigt"], measured(runs().runs))
+    return fitted(model, model.unknowns.starts(1, 0)[0], 50, 1e-10)
+
+
+@pytest.fixture(scope="module")
+def noise(bare):
+    return np.random.default_rng(0).standard_normal((len(bare.residual), 6))
+
+
+def test_each_step_gains_on_the_one_before(bare, noise):
+    softening = effect("amplitude_softening", "instantaneous")
+    looked_at = direction(bare, softening, noise)
+    own = shaped(bare, looked_at, noise)
+    with workers(1) as pool:
+        (together,) = try_all(bare, [own], pool, lambda: None)
+    assert 0 < looked_at.gain <= own.gain
+    # with the law linearised the cost is that of the model up to what is not linear
+    assert bare.cost - own.gain == pytest.approx(together.cost, rel=0.3)
+    loss = together.parameters(0)["loss"]
+    assert loss == pytest.approx(LOSS, rel=0.1)
+    assert together.cost < 1.1 * len(together.residual)
+
+
+def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise):
+    listed = [
+        effect("coulomb_friction"), effect("amplitude_softening", "instantaneous"),
+        effect("field_saturation"), effect("force_offset"),
+    ]  # fmt: skip
+    with workers(2) as pool:
+        found = directions(bare, listed, noise, pool)
+    assert found[0].effect.cause == "amplitude_softening"
+    assert "field_saturation" not in [one.effect.cause for one in found]  # the coil is off
+
+
+def test_a_held_out_run_leaves_no_sample_in_what_is_searched(bare):
+    data = bare.model.data
+    left = data.without_held_out()
+    assert left.names == ("run0", "run1", "run3") and left.fitted.all()
+    np.testing.assert_array_equal(left.lengths, data.lengths[[0, 1, 3]])
+    np.testing.assert_array_equal(left.force, data.force[data.fitted])
+    np.testing.assert_array_equal(left.force_noise, data.force_noise[[0, 1, 3]])
+
+
+def test_of_a_run_held_out_in_part_the_first_samples_are_left():
+    data = measured(runs(held_out=()).runs[:1])
+    left = data.without_held_out()
+    assert left.lengths == [np.sum(data.fitted)] and left.lengths[0] < data.lengths[0]
+    np.testing.assert_array_equal(left.x, data.x[: left.lengths[0]])
+
+
+def test_linear_algebra_of_workers_stays_on_their_threads():
+    def most():
+        return max(lib["num_threads"] for lib in threadpool_info() if lib["user_api"] == "blas")
+
+    before = most()
+    with workers(2) as pool:
+        assert set(pool.map(lambda _: most(), range(4))) == {1}
+        assert list(pool.map(lambda k: k * k, range(5))) == [0, 1, 4, 9, 16]
+    assert most() == before
