@@ -141,7 +141,7 @@ class MPC(Estimating):
         self.foresight = self.preview
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
-        """Displacements and velocities, or what the observer sees; then the ground's acceleration."""
+        """Displacements and velocities or what the observer sees, and the ground's acceleration."""
         structure = belief.structure
         one = len(structure.directions) == 1
         motion = (
