@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,13 @@ from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
 from .estimating import Estimating
+from .observers.observer import Running
 from .predictive.ground_kernel import PRIOR
+from .predictive.strength import Strength
 from .settings import Integer, Number, OneOf, Optional, setting
+
+if TYPE_CHECKING:
+    from .predictive.prediction import Prediction
 
 _INFEASIBLE = 1e-6
 """How far a solution may be outside a constraint, in the programme's units."""
@@ -36,20 +41,26 @@ class Report:
         Time that each decision took, s.
     iterations : list of int
         Of the solver, each decision.
+    strength : float or None
+        Force of the isolators over the one believed in, as learnt at last; None without learning.
     """
 
     failed: int = 0
     late: int = 0
     seconds: list[float] = field(default_factory=list)
     iterations: list[int] = field(default_factory=list)
+    strength: float | None = None
 
     def __str__(self) -> str:
         if not self.seconds:
             return "no decisions"
         median, slow = np.percentile(self.seconds, [50, 99]) * 1e3
+        learnt = ""
+        if self.strength is not None:
+            learnt = f"; isolators {self.strength:.2f} times as strong as believed"
         return (
             f"{len(self.seconds)} decisions, {self.failed} failed and {self.late} late (the plan "
-            f"before was followed); median {median:.3f} ms, 99th percentile {slow:.3f} ms"
+            f"before was followed); median {median:.3f} ms, 99th percentile {slow:.3f} ms{learnt}"
         )
 
 
@@ -65,6 +76,11 @@ class MPC(Estimating):
     autoregressive model, identified as the motion arrives, expects. Accelerations keep clear of
     their level by what may come against that expectation before the coils can answer, which is the
     more the stiffer the isolators are.
+
+    With ``filter`` an observer estimates displacements and velocities from accelerations and
+    isolator deformations. With ``learning`` the isolators' force is corrected by a factor, the one
+    with which it carries the inertia forces that the accelerations show. With ``delay`` the state
+    is predicted over the measurements' age, under the commands given since.
 
     A programme without a solution inside its constraints, or a decision later than ``deadline``,
     is counted in ``report``; the plan of the decision before, which is within all limits, is then
@@ -131,6 +147,14 @@ class MPC(Estimating):
         0.2, "peak acceleration that counts as unavoidable, over the strongest ground "
         "acceleration so far", Number(at_least=0),
     )  # fmt: skip
+    delay: float = setting(
+        0.0, "age of the measurements: the state is carried on over it by the prediction",
+        Number(at_least=0), "s",
+    )  # fmt: skip
+    learning: float | None = setting(
+        None, "memory of the isolators' force over the one believed in, learnt from accelerations; "
+        "None to believe as given", Optional(Number(above=0)), "s",
+    )  # fmt: skip
     iterations: int = setting(1, "linearisations a decision", Integer(at_least=1))
     deadline: float | None = setting(
         None, "time that a decision may take; None for any", Optional(Number(above=0)), "s"
@@ -144,12 +168,15 @@ class MPC(Estimating):
         """Displacements and velocities or what the observer sees, and the ground's acceleration."""
         structure = belief.structure
         one = len(structure.directions) == 1
-        motion = (
-            *(f"{dof}_displacement_m" for dof in structure.names),
-            *(f"{dof}_velocity_m_s" for dof in structure.names),
-        )
+        seen = super().measures(belief)
+        if self.filter == "none":
+            seen = (
+                *(() if self.learning is None else seen[: structure.n_dofs]),
+                *(f"{dof}_displacement_m" for dof in structure.names),
+                *(f"{dof}_velocity_m_s" for dof in structure.names),
+            )
         return (
-            *(motion if self.filter == "none" else super().measures(belief)),
+            *seen,
             *(f"ground_{'' if one else d + '_'}acceleration_m_s2" for d in structure.directions),
         )
 
@@ -162,15 +189,18 @@ class MPC(Estimating):
         belief = situation.belief
         if not belief.n_channels:
             raise InputError(f"{self.name}: no element of the belief is driven by a coil")
-        self._estimated = None
+        self._estimated: Running | None = None
         if self.filter != "none":
-            self._estimated = self.observer(situation, self.filter).begin()
+            self._estimated = Running(self.observer(situation, self.filter))
         self.coils = coils = coil_table(situation)
         frequency = linear_model(belief, coils[:, 2])[0]
         self.frequency = 2 * np.pi * frequency
         if self.model == "linear":
             belief = spring_and_dashpot(belief, coils, frequency)
         self.step = situation.period
+        self._strength: Strength | None = None
+        if self.learning is not None:
+            self._strength = Strength(belief, self.step, self.learning)
         horizon = 0.8 + self.preview / 2 if self.horizon is None else self.horizon
         n_steps = max(2, round(horizon / self.step))
         n_blocks = min(self.blocks, n_steps)
@@ -194,7 +224,12 @@ class MPC(Estimating):
         # until a coil has answered, a lag and a decision later
         reach = min(int(np.ceil(coils[:, 0].max() / self.step - 1e-9)) + 1, n_steps)
         pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
-        self._ground = np.zeros((n_steps + 1, directions))
+        self._n_late = round(self.delay / self.step)
+        self._since: Prediction | None = None
+        if self._n_late:
+            self._since = Prediction(belief, coils, self.step, np.zeros(self._n_late, int))
+        self._given = np.tile(coils[:, 4], (self._n_late, 1))
+        self._ground = np.zeros((self._n_late + n_steps + 1, directions))
         self._strays = np.zeros((reach + 1, p.n_accelerations, 2))
         self._model = (
             *np.zeros((2, directions, self.order)),
@@ -211,22 +246,13 @@ class MPC(Estimating):
     def current(self, t: float, measurement: Any) -> NDArray:
         """Predict, linearise, solve, and give the plan's first command."""
         began = perf_counter()
-        p, n = self.prediction, self.prediction.belief.structure.n_dofs
-        measured = np.array(measurement, dtype=float)
-        seen, ground, coil = np.split(measured, [-self._n_behind, -len(self.coils)])
-        if self._estimated is not None:
-            seen = self._estimated(t, np.concatenate([seen, coil]))
-        z = p.modes_of(seen[:n], seen[n : 2 * n])
-        before = self.commands[0].copy()
+        p, before = self.prediction, self.commands[0].copy()
         if self._last is not None:
-            then, old, old_coil = self._last
-            p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
             self.commands[:-1] = self.commands[1:]
-        self._last = (t, z, coil)
-        self._look_ahead(t, ground)
+        z, states, coil = self._now(t, np.array(measurement, dtype=float))
         plan = self.commands.copy()
         for _ in range(self.iterations):
-            p.predict(z, self._states, coil, plan, self._ground)
+            p.predict(z, states, coil, plan, self._ground[self._n_late :])
             move = self._solve(plan, before)
             if move is None:
                 self.report.failed += 1
@@ -245,15 +271,44 @@ class MPC(Estimating):
             self.report.late += 1
         else:
             self.commands = plan
+        if self._n_late:
+            self._given = np.concatenate([self._given[1:], self.commands[:1]])
         return self.commands[0].copy()
 
+    def _now(self, t: float, measured: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Modes, device states and coil currents now, from what was measured ``delay`` before."""
+        p, n = self.prediction, self.prediction.belief.structure.n_dofs
+        seen, ground, coil = np.split(measured, [-self._n_behind, -len(self.coils)])
+        accelerations = seen[:n]
+        if self._estimated is not None:
+            seen = self._estimated.update(t, np.concatenate([seen, coil]))
+        elif self._strength is not None:
+            seen = seen[n:]
+        z = p.modes_of(seen[:n], seen[n : 2 * n])
+        if self._last is not None:
+            then, old, old_coil = self._last
+            p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
+        self._last = (t, z, coil)
+        if self._strength is not None:
+            learnt = self._strength.learn(accelerations, p.forces(z, self._states, coil))
+            p.strength[:] = self.report.strength = learnt
+            if self._estimated is not None:
+                self._estimated.strengthen(p.strength)
+        self._look_ahead(t, ground)
+        if self._since is None:
+            return z, self._states, coil
+        self._since.strength[:] = p.strength
+        late = self._ground[: self._n_late + 1]
+        return self._since.carried(z, self._states, coil, self._given, late)
+
     def _look_ahead(self, t: float, ground: NDArray) -> None:
-        """Ground acceleration over the horizon: known, then expected."""
+        """Ground acceleration since the measurement and over the horizon: known, then expected."""
         self._ground[0] = ground
         known = 1
         if self._record is not None:
-            known = min(int(self.preview / self.step * (1 + 1e-9)) + 1, len(self._ground))
-            at = t + np.arange(1, known) * self.step
+            ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late
+            known = min(ahead + 1, len(self._ground))
+            at = t + (np.arange(1, known) - self._n_late) * self.step
             for d, record in enumerate(self._record):
                 self._ground[1:known, d] = np.interp(
                     at, record.time, record.acceleration, right=0.0
@@ -274,7 +329,8 @@ class MPC(Estimating):
         self.units = np.array([unit / self.frequency**2, unit, unit / self.frequency])
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
-            self.units, levels, (self._known, self.margin * self._strays), self._weights,
+            self.units, levels, (max(self._known - self._n_late, 1), self.margin * self._strays),
+            self._weights,
             self._programme,
         )  # fmt: skip
         hessian, gradient, rows, upper, lower = self._programme

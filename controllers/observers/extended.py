@@ -232,6 +232,7 @@ class ExtendedKalmanFilter(Observer):
     """
 
     devices: ClassVar[type[TangentModel]] = TangentModel
+    tracking_at = DEVICES
 
     @cached_property
     def linear(self) -> tuple[NDArray, NDArray, NDArray]:

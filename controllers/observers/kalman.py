@@ -154,6 +154,8 @@ class KalmanFilter(Observer):
     Kalman 1960; Simon 2006, Optimal State Estimation, chapters 5 and 7.
     """
 
+    tracking_at = TRACKING
+
     @cached_property
     def design(self) -> dict[str, NDArray]:
         """Matrices of the filter, by name.

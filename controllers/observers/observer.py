@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -16,8 +15,8 @@ from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure
 
 from ..compiled import Decision, compile_decision
-from ..device_model import DeviceModel
-from ..force_tracking import force_tracking
+from ..device_model import FORCE_SCALE, DeviceModel
+from ..force_tracking import COILS, force_tracking
 from .ground_noise import GroundNoise
 
 # every observer's settings begin with these
@@ -113,6 +112,8 @@ class Observer(ABC):
     """
 
     devices: ClassVar[type[DeviceModel]] = DeviceModel
+    tracking_at: ClassVar[int]
+    """Place in the settings that says where the force tracking's begin."""
 
     def __init__(
         self,
@@ -214,35 +215,71 @@ class Observer(ABC):
                 f"column each of {', '.join(self.outputs)}"
             )
         time = np.arange(len(rows)) * self.period
-        update = self.begin()
-        written = [update(t, row) for t, row in zip(time, rows, strict=True)]
+        running = Running(self)
+        written = [running.update(t, row) for t, row in zip(time, rows, strict=True)]
         return self.estimate(time, np.reshape(written, (len(rows), self.width())))
 
-    def begin(self) -> Callable[[float, NDArray], NDArray]:
-        """Start at rest, to be given one measurement after another.
+
+class Running:
+    """An observer that is given one measurement after another, from rest.
+
+    Parameters
+    ----------
+    observer : Observer
+        The observer.
+
+    Attributes
+    ----------
+    strength : numpy.ndarray, shape (n_elements,)
+        Force of each device over that of the belief, 1 at first; see ``strengthen``.
+    """
+
+    def __init__(self, observer: Observer):
+        compiled = compile_decision(observer.decision(), observer.width())
+        pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+        kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
+        self._entry, settings = kind(compiled.address), compiled.settings.copy()
+        self._measured, self._row = np.zeros(len(observer.outputs)), np.zeros(observer.width())
+        self._arrays = (self._measured, settings, compiled.memory.copy(), self._row)
+        self._sizes = np.array([len(array) for array in self._arrays], dtype=np.int64)
+        self._places = [
+            *(array.ctypes.data_as(pointer) for array in self._arrays),
+            self._sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+        ]
+        m = len(observer.belief.elements)
+        self.strength = np.ones(m)
+        tracking = settings[int(settings[observer.tracking_at]) :]
+        numbers = tracking[COILS + m : COILS + m + m * observer.tracking.model.n_numbers]
+        self._scales = numbers.reshape(m, -1)[:, FORCE_SCALE]
+        self._believed = self._scales.copy()
+
+    def update(self, t: float, measurement: NDArray) -> NDArray:
+        """Estimate from one more measurement.
+
+        Parameters
+        ----------
+        t : float, s
+            Instant.
+        measurement : numpy.ndarray, shape (n_outputs,)
+            What was measured then, in the order of the observer's ``outputs``: m/s^2, m and A.
 
         Returns
         -------
-        callable
-            From an instant (s) and what was measured then, shape (n_outputs,) in the order of
-            ``outputs``, to a row as ``estimate`` reads it, shape (width,); displacements (m) and
-            velocities (m/s) of the degrees of freedom come first.
+        numpy.ndarray, shape (width,)
+            As the observer's ``estimate`` reads it; displacements (m) and velocities (m/s) of the
+            degrees of freedom come first.
         """
-        compiled = compile_decision(self.decision(), self.width())
-        pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
-        kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
-        entry, settings, memory = kind(compiled.address), compiled.settings, compiled.memory.copy()
-        measured, row = np.zeros(len(self.outputs)), np.zeros(self.width())
-        arrays = (measured, settings, memory, row)
-        sizes = np.array([len(array) for array in arrays], dtype=np.int64)
-        places = [
-            *(array.ctypes.data_as(pointer) for array in arrays),
-            sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-        ]
+        self._measured[:] = measurement
+        self._entry(t, *self._places)
+        return self._row.copy()
 
-        def update(t: float, measurement: NDArray) -> NDArray:
-            measured[:] = measurement
-            entry(t, *places)
-            return row.copy()
+    def strengthen(self, strength: NDArray) -> None:
+        """Expect other forces of the devices from now on.
 
-        return update
+        Parameters
+        ----------
+        strength : numpy.ndarray, shape (n_elements,)
+            Each device's over that of the belief.
+        """
+        self.strength[:] = strength
+        self._scales[:] = self._believed * strength

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from types import ModuleType
 from typing import Any
@@ -18,12 +18,13 @@ from isolation_sim.simulation.plan import modes_for
 from isolation_sim.structures import IsolatedStructure
 
 from ..compiled import collect
-from ..device_model import LAW, N_POWERS, DeviceModel, first_coefficient, polynomial
+from ..device_model import FORCE_SCALE, DeviceModel, first_coefficient, polynomial
 from ..device_states import follow_states
 from .condense_kernel import condense
 from .ground_kernel import foresee, learn, stray
 from .interval import propagator, real_rows
-from .prediction_kernel import predict
+from .prediction_kernel import believed_forces, predict
+from .side_text import side_text
 
 _HEADER = '''"""Written by controllers.predictive.prediction; do not edit."""
 
@@ -41,6 +42,11 @@ inline = njit(forceinline=True, **OPTIONS)'''
 _ENTRY = """@njit(cache=True, **OPTIONS)
 def run(z, s, i, commands, block, ground, plant, work, y, dy, past):
     predict(z, s, i, commands, block, ground, plant, work, y, dy, past)
+
+
+@njit(cache=True, **OPTIONS)
+def forces(z, s, i, plant, side, force):
+    believed_forces(z, s, i, plant, side, force)
 
 
 @njit(cache=True, **OPTIONS)
@@ -101,6 +107,8 @@ class Prediction:
         Derivatives of the coil currents at the steps' beginnings, and these currents (A).
     n_displacements, n_accelerations : int
         Numbers of such outputs.
+    strength : numpy.ndarray, shape (n_devices,)
+        Each device's force over that of the belief; 1 unless it is changed.
     """
 
     def __init__(
@@ -123,13 +131,14 @@ class Prediction:
         grown = np.exp(modes.eigenvalues * h)
         keep = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
         coil_keep = np.array([[k, n_sub, h] for k in keep])
+        self.strength = np.ones(n_devices)
         references = np.stack([modes.stiffness, modes.damping], axis=1)
         self.plant = (
             np.stack([grown.real, grown.imag]),
             np.ascontiguousarray(carried.force.sum(axis=2).T),
             np.ascontiguousarray(carried.force[:, :, 1].T),
             np.ascontiguousarray(carried.ground.transpose(1, 2, 0)),
-            self.rows, references, self.channels, self.numbers, coil_keep,
+            self.rows, references, self.channels, self.numbers, self.strength, coil_keep,
             self._output_rows(outputs, modes),
         )  # fmt: skip
         n_steps, width = len(block), int((self.block[-1] + 1) * len(coils))
@@ -252,6 +261,50 @@ class Prediction:
             self.past,
         )  # fmt: skip
 
+    def carried(
+        self, z: NDArray, states: NDArray, i: NDArray, commands: NDArray, ground: NDArray
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """State at the end of the horizon.
+
+        Parameters
+        ----------
+        z, states, i, commands, ground : numpy.ndarray
+            As of ``predict``.
+
+        Returns
+        -------
+        z : numpy.ndarray, shape (2 n_modes,)
+            Modes.
+        states : numpy.ndarray, shape (n_devices, n_states)
+            Device states.
+        i : numpy.ndarray, shape (n_channels,), A
+            Coil currents.
+        """
+        self.predict(z, states, i, commands, ground)
+        z, _, states, _, i, *_ = self.work[0]
+        return z.copy(), states.copy(), i.copy()
+
+    def forces(self, z: NDArray, states: NDArray, i: NDArray) -> NDArray:
+        """Forces of the devices as the law has them, without their ``strength``.
+
+        Parameters
+        ----------
+        z : numpy.ndarray, shape (2 n_modes,)
+            Modes.
+        states : numpy.ndarray, shape (n_devices, n_states)
+            Device states.
+        i : numpy.ndarray, shape (n_channels,), A
+            Coil currents.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_devices,), N
+            In the structure's scale.
+        """
+        force = np.zeros(len(states))
+        self.module.forces(z, states, i, self.plant, self.work[-1], force)
+        return force * self.numbers[:, FORCE_SCALE]
+
     def pulses(self, current: NDArray, reach: int) -> NDArray:
         """Accelerations that answer to a pulse of the ground's, from rest, at held currents.
 
@@ -296,7 +349,9 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     collect(first_coefficient, parts)
     collect(polynomial, parts)
     parts["devices of the laws"] = DeviceModel.text(laws)
-    used: tuple[Callable, ...] = (follow_states, predict, condense, learn, foresee, stray)
+    used: tuple[Callable, ...] = (
+        follow_states, believed_forces, predict, condense, learn, foresee, stray
+    )  # fmt: skip
     for function in used:
         collect(function, parts)
     parts["device_side"] = side_text(laws, n_states)
@@ -305,82 +360,3 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     if not (cache_folder() / f"{name}.py").exists():
         print("compiling the prediction for this law (once; about 15 s) ...", file=sys.stderr)
     return import_text(name, text)
-
-
-def side_text(laws: Sequence[Law], n_states: int) -> str:
-    """Source of ``device_side``: force, rates and their exact derivatives, for some laws.
-
-    Parameters
-    ----------
-    laws : sequence of Law
-        Each law once.
-    n_states : int
-        Places for states that each device has.
-
-    Returns
-    -------
-    str
-        ``device_side(x, v, states, current, row, out)`` in the device's scale: for the force, then
-        each rate, its value and its derivatives by x, v, current and the states.
-    """
-    from isolation_sim.laws.emit import function_text
-
-    parts = [_slope_text()]
-    body = []
-    for tag, law in enumerate(laws):
-        parts.append(function_text(f"side_{tag}", "x, v, states, current, row, out",
-                                   _side_body(law, n_states), "@plain"))  # fmt: skip
-        body += [f"if row[{LAW}] == {tag}:", f"    side_{tag}(x, v, states, current, row, out)"]
-    parts.append(function_text("device_side", "x, v, states, current, row, out", body, "@plain"))
-    return "\n\n".join(parts)
-
-
-def _slope_text() -> str:
-    from isolation_sim.laws.emit import function_text
-
-    body = [
-        "value = 0.0",
-        "for power in range(n_powers - 1, 0, -1):",
-        "    value = value * current + power * row[at + power]",
-        "return value",
-    ]
-    return function_text("polynomial_slope", "row, at, n_powers, current", body, "@plain")
-
-
-def _side_body(law: Law, n_states: int) -> list[str]:
-    import casadi
-
-    from isolation_sim.laws.emit import straight_line, symbols
-
-    own, n = [f"s{k}" for k in range(len(law.states))], len(law.states)
-    numbered = range(len(law.parameters))
-    names = ["x", "v", *own, *(f"p{k}" for k in numbered), *(f"q{k}" for k in numbered)]
-    symbol = dict(zip(names, symbols(names), strict=True))
-    s = tuple(symbol[k] for k in own)
-    p = tuple(symbol[f"p{k}"] for k in numbered)
-    values = [law.force(symbol["x"], symbol["v"], s, p)]
-    values += law.rates(symbol["x"], symbol["v"], s, p)
-    parameters = casadi.vertcat(*p) if p else casadi.SX(0, 1)
-    slopes = casadi.vertcat(*[symbol[f"q{k}"] for k in numbered]) if p else casadi.SX(0, 1)
-    motion = casadi.vertcat(symbol["x"], symbol["v"])
-    states = casadi.vertcat(*s) if s else casadi.SX(0, 1)
-    outputs: list[Any] = []
-    places: list[int] = []
-    stride = n_states + 4
-    for k, value in enumerate(values):
-        value = casadi.SX(value)
-        row = [value, *casadi.vertsplit(casadi.gradient(value, motion))]
-        row.append(casadi.jtimes(value, parameters, slopes) if p else casadi.SX(0))
-        row += casadi.vertsplit(casadi.gradient(value, states)) if s else []
-        outputs += row
-        places += range(k * stride, k * stride + len(row))
-    _, _, statements, results = straight_line(symbol, outputs)
-    start = [
-        f"at, powers = first_coefficient(row, current), int(row[{N_POWERS}])",
-        *(f"p{k} = polynomial(row, at + {k} * powers, powers, current)" for k in numbered),
-        *(f"q{k} = polynomial_slope(row, at + {k} * powers, powers, current)" for k in numbered),
-        *(f"{name} = states[{k}]" for k, name in enumerate(own)),
-    ]
-    blank = [] if n == n_states else ["out[:] = 0.0"]
-    put = [f"out[{at}] = {result}" for at, result in zip(places, results, strict=True)]
-    return [*start, *statements, *blank, *put]

@@ -68,7 +68,7 @@ def devices(
     width : int
         Number of columns of derivatives.
     """
-    decay, held, _, _, rows, reference, channels, numbers, _, _ = plant
+    decay, held, _, _, rows, reference, channels, numbers, strength, _, _ = plant
     n_modes, n_states = decay.shape[1], s.shape[1]
     for e in range(len(held)):
         c = channels[e]
@@ -76,6 +76,8 @@ def devices(
         current = i[c] if c >= 0 else 0.0
         device_side(x, v, s[e], current, numbers[e], side)
         stride = n_states + 4
+        for q in range(stride):
+            side[q] *= strength[e]
         force[e] = side[0] - reference[e, 0] * x - reference[e, 1] * v
         for k in range(n_states):
             rate[e, k] = side[(k + 1) * stride]
@@ -96,6 +98,34 @@ def devices(
                 weight = side[at + 4 + q]
                 for j in range(width):
                     target[j] += weight * ds[e, q, j]
+
+
+def believed_forces(
+    z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray, force: NDArray
+) -> None:
+    """Forces of all devices as the law has them.
+
+    Parameters
+    ----------
+    z : numpy.ndarray, shape (2 n_modes,)
+        Modes.
+    s : numpy.ndarray, shape (n_devices, n_states)
+        Device states, device scale.
+    i : numpy.ndarray, shape (n_channels,), A
+        Coil currents.
+    plant : tuple
+        As ``Prediction.plant``.
+    side : numpy.ndarray
+        Scratch for one device's values and derivatives.
+    force : numpy.ndarray, shape (n_devices,), N
+        Device scale; the result.
+    """
+    decay, _, _, _, rows, _, channels, numbers, _, _, _ = plant
+    for e in range(len(force)):
+        c = channels[e]
+        x, v = motion_of(rows[e, 0], z, decay.shape[1]), motion_of(rows[e, 1], z, decay.shape[1])
+        device_side(x, v, s[e], i[c] if c >= 0 else 0.0, numbers[e], side)
+        force[e] = side[0]
 
 
 def predict(
@@ -129,7 +159,7 @@ def predict(
     past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
         Coil currents at the steps' beginnings: derivatives, then values; the result.
     """
-    decay, held, sloped, moved, _, _, _, _, coil_keep, outputs = plant
+    decay, held, sloped, moved, _, _, _, _, _, coil_keep, outputs = plant
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
     dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives

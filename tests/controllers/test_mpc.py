@@ -1,5 +1,7 @@
 """Predictive control: prediction, programme, safety, preview."""
 
+from dataclasses import replace
+
 import daqp
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from controllers.mpc import MPC
 from controllers.predictive.ground_kernel import FORGETTING, RECENT, foresee, learn, stray
 from controllers.predictive.linear_belief import spring_and_dashpot
 from controllers.predictive.prediction import Prediction
+from controllers.predictive.strength import Strength
 from ground_motions import Record
 from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
@@ -329,6 +332,79 @@ def test_with_an_observer_neither_displacements_nor_velocities_are_measured(isol
         *(f"{name}_acceleration_m_s2" for name in names), "isolator_deformation_m",
         "ground_acceleration_m_s2",
     )  # fmt: skip
+
+
+def test_the_carried_state_is_the_plants(started):
+    run, at, q, v, commands = started
+    n_steps = 3
+    prediction = Prediction(run.isolated, COILS, 0.02, np.zeros(n_steps, int))
+    ground = run.records[0].acceleration[at : at + n_steps + 1, np.newaxis].copy()
+    z, states, coil = prediction.carried(
+        prediction.modes_of(q, v), run.states[at].copy(), run.current[at].copy(),
+        commands[at : at + n_steps].copy(), ground,
+    )  # fmt: skip
+    names = run.isolated.structure.names
+    later = [
+        np.array([run.output(f"{name}_{what}")[at + n_steps] for name in names])
+        for what in ("displacement_m", "velocity_m_s")
+    ]
+    exact, here = prediction.modes_of(*later), prediction.modes_of(q, v)
+    assert np.abs(z - exact).max() < 0.02 * np.abs(exact - here).max()
+    np.testing.assert_allclose(coil, run.current[at + n_steps], rtol=1e-6)
+    moved = np.abs(run.states[at + n_steps] - run.states[at]).max()
+    assert np.abs(states - run.states[at + n_steps]).max() < 0.05 * moved
+
+
+def test_a_believed_delay_makes_up_for_the_sensors(isolated, record):
+    def peak(delay, believed):
+        run = simulate(
+            isolated, record, controller("mpc", delay=believed), driver=LAGGING,
+            sensors=Sensors(delay=delay),
+        )  # fmt: skip
+        return run.criteria["peak_floor_acceleration_m_s2"]
+
+    prompt, late, carried = peak(0.0, 0.0), peak(0.04, 0.0), peak(0.04, 0.04)
+    assert carried - prompt < 0.5 * (late - prompt)
+
+
+def test_a_factor_on_the_force_is_learnt(isolated):
+    structure, step, factor = isolated.structure, 0.02, 0.7
+    strength = Strength(isolated, step, memory=10.0)
+    rng = np.random.default_rng(3)
+    for _ in range(1000):
+        force = 3e6 * rng.standard_normal(1)
+        # internal forces, which every pair of levels exchanges, must not count
+        inner = 2e5 * rng.standard_normal(structure.n_dofs)
+        inner -= inner.mean()
+        pull = -isolated.element_rows.T @ (factor * force) + inner
+        assert 0.3 <= strength.learn(np.linalg.solve(structure.mass, pull), force) <= 3.0
+    assert strength.factor == pytest.approx(factor, rel=0.01)
+
+
+def test_at_rest_the_belief_is_kept(isolated):
+    strength = Strength(isolated, 0.02, memory=10.0)
+    for _ in range(1000):
+        strength.learn(np.zeros(isolated.structure.n_dofs), np.zeros(1))
+    assert strength.factor == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("observer", ["none", "extended"])
+def test_learning_makes_up_for_a_wrong_belief(isolated, record, observer):
+    element = isolated.elements[0]
+    wrong = replace(element, device=element.device.scaled(force=0.7))
+    belief = replace(isolated, elements=(wrong,))
+
+    def score(learning=None, believed=None):
+        law = controller("mpc", filter=observer, learning=learning)
+        run = simulate(isolated, record, law, driver=LAGGING, belief=believed)
+        off = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
+        names = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
+        return sum(run.criteria[n] / off.criteria[n] for n in names), law.report.strength
+
+    (right, _), (misled, _) = score(), score(believed=belief)
+    learnt, strength = score(20.0, belief)
+    assert strength == pytest.approx(1 / 0.7, rel=0.05)
+    assert learnt - right < 0.4 * (misled - right)
 
 
 def test_devices_without_coil_join_the_prediction(record):
