@@ -79,8 +79,8 @@ class MPC(Estimating):
 
     With ``filter`` an observer estimates displacements and velocities from accelerations and
     isolator deformations. With ``learning`` the isolators' force is corrected by a factor, the one
-    with which it carries the inertia forces that the accelerations show. With ``delay`` the state
-    is predicted over the measurements' age, under the commands given since.
+    with which it carries the inertia forces that the accelerations show. Over the measurements'
+    ``delay`` the state is predicted, under the commands given since.
 
     A programme without a solution inside its constraints, or a decision later than ``deadline``,
     is counted in ``report``; the plan of the decision before, which is within all limits, is then
@@ -147,9 +147,10 @@ class MPC(Estimating):
         0.2, "peak acceleration that counts as unavoidable, over the strongest ground "
         "acceleration so far", Number(at_least=0),
     )  # fmt: skip
-    delay: float = setting(
-        0.0, "age of the measurements: the state is carried on over it by the prediction",
-        Number(at_least=0), "s",
+    delay: float | None = setting(
+        None, "age of a measurement when its command takes effect, over which the state is "
+        "predicted; None for what it is told where it has an observer, else 0: that sharpens noise",
+        Optional(Number(at_least=0)), "s",
     )  # fmt: skip
     learning: float | None = setting(
         None, "memory of the isolators' force over the one believed in, learnt from accelerations; "
@@ -224,7 +225,9 @@ class MPC(Estimating):
         # until a coil has answered, a lag and a decision later
         reach = min(int(np.ceil(coils[:, 0].max() / self.step - 1e-9)) + 1, n_steps)
         pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
-        self._n_late = round(self.delay / self.step)
+        told = 0.0 if self.filter == "none" else sum(situation.delays)
+        self._n_late = round((told if self.delay is None else self.delay) / self.step)
+        self._until = situation.delays[1] if self._n_late else 0.0
         self._since: Prediction | None = None
         if self._n_late:
             self._since = Prediction(belief, coils, self.step, np.zeros(self._n_late, int))
@@ -308,7 +311,7 @@ class MPC(Estimating):
         if self._record is not None:
             ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late
             known = min(ahead + 1, len(self._ground))
-            at = t + (np.arange(1, known) - self._n_late) * self.step
+            at = t + self._until + (np.arange(1, known) - self._n_late) * self.step
             for d, record in enumerate(self._record):
                 self._ground[1:known, d] = np.interp(
                     at, record.time, record.acceleration, right=0.0

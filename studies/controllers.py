@@ -38,6 +38,8 @@ FIRST_SEED, COUNT = 200, 20
 """Random motions."""
 PREVIEW = 0.8
 """Warning time of the controller that has one, s."""
+OBSERVING = {"filter": "extended", "learning": 20.0}
+"""Settings of the predictive controller that estimates its state and learns."""
 NOT_JUDGED = ("clairvoyant", "constant", "prescribed")
 """The bound, and what has nothing to decide."""
 SHORT = ("passive_off", "best_constant", "clipped_lqr", "on_off")
@@ -54,13 +56,18 @@ def entrants(short: bool) -> dict[str, Controller]:
     Returns
     -------
     dict
-        With all of the registry's that decide something, and ``mpc`` with a warning time.
+        With all of the registry's that decide something, and ``mpc`` with a warning time, and both
+        with an observer and a belief that learns.
     """
     if short:
         return {name: controller(name) for name in SHORT}
     names = [name for name in available_controllers() if name not in NOT_JUDGED]
-    warned = {f"mpc, {PREVIEW:g} s preview": controller("mpc", preview=PREVIEW)}
-    return {name: controller(name) for name in names} | warned
+    predictive = {
+        f"{name}{warned}": controller("mpc", preview=preview, **settings)
+        for name, settings in (("mpc", {}), ("mpc, observing", OBSERVING))
+        for preview, warned in ((0.0, ""), (PREVIEW, f", {PREVIEW:g} s preview"))
+    }
+    return {name: controller(name) for name in names} | predictive
 
 
 def motions(short: bool) -> dict[str, Record]:

@@ -122,7 +122,7 @@ def simulate_many(
     """
     driver, sensors = driver or CoilDriver(), sensors or Sensors()
     check_options(tolerance, current_outside, computation_delay)
-    clamp = current_outside == "clamp"
+    clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
 
     def alone_with(case: Case, controller: Control) -> Run:
         return simulate(
@@ -135,7 +135,9 @@ def simulate_many(
     for case in cases:
         trial = partial(alone_with, case)
         lanes.append(
-            prepared(case.isolated, case.ground, case.controller, case.belief, driver, trial)
+            prepared(
+                case.isolated, case.ground, case.controller, case.belief, driver, delays, trial
+            )
         )
     blocks, alone = _blocks(lanes)
     result = _Collected(len(cases))

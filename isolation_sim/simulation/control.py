@@ -178,6 +178,8 @@ class Situation:
         Names of what it will be given, in order: its ``measures``, then the coil currents.
     driver : CoilDriver
         Nominal lag, slew and initial current of the coils; an ideal supply by default.
+    delays : tuple of float
+        Nominal age of a measurement at a decision, and time from this to its command, s.
     ground : tuple of Record or None
         The ground motion, one record a direction; None for a controller without ``foresight``.
     """
@@ -189,6 +191,7 @@ class Situation:
     high: NDArray
     outputs: tuple[str, ...]
     driver: CoilDriver = field(default_factory=CoilDriver)
+    delays: tuple[float, float] = (0.0, 0.0)
     ground: tuple[Record, ...] | None = None
 
 

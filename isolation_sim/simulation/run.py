@@ -80,7 +80,8 @@ def simulate(
             current_outside=current_outside,
         )
 
-    lane = prepared(isolated, ground, controller, belief, driver, trial)
+    delays = sensors.delay, computation_delay
+    lane = prepared(isolated, ground, controller, belief, driver, delays, trial)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.situation)
@@ -110,6 +111,7 @@ def prepared(
     controller: Control,
     belief: IsolatedStructure | None,
     driver: CoilDriver,
+    delays: tuple[float, float],
     trial,
 ) -> Lane:
     """Tell a controller its situation and ask for its commands or its compiled decision."""
@@ -122,7 +124,7 @@ def prepared(
     coils = _coils(isolated, driver)
     if belief is None:
         belief = _by_papers_rule(isolated)
-    situation = _situation(belief, records, controller, coils, driver)
+    situation = _situation(belief, records, controller, coils, driver, delays)
     controller.prepare(situation, trial)
     controller.reset(situation)
     schedule = controller.schedule(situation)
@@ -195,6 +197,7 @@ def _situation(
     controller: Control,
     coils: NDArray,
     driver: CoilDriver,
+    delays: tuple[float, float],
 ) -> Situation:
     record = records[0]
     period = record.dt if controller.period is None else controller.period
@@ -210,6 +213,7 @@ def _situation(
             *controller.measures(belief), *(f"coil{c}_current_A" for c in range(len(coils)))
         ),
         driver=driver,
+        delays=delays,
         # what a controller is not told it cannot use
         ground=records if getattr(controller, "foresight", 0.0) > 0 else None,
     )
