@@ -133,7 +133,7 @@ class Fitted:
         Fitted
         """
         model = data_model.with_effects(*self.effects)
-        return fitted(model, self.values)
+        return fitted(model, self.values, most=30, tolerance=1e-7)
 
 
 def fitted(model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5) -> Fitted:

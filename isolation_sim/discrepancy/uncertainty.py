@@ -51,7 +51,9 @@ def intervals(final: Fitted, shifts: NDArray, seed: int = 0) -> list[dict[str, I
     more = motion_noise(final.model.data, EXAMPLES - len(shifts), seed + 1)
     errors = errors_by_motion(final, [*shifts, *more])
     # an example under which a law runs away must not count for all
-    below, shift, above = np.percentile(errors, [15.87, 50.0, 84.13], axis=0)
+    below, shift, above = np.percentile(
+        errors, [15.87, 50.0, 84.13], axis=0, method="median_unbiased"
+    )
     sure = stdtrit(EXAMPLES - 1, 0.975) * np.sqrt(1 + 1 / EXAMPLES)
     half = np.hypot(half, sure * (above - below) / 2)
     return _stated(final.model, final.values, final.values - shift, half)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,80 +132,85 @@ def simulate_many(
             current_outside=current_outside,
         )
 
-    lanes = []
-    for case in cases:
+    def lane_of(case: Case) -> Lane:
         trial = partial(alone_with, case)
-        lanes.append(
-            prepared(
-                case.isolated, case.ground, case.controller, case.belief, driver, delays, trial
-            )
+        return prepared(
+            case.isolated, case.ground, case.controller, case.belief, driver, delays, trial
         )
-    blocks, alone = _blocks(lanes)
+
     result = _Collected(len(cases))
 
-    def run_block(block: list[int]) -> None:
-        filled = block + [block[-1]] * (LANES - len(block))
-        plan = Plan([lanes[k] for k in filled], sensors, computation_delay)
+    def run_block(block: list[tuple[int, Lane]]) -> None:
+        lanes = [lane for _, lane in block]
+        plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay)
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
         work.march()
         criteria = summary([lane.isolated for lane in plan.lanes], plan.modes, work)
-        for lane, k in enumerate(block):
-            result.put(k, {name: v[lane] for name, v in criteria.items()}, plan.fate(work, lane))
-            result.clamped[k] = work.counts[0, lane]
+        numbers = [k for k, _ in block]
+        result.put(numbers, criteria, [plan.fate(work, at) for at in range(len(block))])
+        result.clamped[numbers] = work.counts[0, : len(block)]
         if progress is not None:
             progress(len(block))
 
-    if blocks:
-        with kernel.compiling(kernel_for(lanes[blocks[0][0]].isolated, LANES)):
-            run_block(blocks[0])
-        with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-            list(pool.map(run_block, blocks[1:]))
+    alone: list[int] = []
+    blocks = _blocks(map(lane_of, cases), alone)
+    first = next(blocks, None)
+    if first is not None:
+        with kernel.compiling(kernel_for(first[0][1].isolated, LANES)):
+            run_block(first)
+    # a block is computed while the next ones are made ready
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        try:
+            for one in [pool.submit(run_block, block) for block in blocks]:
+                one.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     for k in alone:
         try:
             run = alone_with(cases[k], cases[k].controller)
         except (Diverged, InputError) as error:
-            result.put(k, {}, error)
+            result.put([k], {}, [error])
         else:
-            result.put(k, run.criteria, None)
+            result.put([k], run.criteria, [None])
             result.clamped[k] = run.clamped
         if progress is not None:
             progress(1)
-    return Batch(result.criteria(), result.failure, result.diverged, result.clamped)
+    return Batch(result.criteria, result.failure, result.diverged, result.clamped)
 
 
-def _blocks(lanes: Sequence[Lane]) -> tuple[list[list[int]], list[int]]:
-    """Runs that can go side by side, in blocks; and those that must go alone."""
-    alike: defaultdict[tuple, list[int]] = defaultdict(list)
-    alone = []
+def _blocks(lanes: Iterable[Lane], alone: list[int]) -> Iterator[list[tuple[int, Lane]]]:
+    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot."""
+    waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:
             alone.append(k)
-        else:
-            alike[lane.key].append(k)
-    blocks = [
-        group[start : start + LANES]
-        for group in alike.values()
-        for start in range(0, len(group), LANES)
-    ]
-    return blocks, alone
+            continue
+        key = lane.key
+        waiting[key].append((k, lane))
+        if len(waiting[key]) == LANES:
+            yield waiting.pop(key)
+    yield from waiting.values()
 
 
 class _Collected:
     """Results as they come in, from several threads."""
 
     def __init__(self, n_cases: int):
-        self.rows: list[dict[str, float]] = [{} for _ in range(n_cases)]
+        self.criteria: dict[str, NDArray] = {}
         self.failure: list[str | None] = [None] * n_cases
         self.diverged = np.zeros(n_cases, bool)
         self.clamped = np.zeros(n_cases, int)
 
-    def put(self, k: int, criteria: dict[str, float], fate: Exception | None) -> None:
-        if fate is None:
-            self.rows[k] = criteria
-        else:
-            self.failure[k] = str(fate)
-            self.diverged[k] = isinstance(fate, Diverged)
-
-    def criteria(self) -> dict[str, NDArray]:
-        names = dict.fromkeys(name for row in self.rows for name in row)
-        return {name: np.array([row.get(name, np.nan) for row in self.rows]) for name in names}
+    def put(
+        self, numbers: list[int], criteria: Mapping[str, Any], fates: Sequence[Exception | None]
+    ) -> None:
+        failed = [k for k, fate in zip(numbers, fates, strict=True) if fate is not None]
+        for name, values in criteria.items():
+            kept = self.criteria.setdefault(name, np.full(len(self.failure), np.nan))
+            kept[numbers] = np.atleast_1d(values)[: len(numbers)]
+            kept[failed] = np.nan
+        for k, fate in zip(numbers, fates, strict=True):
+            if fate is not None:
+                self.failure[k] = str(fate)
+                self.diverged[k] = isinstance(fate, Diverged)
