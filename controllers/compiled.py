@@ -7,13 +7,14 @@ text is named by its content, so that nothing is compiled twice and nothing stal
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import inspect
 import math
 import sys
 import textwrap
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import FunctionType, ModuleType
@@ -40,8 +41,6 @@ from numba import carray, cfunc, njit, types
 
 OPTIONS = dict(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(**OPTIONS)
-# a function passed as an argument would leave an address behind, which cannot be kept on disk
-inline = njit(forceinline=True, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
 
 _ENTRY = """@cfunc(
@@ -56,7 +55,7 @@ def entry(t, measured, settings, memory, command, sizes):
         command[c] = np.nan
     {function}(
         t, carray(measured, n_measured), carray(settings, sizes[1]), carray(memory, sizes[2]),
-        carray(command, {n_channels}){devices}
+        carray(command, {n_channels})
     )"""
 
 
@@ -156,14 +155,12 @@ def _module(
     from isolation_sim.simulation.kernel import cache_folder, import_text
 
     parts: dict[str, str] = {}
-    collect(function, parts)
-    devices = ""
+    collect(function, parts, () if model is None else model.functions)
     if model is not None:
         collect(first_coefficient, parts)
         collect(polynomial, parts)
         parts["devices"] = model.text(laws)
-        devices = ", " + ", ".join(model.functions)
-    entry = _ENTRY.format(function=function.__name__, n_channels=n_channels, devices=devices)
+    entry = _ENTRY.format(function=function.__name__, n_channels=n_channels)
     text = "\n\n\n".join([_HEADER, *parts.values(), entry]) + "\n"
     digest = hashlib.sha256(text.encode()).hexdigest()[:20]
     name = f"decision_{digest}"
@@ -172,8 +169,11 @@ def _module(
     return import_text(name, text)
 
 
-def collect(function: Callable, parts: dict[str, str]) -> None:
+def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()) -> None:
     """Gather the source of a function and of all that it uses, what is used first.
+
+    Functions that a function takes as arguments are written into its text by their names: compiled
+    code that passes functions on takes ten times as long to compile, and cannot be kept on disk.
 
     Parameters
     ----------
@@ -181,6 +181,8 @@ def collect(function: Callable, parts: dict[str, str]) -> None:
         A plain function of a module.
     parts : dict of str to str
         Text by name; added to.
+    given : sequence of str
+        Names of the functions that it is given, one for each argument annotated as ``Callable``.
 
     Raises
     ------
@@ -192,18 +194,71 @@ def collect(function: Callable, parts: dict[str, str]) -> None:
         source = textwrap.dedent(inspect.getsource(function))
     except OSError:
         raise InputError(f"{name} cannot be compiled: its source text is not in a file") from None
-    for used, value in inspect.getclosurevars(function).globals.items():
+    used = inspect.getclosurevars(function).globals
+    writer = _Given(dict(zip(_taken(function), given, strict=True)), used)
+    text = ast.unparse(writer.visit(ast.parse(source)))
+    for needed, value in used.items():
         if isinstance(value, FunctionType):
-            collect(value, parts)
+            collect(value, parts, writer.passed.get(value.__name__, ()))
         elif isinstance(value, (bool, int, float, tuple)):
-            _put(parts, used, f"{used} = {value!r}")
+            _put(parts, needed, f"{needed} = {value!r}")
         elif value is not np and value is not math:
             raise InputError(
-                f"{name} cannot be compiled: it uses {used}, a {type(value).__name__}; accepted: "
+                f"{name} cannot be compiled: it uses {needed}, a {type(value).__name__}; accepted: "
                 "functions, numbers and tuples of its module, math and np"
             )
-    takes_functions = "Callable" in map(str, function.__annotations__.values())
-    _put(parts, name, f"@{'inline' if takes_functions else 'plain'}\n{source.rstrip()}")
+    _put(parts, name, f"@plain\n{text}")
+
+
+def _taken(function: Callable) -> list[str]:
+    """Arguments that are functions."""
+    return [name for name, kind in function.__annotations__.items() if "Callable" in str(kind)]
+
+
+class _Given(ast.NodeTransformer):
+    """Writes the functions that a function is given into its text.
+
+    Parameters
+    ----------
+    given : mapping of str to str
+        Name of the function that an argument stands for.
+    used : mapping of str to object
+        What else the text uses.
+
+    Attributes
+    ----------
+    passed : dict of str to tuple of str
+        By the name of a function that it calls: the functions that it gives on.
+    """
+
+    def __init__(self, given: Mapping[str, str], used: Mapping[str, Any]):
+        self.given, self.used = given, used
+        self.passed: dict[str, tuple[str, ...]] = {}
+
+    def visit_arguments(self, node: ast.arguments) -> ast.arguments:
+        """Leave out arguments that are functions."""
+        node.args = [a for a in node.args if a.arg not in self.given]
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.Name:
+        """Name a function by its own name."""
+        node.id = self.given.get(node.id, node.id)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        """Note what is given on, and leave it out of the call."""
+        self.generic_visit(node)
+        callee = self.used.get(node.func.id) if isinstance(node.func, ast.Name) else None
+        if isinstance(callee, FunctionType):
+            taken = _taken(callee)
+            pairs = list(zip(inspect.signature(callee).parameters, node.args, strict=False))
+            given = tuple(ast.unparse(value) for name, value in pairs if name in taken)
+            if self.passed.setdefault(callee.__name__, given) != given:
+                raise InputError(
+                    f"{callee.__name__} cannot be compiled: it is given different functions"
+                )
+            node.args = [value for name, value in pairs if name not in taken]
+        return node
 
 
 def _put(parts: dict[str, str], name: str, text: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable
 from functools import lru_cache
 from types import ModuleType
 from typing import Any
@@ -36,8 +35,7 @@ import numpy as np
 from numba import njit
 
 OPTIONS = dict(error_model="numpy", fastmath={"contract", "reassoc"})
-plain = njit(**OPTIONS)
-inline = njit(forceinline=True, **OPTIONS)'''
+plain = njit(**OPTIONS)'''
 
 _ENTRY = """@njit(cache=True, **OPTIONS)
 def run(z, s, i, commands, block, ground, plant, work, y, dy, past):
@@ -75,7 +73,7 @@ def follow(before, after, h, s, i, lengths, numbers, work):
         follow_states(
             e, (before[e, 0] * lengths[e], before[e, 1] * lengths[e]),
             (after[e, 0] * lengths[e], after[e, 1] * lengths[e]),
-            h, s[e], i[e], numbers[e], work, state_rates,
+            h, s[e], i[e], numbers[e], work,
         )"""
 
 STABLE = 0.8
@@ -349,10 +347,8 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     collect(first_coefficient, parts)
     collect(polynomial, parts)
     parts["devices of the laws"] = DeviceModel.text(laws)
-    used: tuple[Callable, ...] = (
-        follow_states, believed_forces, predict, condense, learn, foresee, stray
-    )  # fmt: skip
-    for function in used:
+    collect(follow_states, parts, ("state_rates",))
+    for function in (believed_forces, predict, condense, learn, foresee, stray):
         collect(function, parts)
     parts["device_side"] = side_text(laws, n_states)
     text = "\n\n\n".join([_HEADER, *parts.values(), _ENTRY]) + "\n"
