@@ -25,6 +25,8 @@ STARTS = 20
 _SAFETY = 2
 """Times as many integration steps as resolve the law, for the outcome: effects and noise ask for
 more. The search does without."""
+_MOST = 16
+"""Integration steps a sample that are tried."""
 SEARCHED = 24_000
 """Samples, about, on which a law and its effects are searched; the outcome is fitted to all."""
 _LAST = 3
@@ -156,5 +158,6 @@ def resolved(model: Model, values: NDArray, safety: int = _SAFETY) -> Model:
     """
     u = model.unknowns
     simulator = Simulator(u.law, model.data.motion, u.owner, u.power, 1)
-    fine = simulator.resolved(u.coefficients(values[: model.n_law]), 2e-4, most=16)
-    return replace(model, n_steps=safety * fine.n_steps)
+    n_steps = simulator.resolved(u.coefficients(values[: model.n_law]), 2e-4, most=_MOST).n_steps
+    # the most was not held against a finer one
+    return replace(model, n_steps=n_steps * (safety if n_steps < _MOST else _SAFETY))

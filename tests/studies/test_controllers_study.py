@@ -78,7 +78,9 @@ def test_noise_delay_and_a_wrong_belief_reach_the_controllers(short):
 def test_every_controller_that_decides_something_is_judged():
     judged = study.entrants(False)
     assert set(available_controllers()) - set(judged) == set(study.NOT_JUDGED)
-    assert [one.preview for one in judged.values() if one.name == "mpc"] == [0.0, study.PREVIEW]
+    assert [one.preview for one in judged.values() if one.name == "mpc"] == [
+        0.0, study.PREVIEW, 0.0, study.PREVIEW,
+    ]  # fmt: skip
     random = [m for m in study.motions(False) if m != study.HOME]
     assert len(random) == study.COUNT
     tuned = {*range(8), *range(100, 103)}

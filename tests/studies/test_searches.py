@@ -115,5 +115,6 @@ def test_the_measured_damper_is_one_current_of_the_campaign(shared_data):
     problem = searches.measured_damper(shared_data / "mr_damper")
     assert np.unique(problem.simulator.motion.current).tolist() == [1.0]
     assert problem.unknowns.fixed == {"A": 200.0, "n": 2.0}
-    course = searched(problem, LEAST_SQUARES, 1500, 0)
-    assert course.best() < 0.13
+    # one start in four ends in a poorer minimum
+    reached = [searched(problem, LEAST_SQUARES, 1500, seed).best() for seed in range(3)]
+    assert np.median(reached) < 0.13
