@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,8 @@ def scored(case: Any) -> Any:
         written = case.record.write(Path(folder) / "case")
         record = read_building_record(written / "record.csv")
     diagnosis = diagnose_building(record, engineers(case.record.nominal))
-    return BuildingScored(case, diagnosis.to_dict())
+    # afresh: the record that a case keeps cannot go to another process
+    return BuildingScored(replace(case), diagnosis.to_dict())
 
 
 def main(share: float = 1.0) -> None:
