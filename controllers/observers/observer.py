@@ -227,11 +227,6 @@ class Running:
     ----------
     observer : Observer
         The observer.
-
-    Attributes
-    ----------
-    strength : numpy.ndarray, shape (n_elements,)
-        Force of each device over that of the belief, 1 at first; see ``strengthen``.
     """
 
     def __init__(self, observer: Observer):
@@ -247,7 +242,6 @@ class Running:
             self._sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
         ]
         m = len(observer.belief.elements)
-        self.strength = np.ones(m)
         tracking = settings[int(settings[observer.tracking_at]) :]
         numbers = tracking[COILS + m : COILS + m + m * observer.tracking.model.n_numbers]
         self._scales = numbers.reshape(m, -1)[:, FORCE_SCALE]
@@ -281,5 +275,4 @@ class Running:
         strength : numpy.ndarray, shape (n_elements,)
             Each device's over that of the belief.
         """
-        self.strength[:] = strength
         self._scales[:] = self._believed * strength

@@ -287,12 +287,8 @@ class Prediction:
 
         Parameters
         ----------
-        z : numpy.ndarray, shape (2 n_modes,)
-            Modes.
-        states : numpy.ndarray, shape (n_devices, n_states)
-            Device states.
-        i : numpy.ndarray, shape (n_channels,), A
-            Coil currents.
+        z, states, i : numpy.ndarray
+            As of ``predict``.
 
         Returns
         -------

@@ -43,6 +43,38 @@ def device_side(
     raise NotImplementedError
 
 
+def device_now(
+    e: int, z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray
+) -> tuple[float, float]:
+    """Evaluate one device's law.
+
+    Parameters
+    ----------
+    e : int
+        Which device.
+    z : numpy.ndarray, shape (2 n_modes,)
+        Modes.
+    s : numpy.ndarray, shape (n_devices, n_states)
+        Device states, device scale.
+    i : numpy.ndarray, shape (n_channels,), A
+        Coil currents.
+    plant : tuple
+        As ``Prediction.plant``.
+    side : numpy.ndarray
+        Force, rates and their derivatives, as ``device_side`` writes them; the result.
+
+    Returns
+    -------
+    x, v : float, m and m/s
+        Deformation and velocity, device scale.
+    """
+    decay, _, _, _, rows, _, channels, numbers, _, _, _ = plant
+    n_modes, c = decay.shape[1], channels[e]
+    x, v = motion_of(rows[e, 0], z, n_modes), motion_of(rows[e, 1], z, n_modes)
+    device_side(x, v, s[e], i[c] if c >= 0 else 0.0, numbers[e], side)
+    return x, v
+
+
 def devices(
     z: NDArray, dz: NDArray, s: NDArray, ds: NDArray, i: NDArray, di: NDArray, plant: tuple,
     force: NDArray, dforce: NDArray, rate: NDArray, drate: NDArray, side: NDArray, width: int,
@@ -68,13 +100,11 @@ def devices(
     width : int
         Number of columns of derivatives.
     """
-    decay, held, _, _, rows, reference, channels, numbers, strength, _, _ = plant
+    decay, held, _, _, rows, reference, channels, _, strength, _, _ = plant
     n_modes, n_states = decay.shape[1], s.shape[1]
     for e in range(len(held)):
         c = channels[e]
-        x, v = motion_of(rows[e, 0], z, n_modes), motion_of(rows[e, 1], z, n_modes)
-        current = i[c] if c >= 0 else 0.0
-        device_side(x, v, s[e], current, numbers[e], side)
+        x, v = device_now(e, z, s, i, plant, side)
         stride = n_states + 4
         for q in range(stride):
             side[q] *= strength[e]
@@ -120,11 +150,8 @@ def believed_forces(
     force : numpy.ndarray, shape (n_devices,), N
         Device scale; the result.
     """
-    decay, _, _, _, rows, _, channels, numbers, _, _, _ = plant
     for e in range(len(force)):
-        c = channels[e]
-        x, v = motion_of(rows[e, 0], z, decay.shape[1]), motion_of(rows[e, 1], z, decay.shape[1])
-        device_side(x, v, s[e], i[c] if c >= 0 else 0.0, numbers[e], side)
+        device_now(e, z, s, i, plant, side)
         force[e] = side[0]
 
 

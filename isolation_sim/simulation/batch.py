@@ -205,12 +205,14 @@ class _Collected:
     def put(
         self, numbers: list[int], criteria: Mapping[str, Any], fates: Sequence[Exception | None]
     ) -> None:
-        failed = [k for k, fate in zip(numbers, fates, strict=True) if fate is not None]
+        failed = {k: fate for k, fate in zip(numbers, fates, strict=True) if fate is not None}
         for name, values in criteria.items():
-            kept = self.criteria.setdefault(name, np.full(len(self.failure), np.nan))
+            if name not in self.criteria:
+                # another thread may have been first
+                self.criteria.setdefault(name, np.full(len(self.failure), np.nan))
+            kept = self.criteria[name]
             kept[numbers] = np.atleast_1d(values)[: len(numbers)]
-            kept[failed] = np.nan
-        for k, fate in zip(numbers, fates, strict=True):
-            if fate is not None:
-                self.failure[k] = str(fate)
-                self.diverged[k] = isinstance(fate, Diverged)
+            kept[list(failed)] = np.nan
+        for k, fate in failed.items():
+            self.failure[k] = str(fate)
+            self.diverged[k] = isinstance(fate, Diverged)
