@@ -20,7 +20,7 @@ from ..errors import Diverged, InputError
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
-from .plan import Lane, Plan, kernel_for
+from .plan import Lane, Plan
 from .result import Run
 from .run import check_options, prepared, simulate
 from .summary import summary
@@ -138,13 +138,17 @@ def simulate_many(
             case.isolated, case.ground, case.controller, case.belief, driver, delays, trial
         )
 
+    # where few structures fill them, blocks are of one each and share its coefficients
+    n_plants = len({id(case.isolated) for case in cases})
+    alike = n_plants == 1 or 2 * LANES * n_plants <= len(cases)
     result = _Collected(len(cases))
 
     def run_block(block: list[tuple[int, Lane]]) -> None:
         lanes = [lane for _, lane in block]
-        plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay)
+        plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay, alike)
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
-        work.march()
+        with kernel.compiling(plan.module):
+            work.march()
         criteria = summary([lane.isolated for lane in plan.lanes], plan.modes, work)
         numbers = [k for k, _ in block]
         result.put(numbers, criteria, [plan.fate(work, at) for at in range(len(block))])
@@ -153,11 +157,10 @@ def simulate_many(
             progress(len(block))
 
     alone: list[int] = []
-    blocks = _blocks(map(lane_of, cases), alone)
+    blocks = _blocks(map(lane_of, cases), alone, alike)
     first = next(blocks, None)
     if first is not None:
-        with kernel.compiling(kernel_for(first[0][1].isolated, LANES)):
-            run_block(first)
+        run_block(first)
     # a block is computed while the next ones are made ready
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         try:
@@ -179,14 +182,19 @@ def simulate_many(
     return Batch(result.criteria, result.failure, result.diverged, result.clamped)
 
 
-def _blocks(lanes: Iterable[Lane], alone: list[int]) -> Iterator[list[tuple[int, Lane]]]:
-    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot."""
+def _blocks(
+    lanes: Iterable[Lane], alone: list[int], alike: bool
+) -> Iterator[list[tuple[int, Lane]]]:
+    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot.
+
+    ``alike``: a block is of one structure.
+    """
     waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:
             alone.append(k)
             continue
-        key = lane.key
+        key = (lane.key, id(lane.isolated) if alike else None)
         waiting[key].append((k, lane))
         if len(waiting[key]) == LANES:
             yield waiting.pop(key)

@@ -154,10 +154,9 @@ class ElementCode:
     def _row(self, r: int, forces: Sequence[str]) -> str:
         """Row r of the response to the element's own nodal forces, on top of what is there."""
         given = self.at(f"free{r}" if self.alone else COMMON[r])
-        own = " + ".join(
-            f"read(table, at, {8 * k + r} * LANES) * {f}" for k, f in enumerate(forces)
-        )
-        return f"{given} + {own}"
+        for k, f in enumerate(forces):
+            given = f"fused(read(table, at, {8 * k + r} * TABLE_LANES), {f}, {given})"
+        return given
 
     def _relax(self) -> list[str]:
         """Each state's own relaxation, d rate / d state, and the collocation that solves for it.

@@ -33,7 +33,7 @@ from numba import njit
 
 from isolation_sim.simulation import kernel, vector
 from isolation_sim.simulation.foreign_call import call
-from isolation_sim.simulation.slots import read, write
+from isolation_sim.simulation.slots import fused, read, write
 
 unsigned = np.uint64
 OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}
@@ -42,15 +42,15 @@ INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 inner = njit(**INNER)
 inline = njit(forceinline=True, **INNER)
 """
-# element functions: name, arguments between base and mask, the argument that points into lanes
+# element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
     ("prepare_held", "", ""),
     ("prepare_moving", "", ""),
     ("relax", "h", ""),
-    ("sweep", "h, table, at", "at"),
-    ("finish", "h, table, at", "at"),
-    ("inside", "tau, states, at", "at"),
-    ("accept", "states, at", "at"),
+    ("sweep", "h, table, at", "table"),
+    ("finish", "h, table, at", "table"),
+    ("inside", "tau, states, at", "states"),
+    ("accept", "states, at", "states"),
     ("restart", "", ""),
     ("probe", "", ""),
 )
@@ -72,9 +72,10 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "isolation_sim"
 
 
-def _dispatch(name: str, extra: str, lane_offset: str, n_laws: int, lanes: int) -> str:
+def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared: bool) -> str:
     """Text that calls an element's function for each lane of a mask, whatever its law."""
-    arguments = [f"{a} + lane" if a == lane_offset else a for a in extra.split(", ") if a]
+    at = "at" if into == "table" and shared else "at + lane"
+    arguments = [at if a == "at" else a for a in extra.split(", ") if a]
     lines = ["@by_lanes", f"def {name}(e, w, base{', ' + extra if extra else ''}, mask):"]
     for tag in range(n_laws):
         call = ", ".join(["w", "base + lane", *arguments])
@@ -88,14 +89,18 @@ def _dispatch(name: str, extra: str, lane_offset: str, n_laws: int, lanes: int) 
     return "\n".join(lines) + "\n"
 
 
-def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
-    """Source of the kernel for elements of these laws, in this order, in so many lanes."""
+def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) -> str:
+    """Source of the kernel for elements of these laws, in this order, in so many lanes.
+
+    ``shared``: one set of coefficients serves all lanes, whose structures are then the same.
+    """
     distinct = list(dict.fromkeys(laws))
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
     stride = max(len(c.slots) for c in codes) + 4 * n_states
     constants = {
         "LANES": lanes,
+        "TABLE_LANES": 1 if shared else lanes,
         "N_ELEMENTS": len(laws),
         "N_GROUND": n_ground,
         "N_STATES": n_states,
@@ -121,21 +126,22 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int) -> str:
         # loops over lanes become vector instructions in functions of their own
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
-        "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, LANES)\n"
+        "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
         "build_table, layout = tables.build_table, tables.layout\n"
-        "add_rows = vector.make_add_rows(LANES)\n"
+        "add_rows = vector.make_add_rows(LANES, TABLE_LANES)\n"
         "POINTS = vector.points_at_once(LANES)\n"
-        "add_rows_at = vector.make_add_rows_at(LANES)\n"
-        "free_rows = vector.make_free_rows(LANES, N_GROUND)\n"
-        "move_modes = vector.make_move_modes(LANES, N_GROUND, FORCE_SLOTS)",
-        *(_dispatch(name, extra, at, len(codes), lanes) for name, extra, at in DISPATCHED),
+        "motion_at = vector.make_rows_at(LANES, TABLE_LANES, 2 * N_ELEMENTS)\n"
+        "quantities_at = vector.make_rows_at(LANES, TABLE_LANES)\n"
+        "free_rows = vector.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
+        "move_modes = vector.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
+        *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
         *(template.read_text() for template in TEMPLATES),
     ]
     return smaller_text("\n\n".join(blocks))
 
 
 @lru_cache
-def load_tables(n_elements: int, n_ground: int, lanes: int) -> ModuleType:
+def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
     """The part that does not depend on the laws: compiled once for all of them."""
 
     def text() -> str:
@@ -143,7 +149,7 @@ def load_tables(n_elements: int, n_ground: int, lanes: int) -> ModuleType:
         constants = {
             "N_ELEMENTS": n_elements,
             "N_GROUND": n_ground,
-            "LANES": lanes,
+            "TABLE_LANES": table_lanes,
             "NODES_AND_END": (*NODES, 1.0),
             "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
         }
@@ -151,7 +157,7 @@ def load_tables(n_elements: int, n_ground: int, lanes: int) -> ModuleType:
             "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])
         )
 
-    return _module("tables", (n_elements, n_ground, lanes), text)
+    return _module("tables", (n_elements, n_ground, table_lanes), text)
 
 
 def _assigned(constants: dict[str, object]) -> str:
@@ -163,24 +169,25 @@ def padding(lanes: int) -> int:
     return 8 if lanes == 1 else 1
 
 
-def load(laws: Sequence[Law], n_ground: int, lanes: int) -> ModuleType:
+def load(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
     """Kernel module for elements of these laws; written once to the cache folder.
 
     The file is named by what goes into it, so that a later process finds it without tracing the
     laws, or, where that cannot be said of a law, by its content.
     """
-    key = (tuple(laws), n_ground, lanes)
+    shared = shared and lanes > 1
+    key = (tuple(laws), n_ground, lanes, shared)
     if key not in _loaded:
         marks = [fingerprint(law) for law in laws]
         if None in marks:
-            text = kernel_text(laws, n_ground, lanes)
+            text = kernel_text(laws, n_ground, lanes, shared)
             digest = hashlib.sha256(text.encode()).hexdigest()
             _loaded[key] = import_text(f"kernel_{digest[:20]}", text)
         else:
             distinct = [laws.index(law) for law in laws]
             _loaded[key] = _module(
-                "kernel", (marks, distinct, n_ground, lanes),
-                lambda: kernel_text(laws, n_ground, lanes),
+                "kernel", (marks, distinct, n_ground, lanes, shared),
+                lambda: kernel_text(laws, n_ground, lanes, shared),
             )  # fmt: skip
     return _loaded[key]
 

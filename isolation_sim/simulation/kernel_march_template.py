@@ -104,7 +104,7 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
             offset = offsets[kind, depth]
             _, _, decay, ground_columns, force_columns = layout(n_modes, n_pad, n_sub)
             if built[kind, depth] == 0:
-                for lane in range(LANES):
+                for lane in range(TABLE_LANES):
                     build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi,
                                 integral)
                 built[kind, depth] = 1
@@ -120,9 +120,9 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                     contraction[lane] = 1.0
                 if active[lane]:
                     last[lane] = h
-                    if depth > 0:
-                        for r in range(N_ELEMENTS * STRIDE):
-                            w_saved[r * LANES + lane] = w[r * LANES + lane]
+            if depth > 0:  # all lanes: in one piece that is a tenth of the work
+                for r in range(N_ELEMENTS * STRIDE * LANES):
+                    w_saved[r] = w[r]
             if fresh:
                 for e in range(N_ELEMENTS):
                     restart(e, w, e * STRIDE * LANES, going)

@@ -31,7 +31,7 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
                 w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
             respond_to_others(e, w, table, offset + force_rows)
             at = offset + force_rows + (e * N_ELEMENTS + e) * 24
-            sweep(e, w, base * LANES, h, table, at * LANES, going)
+            sweep(e, w, base * LANES, h, table, at * TABLE_LANES, going)
         waiting = 0
         for lane in range(LANES):
             if going[lane]:
@@ -66,7 +66,7 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
         base = e * STRIDE
         respond_to_others(e, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
-        finish(e, w, base * LANES, h, table, at * LANES, active)
+        finish(e, w, base * LANES, h, table, at * TABLE_LANES, active)
     for lane in range(LANES):
         defect, error = defects[lane], 0.0
         for e in range(N_ELEMENTS):

@@ -7,7 +7,7 @@ Part of the compiled kernel; see ``kernel_march_template.py``.
 @njit(cache=True, nogil=True, **OPTIONS)
 def summarise(info, windows, spans, samples, motion_rows, quantity_rows, n_directions, ground, z,
               states, command, coil_history, driver, law_table, law_breaks, law_shape, channel,
-              points, slots, inputs, forces, w, applied, moving, going, peak, total):
+              points, inputs, forces, w, applied, moving, going, peak, total):
     """Peaks and trapezoidal means of squared quantities over the samples, lane by lane.
 
     motion_rows holds the devices' deformations and velocities as blocks of eight rows over the
@@ -19,23 +19,18 @@ def summarise(info, windows, spans, samples, motion_rows, quantity_rows, n_direc
     per_block = 8 // n_directions
     n_wanted = peak.shape[0] // LANES
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
-    row, block_size = 2 * n_pad, 8 * POINTS * LANES
+    row = 2 * n_pad
     n_samples = samples.shape[0]
     for e in range(N_ELEMENTS):
         for lane in range(LANES):
             applied[e, lane] = np.nan
-    for p in range(POINTS):
-        slots[p] = p
     window = 0
     for start in range(0, n_samples, POINTS):
         for p in range(POINTS):
             points[p] = samples[min(start + p, n_samples - 1)]
         for block in range(-(-2 * N_ELEMENTS // 8)):
-            for k in range(block_size):
-                inputs[block * block_size + k] = 0.0
-            to, at = block * 8 * POINTS, block * 16 * n_modes
-            add_rows_at(inputs, to, motion_rows, at, z, points, row, 0, n_modes)
-            add_rows_at(inputs, to, motion_rows, at + 8 * n_modes, z, points, row, n_pad, n_modes)
+            motion_at(inputs, block * 8 * POINTS, motion_rows, block * 16 * n_modes, z, points,
+                      row, n_modes, n_pad, forces, 0, 0, ground, 0)
         for p in range(POINTS):
             entered = start + p == 0
             while window + 1 < n_windows and windows[window + 1, 0] <= points[p]:
@@ -82,16 +77,8 @@ def summarise(info, windows, spans, samples, motion_rows, quantity_rows, n_direc
                         w[(base + SLOT_FORCE_END) * LANES + lane]
                     )
         for block in range(-(-n_wanted // per_block)):
-            for k in range(block_size):
-                inputs[k] = 0.0
-            at = block * size
-            add_rows_at(inputs, 0, quantity_rows, at, z, points, row, 0, n_modes)
-            at += 8 * n_modes
-            add_rows_at(inputs, 0, quantity_rows, at, z, points, row, n_pad, n_modes)
-            at += 8 * n_modes
-            add_rows_at(inputs, 0, quantity_rows, at, forces, slots, N_ELEMENTS, 0, N_ELEMENTS)
-            at += 8 * N_ELEMENTS
-            add_rows_at(inputs, 0, quantity_rows, at, ground, points, N_GROUND, 0, N_GROUND)
+            quantities_at(inputs, 0, quantity_rows, block * size, z, points, row, n_modes, n_pad,
+                          forces, N_ELEMENTS, N_ELEMENTS, ground, N_GROUND)
             number = block * per_block
             n_here = min(per_block, n_wanted - number)
             for p in range(min(POINTS, n_samples - start)):

@@ -48,7 +48,7 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
     first_force = first_ground + n_modes * N_GROUND
     delta = h / n_sub
     for k in range(ground_rows, decay):
-        table[(offset + k) * LANES + lane] = 0.0
+        table[(offset + k) * TABLE_LANES + lane] = 0.0
     for m in range(n_modes):
         value = modes[m, lane]
         for node in range(4):
@@ -59,13 +59,13 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                 for e in range(N_ELEMENTS):
                     row = modes[n_modes * (1 + 2 * e + rate) + m, lane]
                     at = offset + (e * 2 * n_modes + m) * 8 + r
-                    table[at * LANES + lane] = (row * phi[0]).real
-                    table[(at + 8 * n_modes) * LANES + lane] = -(row * phi[0]).imag
+                    table[at * TABLE_LANES + lane] = (row * phi[0]).real
+                    table[(at + 8 * n_modes) * TABLE_LANES + lane] = -(row * phi[0]).imag
                     for other in range(N_ELEMENTS):
                         column = row * modes[first_force + n_modes * other + m, lane]
                         for k in range(3):
                             at = offset + force_rows + ((e * N_ELEMENTS + other) * 3 + k) * 8 + r
-                            table[at * LANES + lane] += (
+                            table[at * TABLE_LANES + lane] += (
                                 column * (LAGRANGE[k][0] * integral[0]
                                           + LAGRANGE[k][1] * integral[1]
                                           + LAGRANGE[k][2] * integral[2])
@@ -87,18 +87,19 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                             at = offset + ground_rows + (
                                 (e * N_GROUND + g) * (n_sub + 1) + i
                             ) * 8 + r
-                            table[at * LANES + lane] += (column * (integral[0] - integral[1])).real
-                            table[(at + 8) * LANES + lane] += (column * integral[1]).real
+                            low, high = integral[0] - integral[1], integral[1]
+                            table[at * TABLE_LANES + lane] += (column * low).real
+                            table[(at + 8) * TABLE_LANES + lane] += (column * high).real
         powers(value, delta, delta, integral, phi)
-        table[(offset + decay + m) * LANES + lane] = phi[0].real
-        table[(offset + decay + n_pad + m) * LANES + lane] = phi[0].imag
+        table[(offset + decay + m) * TABLE_LANES + lane] = phi[0].real
+        table[(offset + decay + n_pad + m) * TABLE_LANES + lane] = phi[0].imag
         for g in range(N_GROUND):
             column = modes[first_ground + n_modes * g + m, lane]
             at = offset + ground_columns + 2 * g * 2 * n_pad + m
             for k in range(2):
                 weight = column * (integral[1] if k == 1 else integral[0] - integral[1])
-                table[(at + k * 2 * n_pad) * LANES + lane] = weight.real
-                table[(at + (2 * k + 1) * n_pad) * LANES + lane] = weight.imag
+                table[(at + k * 2 * n_pad) * TABLE_LANES + lane] = weight.real
+                table[(at + (2 * k + 1) * n_pad) * TABLE_LANES + lane] = weight.imag
         for i in range(n_sub):
             # the force polynomial's powers of t/h, on the interval from i delta to (i + 1) delta
             a, b = i * delta / h, delta / h
@@ -112,8 +113,8 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                         + c2 * b * b * integral[2]
                     )
                     at = offset + force_columns + ((i * N_ELEMENTS + e) * 3 + k) * 2 * n_pad + m
-                    table[at * LANES + lane] = weight.real
-                    table[(at + n_pad) * LANES + lane] = weight.imag
+                    table[at * TABLE_LANES + lane] = weight.real
+                    table[(at + n_pad) * TABLE_LANES + lane] = weight.imag
 
 
 @inline

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,19 +90,18 @@ def _kept_tables(
 
     The kernel fills them in as it goes, so that threads must not share them.
     """
-    module = kernel_for(isolated, lanes)
-    return Tables.empty(module, [modes_for(isolated)[0]] * lanes, _uniform_grid(n_samples, dt))
+    module = kernel_for(isolated, lanes, alike=True)
+    return Tables.empty(module, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
 
 
-def kernel_for(isolated: IsolatedStructure, lanes: int) -> Any:
-    """Compiled kernel for a structure's elements."""
+def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> ModuleType:
+    """Compiled kernel for a structure's elements; ``alike``: all lanes are of one structure."""
     laws = tuple(e.device.law for e in isolated.elements)
-    return kernel.load(laws, len(isolated.structure.directions), lanes)
+    return kernel.load(laws, len(isolated.structure.directions), lanes, alike)
 
 
 @lru_cache(maxsize=256)
-def _elements_for(plants: tuple[IsolatedStructure, ...]) -> Elements:
-    module = kernel_for(plants[0], len(plants))
+def _elements_for(module: ModuleType, plants: tuple[IsolatedStructure, ...]) -> Elements:
     return elements_of(module, plants, [modes_for(plant)[0] for plant in plants])
 
 
@@ -171,12 +170,16 @@ class Plan:
         Noise, delay, dropout and sampling of what their controllers are given.
     computation_delay : float
         Time from a decision to its command, s.
+    alike : bool
+        Whether all are of one structure, and share its coefficients.
     """
 
-    def __init__(self, lanes: Sequence[Lane], sensors: Sensors, computation_delay: float):
+    def __init__(
+        self, lanes: Sequence[Lane], sensors: Sensors, computation_delay: float, alike: bool
+    ):
         self.lanes = lanes
         first = lanes[0]
-        self.module = kernel_for(first.isolated, len(lanes))
+        self.module = kernel_for(first.isolated, len(lanes), alike)
         pairs = [modes_for(lane.isolated) for lane in lanes]
         self.modes = [modes for modes, _ in pairs]
         self.outputs = [outputs for _, outputs in pairs]
@@ -195,13 +198,14 @@ class Plan:
             self.grid = (
                 _uniform_grid(n, dt) if steady else make_grid(n, dt, begun=first.schedule.time)
             )
-        alike = all(lane.isolated is first.isolated for lane in lanes)
         if alike and self.grid is _uniform_grid(n, dt):
             self.tables = _kept_tables(
                 first.isolated, n, dt, len(lanes), threading.get_ident()
             )
         else:
-            self.tables = Tables.empty(self.module, self.modes, self.grid)
+            self.tables = Tables.empty(
+                self.module, self.modes[: self.module.TABLE_LANES], self.grid
+            )
         if all(lane.records is first.records or lane.records == first.records for lane in lanes):
             self.ground = np.repeat(self._ground(first)[..., None], len(lanes), axis=2)
         else:
@@ -282,7 +286,7 @@ class Plan:
         return Workspace(
             module=self.module,
             tables=self.tables,
-            elements=_elements_for(tuple(lane.isolated for lane in lanes)),
+            elements=_elements_for(self.module, tuple(lane.isolated for lane in lanes)),
             grid=self.grid,
             ground=self.ground,
             driver=driver,

@@ -85,7 +85,7 @@ def simulate(
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.situation)
-    plan = Plan([lane], sensors, computation_delay)
+    plan = Plan([lane], sensors, computation_delay, alike=True)
     with kernel.compiling(plan.module):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
         _drive(work, plan, controller)

@@ -2,12 +2,16 @@
 
 What these do can be written with subscripts and a conditional expression; Numba then spends
 several times as long on each of the many slots of an element. Nothing checks the index.
+
+Sums of products with a structure's coefficients are fused by hand: the compiler's choice which
+product of two to round depends on whether the lanes share them, and a run's bits must not.
 """
 
 from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 
@@ -35,6 +39,26 @@ def write(typing, array, at, offset, value, on):
         return context.get_dummy_value()
 
     return signature, generate
+
+
+@intrinsic
+def fused(typing, a, b, c):
+    """A b + c, rounded once where the processor can: always the same, whatever stands around it."""
+    signature = types.float64(types.float64, types.float64, types.float64)
+
+    def generate(context, builder, signature, arguments):
+        return multiply_add(builder, *arguments)
+
+    return signature, generate
+
+
+def multiply_add(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Numbers or vectors a b + c, in one function's LLVM text."""
+    width = f"v{a.type.count}" if isinstance(a.type, ir.VectorType) else ""
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(a.type, [a.type] * 3), f"llvm.fmuladd.{width}f64"
+    )
+    return builder.call(function, [a, b, c])
 
 
 def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

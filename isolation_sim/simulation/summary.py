@@ -36,11 +36,12 @@ def summary(
     dict of str to (n_lanes,) array
         Keys and units as in ``isolation_sim.criteria.criteria``, without J1 to J9.
     """
-    per_lane = [_quantities(plant) for plant in plants]
+    own = work.module.TABLE_LANES
+    per_lane = [_quantities(plant) for plant in plants[:own]]
     names, sizes, n_directions, _ = per_lane[0]
     table = np.stack([rows for *_, rows in per_lane], axis=-1)
     peak, total = np.zeros((2, sum(sizes), len(plants)))
-    work.summarise(_motion_rows(modes), table, n_directions, peak, total)
+    work.summarise(_motion_rows(modes[:own]), table, n_directions, peak, total)
     ends = np.cumsum([0, *sizes])
     items = list(zip(names, ends[:-1], ends[1:], strict=True))
     return {

@@ -15,6 +15,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from .slots import multiply_add
+
 DOUBLE = ir.DoubleType()
 INTEGER = ir.IntType(64)
 EIGHT = 8
@@ -23,8 +25,9 @@ EIGHT = 8
 class _Emitter:
     """Vector loads, stores and products in one function's LLVM text."""
 
-    def __init__(self, context: Any, builder: Any, lanes: int):
-        self.context, self.builder, self.lanes = context, builder, lanes
+    def __init__(self, context: Any, builder: Any, lanes: int, table_lanes: int):
+        self.context, self.builder = context, builder
+        self.lanes, self.table_lanes = lanes, table_lanes
         self.width = EIGHT if lanes == 1 else lanes
         self.vector = ir.VectorType(DOUBLE, self.width)
 
@@ -44,9 +47,16 @@ class _Emitter:
 
     def value(self, data: Any, row: Any) -> Any:
         """A factor: of every lane in a batch; one number, repeated, in a single run."""
-        if self.lanes > 1:
-            return self.load(data, row)
-        number = self.builder.load(self.place(data, row))
+        return self.load(data, row) if self.lanes > 1 else self.repeated(data, row)
+
+    def coefficient(self, data: Any, row: Any) -> Any:
+        """One coefficient of every lane, or what all lanes share; eight of them in a single run."""
+        shared = self.table_lanes < self.lanes
+        return self.repeated(data, row) if shared else self.load(data, row)
+
+    def repeated(self, data: Any, row: Any) -> Any:
+        """One number in every place of a vector."""
+        number = self.builder.load(self.builder.gep(data, [row]), align=8)
         start = self.builder.insert_element(
             ir.Constant(self.vector, ir.Undefined), number, ir.IntType(32)(0)
         )
@@ -78,28 +88,20 @@ class _Emitter:
                 factor = self.value(x, builder.add(x_at, builder.mul(loop.index, x_stride)))
                 first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
                 for r, place in zip(self.rows, places, strict=True):
-                    product = self.times(self.load(table, self.row(first, r)), factor)
-                    builder.store(self.plus(builder.load(place), product), place)
+                    coefficient = self.coefficient(table, self.row(first, r))
+                    builder.store(self.fused(coefficient, factor, builder.load(place)), place)
         return [[builder.load(place) for place in places] for places in sums]
 
-    def times(self, a: Any, b: Any) -> Any:
-        """Product."""
-        return self.builder.fmul(a, b, flags=("contract",))
-
-    def plus(self, a: Any, b: Any) -> Any:
-        """Sum."""
-        return self.builder.fadd(a, b, flags=("contract",))
-
-    def minus(self, a: Any, b: Any) -> Any:
-        """Difference."""
-        return self.builder.fsub(a, b, flags=("contract",))
+    def fused(self, a: Any, b: Any, c: Any) -> Any:
+        """Product of the first two and the third, added."""
+        return multiply_add(self.builder, a, b, c)
 
     def row(self, start: Any, offset: int) -> Any:
         """Row number start + offset."""
         return self.builder.add(start, INTEGER(offset))
 
 
-def make_add_rows(lanes: int) -> Callable:
+def make_add_rows(lanes: int, table_lanes: int) -> Callable:
     """Make ``add_rows(w, to, table, at, x, x_at, x_stride, n)`` for so many lanes.
 
     It does w[to + r] += sum_k table[at + 8 k + r] x[x_at + k x_stride], for eight rows r.
@@ -111,7 +113,7 @@ def make_add_rows(lanes: int) -> Callable:
 
         def generate(context, builder, signature, arguments):
             _, to, _, at, _, x_at, x_stride, n = arguments
-            emit = _Emitter(context, builder, lanes)
+            emit = _Emitter(context, builder, lanes, table_lanes)
             w, table, x = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4))
             start = [emit.load(w, emit.row(to, r)) for r in emit.rows]
             (total,) = emit.products(table, [(at, x, x_at, x_stride)], n, [start])
@@ -125,52 +127,67 @@ def make_add_rows(lanes: int) -> Callable:
 
 
 def points_at_once(lanes: int) -> int:
-    """Points in time that ``add_rows_at`` takes: as many sums as there are registers for."""
+    """Points in time that ``rows_at`` takes: as many sums as there are registers for."""
     return EIGHT if lanes == 1 else 1
 
 
-def make_add_rows_at(lanes: int) -> Callable:
-    """Make ``add_rows_at(w, to, table, at, x, points, x_row, x_at, n)`` for so many lanes.
+def make_rows_at(lanes: int, table_lanes: int, n_rows: int = EIGHT) -> Callable:
+    """Make ``rows_at(w, to, table, at, z, points, row, n_modes, n_pad, f, f_row, n_f, u, n_u)``.
 
-    It does w[to + 8 p + r] += sum_k table[at + 8 k + r] x[points[p] x_row + x_at + k], for some
-    points p and eight rows r. A number of the table, once loaded, serves all points.
+    It sets w[to + 8 p + r], for some points p and n_rows of eight rows r, to the sum of the table's
+    numbers [at + 8 k + r] times, one after the other, n_modes real and imaginary parts of z at
+    points[p], n_f forces f at row p, and n_u ground accelerations u at points[p]. A number of the
+    table, once loaded, serves all points.
     """
     n_points = points_at_once(lanes)
 
     @intrinsic
-    def add_rows_at(typing, w, to, table, at, x, points, x_row, x_at, n):
+    def rows_at(typing, w, to, table, at, z, points, row, n_modes, n_pad, f, f_row, n_f, u, n_u):
         i = types.int64
-        signature = types.void(w, i, table, i, x, points, i, i, i)
+        signature = types.void(w, i, table, i, z, points, i, i, i, f, i, i, u, i)
 
         def generate(context, builder, signature, arguments):
-            _, to, _, at, _, _, x_row, x_at, n = arguments
-            emit = _Emitter(context, builder, lanes)
-            w, table, x, points = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4, 5))
+            _, to, _, at, _, _, row, n_modes, n_pad, _, f_row, n_f, _, n_u = arguments
+            emit = _Emitter(context, builder, lanes, table_lanes)
+            w, table, z, points, f, u = (
+                emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4, 5, 9, 12)
+            )
             numbers = [builder.load(builder.gep(points, [INTEGER(p)])) for p in range(n_points)]
-            starts = [builder.add(builder.mul(number, x_row), x_at) for number in numbers]
-            places = [
-                (p, r, emit.row(to, EIGHT * p + r)) for p in range(n_points) for r in emit.rows
-            ]
-            sums = [
-                cgutils.alloca_once_value(builder, emit.load(w, place)) for *_, place in places
-            ]
-            with cgutils.for_range(builder, n, intp=INTEGER) as loop:
-                first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
-                factors = [emit.value(x, builder.add(s, loop.index)) for s in starts]
-                row = {r: emit.load(table, emit.row(first, r)) for r in emit.rows}
-                for (p, r, _), total in zip(places, sums, strict=True):
-                    product = emit.times(row[r], factors[p])
-                    builder.store(emit.plus(builder.load(total), product), total)
-            for (*_, place), total in zip(places, sums, strict=True):
-                emit.store(w, place, builder.load(total))
+            real = [builder.mul(number, row) for number in numbers]
+            terms = (
+                (z, real, n_modes),
+                (z, [builder.add(start, n_pad) for start in real], n_modes),
+                (f, [builder.mul(INTEGER(p), f_row) for p in range(n_points)], n_f),
+                (u, [builder.mul(number, n_u) for number in numbers], n_u),
+            )
+            rows = [r for r in emit.rows if r < n_rows]
+            zero = ir.Constant(emit.vector, [0.0] * emit.width)
+            sums = {
+                (p, r): cgutils.alloca_once_value(builder, zero)
+                for p in range(n_points)
+                for r in rows
+            }
+            for x, starts, n in terms:
+                with cgutils.for_range(builder, n, intp=INTEGER) as loop:
+                    first = builder.add(at, builder.mul(loop.index, INTEGER(EIGHT)))
+                    factors = [emit.value(x, builder.add(s, loop.index)) for s in starts]
+                    for r in rows:
+                        coefficient = emit.coefficient(table, emit.row(first, r))
+                        for p, factor in enumerate(factors):
+                            total = sums[p, r]
+                            value = emit.fused(coefficient, factor, builder.load(total))
+                            builder.store(value, total)
+                at = builder.add(at, builder.mul(n, INTEGER(EIGHT)))
+            for (p, r), total in sums.items():
+                emit.store(w, emit.row(to, EIGHT * p + r), builder.load(total))
             return context.get_dummy_value()
 
         return signature, generate
 
-    return add_rows_at
+    return rows_at
 
 
-def make_free_rows(lanes: int, n_ground: int) -> Callable:
+def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable:
     """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``.
 
     It sets w[to + r], for eight rows r, to the response to the modes at z_at (real parts first,
@@ -185,18 +202,18 @@ def make_free_rows(lanes: int, n_ground: int) -> Callable:
 
         def generate(context, builder, signature, arguments):
             _, to, _, at, ground_at, _, z_at, n_modes, n_pad, _, n_points = arguments
-            emit = _Emitter(context, builder, lanes)
+            emit = _Emitter(context, builder, lanes, table_lanes)
             w, table, z, u = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 5, 9))
             zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
             one = INTEGER(1)
             imaginary = builder.add(at, builder.mul(n_modes, INTEGER(EIGHT)))
             parts = [(at, z, z_at, one), (imaginary, z, builder.add(z_at, n_pad), one)]
             a, b = emit.products(table, parts, n_modes, [zero, zero])
-            total = [emit.plus(x, y) for x, y in zip(a, b, strict=True)]
+            total = [builder.fadd(x, y) for x, y in zip(a, b, strict=True)]
             for g in range(n_ground):
                 term = (ground_at, u, INTEGER(g), INTEGER(n_ground))
                 (pushed,) = emit.products(table, [term], n_points, [zero])
-                total = [emit.plus(a, b) for a, b in zip(total, pushed, strict=True)]
+                total = [builder.fadd(a, b) for a, b in zip(total, pushed, strict=True)]
                 ground_at = builder.add(ground_at, builder.mul(n_points, INTEGER(EIGHT)))
             for r, value in zip(emit.rows, total, strict=True):
                 emit.store(w, emit.row(to, r), value)
@@ -207,7 +224,9 @@ def make_free_rows(lanes: int, n_ground: int) -> Callable:
     return free_rows
 
 
-def make_move_modes(lanes: int, n_ground: int, force_slots: Sequence[int]) -> Callable:
+def make_move_modes(
+    lanes: int, table_lanes: int, n_ground: int, force_slots: Sequence[int]
+) -> Callable:
     """Make ``move_modes`` for so many lanes, ground directions and elements.
 
     ``move_modes(n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask)`` writes modes
@@ -223,7 +242,7 @@ def make_move_modes(lanes: int, n_ground: int, force_slots: Sequence[int]) -> Ca
 
         def generate(context, builder, signature, arguments):
             n_pad, _, decay, ground, force, _, start, to, _, u_at, _, mask = arguments
-            emit = _Emitter(context, builder, lanes)
+            emit = _Emitter(context, builder, lanes, table_lanes)
             kinds = signature.args
             table, z, u, w = (emit.data(kinds[k], arguments[k]) for k in (1, 5, 8, 10))
             inputs = []
@@ -240,17 +259,17 @@ def make_move_modes(lanes: int, n_ground: int, force_slots: Sequence[int]) -> Ca
             with cgutils.for_range(builder, blocks, intp=INTEGER) as loop:
                 m = builder.mul(loop.index, INTEGER(step))
                 imaginary = builder.add(m, n_pad)
-                er = emit.load(table, builder.add(decay, m))
-                ei = emit.load(table, builder.add(decay, imaginary))
+                er = emit.coefficient(table, builder.add(decay, m))
+                ei = emit.coefficient(table, builder.add(decay, imaginary))
                 zr = emit.load(z, builder.add(start, m))
                 zi = emit.load(z, builder.add(start, imaginary))
-                new_r = emit.minus(emit.times(er, zr), emit.times(ei, zi))
-                new_i = emit.plus(emit.times(er, zi), emit.times(ei, zr))
+                new_r = emit.fused(er, zr, builder.fneg(builder.fmul(ei, zi)))
+                new_i = emit.fused(er, zi, builder.fmul(ei, zr))
                 for value, column in inputs:
-                    push = emit.load(table, builder.add(column, m))
-                    new_r = emit.plus(new_r, emit.times(push, value))
-                    push = emit.load(table, builder.add(column, imaginary))
-                    new_i = emit.plus(new_i, emit.times(push, value))
+                    push = emit.coefficient(table, builder.add(column, m))
+                    new_r = emit.fused(push, value, new_r)
+                    push = emit.coefficient(table, builder.add(column, imaginary))
+                    new_i = emit.fused(push, value, new_i)
                 if lanes > 1:
                     on = _lane_mask(context, builder, kinds[11], mask, lanes)
                     new_r = builder.select(on, new_r, emit.load(z, builder.add(to, m)))

@@ -28,8 +28,8 @@ class Tables:
 
     Attributes
     ----------
-    modes : (n_numbers, lanes) complex array
-        ``Modes.packed`` of each lane.
+    modes : (n_numbers, table_lanes) complex array
+        ``Modes.packed`` of each lane, or of the one structure in all of them.
     offsets : (n_classes, n_levels) int array
         Where the coefficients of a class of windows at a level begin in ``table``.
     table : flat array, lanes innermost
@@ -46,14 +46,14 @@ class Tables:
     @classmethod
     def empty(cls, module: ModuleType, modes: Sequence[Modes], grid: Grid) -> Tables:
         """Tables with nothing filled in."""
-        n_modes, lanes = modes[0].eigenvalues.size, module.LANES
+        n_modes = modes[0].eigenvalues.size
         sub = np.maximum(grid.intervals[:, None] >> np.arange(N_LEVELS), 1)
         sizes = table_size(module, n_modes, sub)
         offsets = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes
         return cls(
             modes=np.stack([m.packed() for m in modes], axis=1),
             offsets=offsets,
-            table=np.empty(int(sizes.sum()) * lanes),
+            table=np.empty(int(sizes.sum()) * len(modes)),
             built=np.zeros(sizes.shape, np.int64),
         )
 
@@ -266,7 +266,7 @@ class Workspace:
             self.info, grid.windows, grid.spans, grid.samples, motion.ravel(), quantities.ravel(),
             n_directions, self.ground.ravel(), self.z, self.states.ravel(), self.command,
             self.coil_history, self.driver, elements.table, elements.breaks, elements.shape,
-            elements.channel, *np.empty((2, module.POINTS), np.int64),
+            elements.channel, np.empty(module.POINTS, np.int64),
             np.empty(8 * n_elements * at_once), np.empty(n_elements * at_once),
             work["w"], work["applied"], work["moving"], work["going"], peak.ravel(), total.ravel(),
         )

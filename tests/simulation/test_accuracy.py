@@ -15,7 +15,7 @@ from isolation_sim.simulation.run import prepared, simulate
 def one_step_a_sample(isolated, record, controller):
     """A run in which every step is exactly one sample long."""
     lane = prepared(isolated, record, controller, None, CoilDriver(), (0.0, 0.0), None)
-    plan = Plan([lane], Sensors(), 0.0)
+    plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(1e-6, False, True)
     work.settings[:3] = 1e-14, np.inf, 0.0
     work.march()

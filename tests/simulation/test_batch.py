@@ -122,6 +122,18 @@ def test_same_case_gives_the_same_bits_wherever_it_stands(cases):
         np.testing.assert_array_equal(values, turned.criteria[name][::-1], err_msg=name)
 
 
+def test_sharing_a_structure_s_coefficients_changes_no_bit(plants, records, scheduled):
+    same = [Case(plants[0], records[k % 3], scheduled([0.15 * k])) for k in range(LANES)]
+    shared = simulate_many(same)
+    # a second structure, too few runs to give each its own blocks
+    mixed = simulate_many([*same, Case(plants[1], records[0], scheduled([1.0]))])
+    for name, values in shared.criteria.items():
+        np.testing.assert_array_equal(mixed.criteria[name][:LANES], values)
+    many = simulate_many([*same * 4, Case(plants[1], records[0], scheduled([1.0]))])
+    for name, values in mixed.criteria.items():
+        np.testing.assert_array_equal(many.criteria[name][[*range(LANES), -1]], values)
+
+
 def test_current_switched_between_samples(plants, records, scheduled):
     cases = [
         Case(plants[k], records[0], scheduled([0.5, 2.5, 0.1], [0.0, 0.6, 1.23])) for k in range(6)

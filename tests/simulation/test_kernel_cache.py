@@ -32,23 +32,24 @@ for k in range(2):
 
 
 @pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize("lanes", [1, 16])
-def test_text_is_the_same_every_time(name, lanes):
-    first = kernel.kernel_text([LAWS[name]], 1, lanes)
-    assert first == kernel.kernel_text([LAWS[name]], 1, lanes)
+@pytest.mark.parametrize(("lanes", "shared"), [(1, False), (16, False), (16, True)])
+def test_text_is_the_same_every_time(name, lanes, shared):
+    first = kernel.kernel_text([LAWS[name]], 1, lanes, shared)
+    assert first == kernel.kernel_text([LAWS[name]], 1, lanes, shared)
     compile(first, "kernel", "exec")
 
 
 def test_text_depends_on_what_it_is_for():
     law, other = LAWS["linear"], LAWS["kelvin_voigt"]
     texts = {
-        kernel.kernel_text(laws, n_ground, lanes)
-        for laws, n_ground, lanes in (
-            ([law], 1, 1), ([law], 2, 1), ([law], 1, 16), ([law, law], 1, 1), ([other], 1, 1),
-            ([law, other], 1, 1), ([other, law], 1, 1),
+        kernel.kernel_text(laws, n_ground, lanes, shared)
+        for laws, n_ground, lanes, shared in (
+            ([law], 1, 1, False), ([law], 2, 1, False), ([law], 1, 16, False),
+            ([law], 1, 16, True), ([law, law], 1, 1, False), ([other], 1, 1, False),
+            ([law, other], 1, 1, False), ([other, law], 1, 1, False),
         )
     }  # fmt: skip
-    assert len(texts) == 7
+    assert len(texts) == 8
 
 
 def test_same_laws_load_the_same_module():
