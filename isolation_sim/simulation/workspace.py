@@ -184,13 +184,7 @@ class Workspace:
         self.states = self._big("states", (n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
         self.states[0] = 0.0
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
-        rows = (self.measured, sensing.settings, sensing.memory, self.chosen)
-        # the last channel, of elements that no coil drives, is none of a controller's business
-        hidden = (1, 0, 0, 1)
-        self._sizes = np.array([row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)])
-        self._addresses = (
-            *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
-        )
+        self._addresses = self._addresses_of_rows() if sensing.function else (0,) * 9
         # until the first command the coils keep their initial currents
         self.command = np.zeros((n_points, n_channels, lanes))
         self.command[0] = self.initial_current
@@ -211,6 +205,16 @@ class Workspace:
         if name not in self.buffers or self.buffers[name].shape != shape:
             self.buffers[name] = np.empty(shape)
         return self.buffers[name]
+
+    def _addresses_of_rows(self) -> tuple[int, ...]:
+        """Where a compiled controller finds its rows, bytes from one to the next, and sizes."""
+        rows = (self.measured, self.sensing.settings, self.sensing.memory, self.chosen)
+        # the last channel, of elements that no coil drives, is none of a controller's business
+        hidden = (1, 0, 0, 1)
+        self._sizes = np.array([row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)])
+        return (
+            *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
+        )
 
     def _scratch(self) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES

@@ -58,7 +58,31 @@ class FirstOrder:
         rates = [rate + (k0 * x - (k0 + k1) * s) / c0, rate - alpha / c1 * z**3]
         return np.concatenate([v, acceleration, rates])
 
-    def compiled_rate(self) -> Any:
+    def rate_in_products(self) -> Any:
+        """Compile the right-hand side with Numba as it is written in NumPy, for ``odeint``."""
+        from numba import njit
+
+        n, length, ground, dt = self.n, self.length, self.ground, self.dt
+        c0, k0, c1, k1, alpha = self.parameters.tolist()
+        on_q, on_v, on_f = self.on_displacement, self.on_velocity, self.on_force
+
+        @njit
+        def rate(y, t):
+            k = min(int(t / dt), len(ground) - 2)
+            a = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
+            q, v, s, z = y[:n], y[n : 2 * n], y[2 * n], y[2 * n + 1]
+            x, speed = q[0] / length, v[0] / length
+            out = np.empty(2 * n + 2)
+            out[:n] = v
+            out[n : 2 * n] = on_q @ q + on_v @ v + on_f * (k1 * s + alpha * z**3) - a
+            out[2 * n] = speed + (k0 * x - (k0 + k1) * s) / c0
+            out[2 * n + 1] = speed - alpha / c1 * z**3
+            return out
+
+        rate(self.start, 0.0)
+        return rate
+
+    def rate_in_loops(self) -> Any:
         """Compile the right-hand side with Numba, loops written out, for ``odeint``."""
         from numba import njit
 
