@@ -28,6 +28,9 @@ from .summary import summary
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
 
+FEWEST = 4
+"""Runs that are worth a block of lanes, and a kernel for it; fewer go one by one."""
+
 _memory = threading.local()
 """A thread's large arrays, used for one block after another."""
 
@@ -90,7 +93,7 @@ def simulate_many(
     """Simulate many runs and keep their criteria.
 
     A run's result does not depend on the others: neither on their order nor on the number of
-    threads. Controllers in plain Python run one by one.
+    threads. Controllers in plain Python run one by one, as do fewer than four runs.
 
     Parameters
     ----------
@@ -156,8 +159,9 @@ def simulate_many(
         if progress is not None:
             progress(len(block))
 
-    alone: list[int] = []
-    blocks = _blocks(map(lane_of, cases), alone, alike)
+    few = len(cases) < FEWEST
+    alone = list(range(len(cases))) if few else []
+    blocks = _blocks(() if few else map(lane_of, cases), alone, alike)
     first = next(blocks, None)
     if first is not None:
         run_block(first)

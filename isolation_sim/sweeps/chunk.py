@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from ..simulation.control import Control
     from ..simulation.result import Run
 
-FEWEST = 4
-"""Runs with the same driver, sensors and options that are worth a block of vector lanes."""
-
 
 @dataclass(frozen=True)
 class Chunk:
@@ -221,10 +218,6 @@ def _alone(row: Row) -> Run | None:
 
 def _side_by_side(rows: Sequence[Row]) -> None:
     """Run what has the same driver, sensors and options in vector lanes."""
-    if len(rows) < FEWEST:
-        for row in rows:
-            _alone(row)
-        return
     cases, options = [], {}
     for row in rows:
         assert row.job is not None and row.control is not None
