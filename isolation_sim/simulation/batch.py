@@ -28,7 +28,7 @@ from .summary import summary
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
 
-FEWEST = 4
+FEWEST = 8
 """Runs that are worth a block of lanes, and a kernel for it; fewer go one by one."""
 
 _memory = threading.local()
@@ -93,7 +93,7 @@ def simulate_many(
     """Simulate many runs and keep their criteria.
 
     A run's result does not depend on the others: neither on their order nor on the number of
-    threads. Controllers in plain Python run one by one, as do fewer than four runs.
+    threads. Controllers in plain Python run one by one, as do fewer than eight runs.
 
     Parameters
     ----------
