@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..results import file_name
@@ -18,7 +18,10 @@ from .design import Design
 from .plan import SweepPlan
 from .result import Sweep
 from .store import Store
-from .workers import in_processes, in_this_process, on_cluster
+from .workers import in_processes, in_this_process, on_cluster, reached
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 MOST_CASES = 15 * LANES
 """Cases of a chunk: whole blocks of lanes, and no more plants than the engine remembers."""
@@ -170,36 +173,37 @@ def run_design(
     """
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}; accepted: 1 or more")
-    store = Store(out)
-    content = design.content()
-    if resume and store.exists():
-        cases_per_chunk = store.check_same(content)
-        if store.table.is_file() and not store.has_errors():
-            store.tidy()
-            return Sweep(store.folder)
-    else:
-        store.check_free()
-        expected = estimate(design)
-        if announce is not None:
-            announce(expected)
-        cases_per_chunk = expected.cases_per_chunk
-        store.begin(content, cases_per_chunk)
-    with store.locked():
-        if store.table.is_file():
-            store.reopen(cases_per_chunk)
-        done = store.finished()
-        total = -(-design.n_cases // cases_per_chunk)
-        if progress is not None and done:
-            cases = sum(len(_places(design, k, cases_per_chunk)) for k in done)
-            progress(cases * len(design.controllers), 0)
-        left = (k for k in range(total) if k not in done)
-        chunks = (chunk_of(design, k, _places(design, k, cases_per_chunk)) for k in left)
-        for finished in _executor(workers, scheduler, total - len(done))(chunks):
-            store.put(finished)
-            if progress is not None:
-                progress(finished.n_runs, finished.n_failed)
-        store.close()
-    return Sweep(store.folder)
+    with reached(scheduler) as cluster:
+        store = Store(out)
+        content = design.content()
+        if resume and store.exists():
+            cases_per_chunk = store.check_same(content)
+            if store.table.is_file() and not store.has_errors():
+                store.tidy()
+                return Sweep(store.folder)
+        else:
+            store.check_free()
+            expected = estimate(design)
+            if announce is not None:
+                announce(expected)
+            cases_per_chunk = expected.cases_per_chunk
+            store.begin(content, cases_per_chunk)
+        with store.locked():
+            if store.table.is_file():
+                store.reopen(cases_per_chunk)
+            done = store.finished()
+            total = -(-design.n_cases // cases_per_chunk)
+            if progress is not None and done:
+                cases = sum(len(_places(design, k, cases_per_chunk)) for k in done)
+                progress(cases * len(design.controllers), 0)
+            left = (k for k in range(total) if k not in done)
+            chunks = (chunk_of(design, k, _places(design, k, cases_per_chunk)) for k in left)
+            for finished in _executor(workers, cluster, total - len(done))(chunks):
+                store.put(finished)
+                if progress is not None:
+                    progress(finished.n_runs, finished.n_failed)
+            store.close()
+        return Sweep(store.folder)
 
 
 def default_folder(plan: SweepPlan) -> Path:
@@ -218,10 +222,10 @@ def default_folder(plan: SweepPlan) -> Path:
 
 
 def _executor(
-    workers: int | None, scheduler: str | None, n_chunks: int
+    workers: int | None, cluster: Client | None, n_chunks: int
 ) -> Callable[[Iterator[Chunk]], Iterator[Finished]]:
-    if scheduler is not None:
-        return partial(on_cluster, address=scheduler)
+    if cluster is not None:
+        return partial(on_cluster, client=cluster)
     processes = min(workers or os.cpu_count() or 1, n_chunks)
     return in_this_process if processes <= 1 else partial(in_processes, count=processes)
 

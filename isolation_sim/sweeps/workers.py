@@ -15,10 +15,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from .chunk import Chunk, Finished, run_chunk
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 TRIES = 3
 """Workers that may die over a chunk before the sweep stops."""
@@ -83,26 +87,27 @@ def in_processes(chunks: Iterator[Chunk], count: int) -> Iterator[Finished]:
         pool.shutdown(cancel_futures=True)
 
 
-def on_cluster(chunks: Iterator[Chunk], address: str) -> Iterator[Finished]:
-    """Run chunks on a Dask cluster, whose workers must have this package installed.
+@contextmanager
+def reached(address: str | None) -> Iterator[Client | None]:
+    """Reach a Dask cluster, before anything is written for it.
 
     Parameters
     ----------
-    chunks : iterator of Chunk
-        What to run; taken as there is room.
-    address : str
-        Of the scheduler, such as ``tcp://10.0.0.1:8786``.
+    address : str or None
+        Of the scheduler, such as ``tcp://10.0.0.1:8786``; None for no cluster.
 
     Yields
     ------
-    Finished
-        In any order.
+    distributed.Client or None
 
     Raises
     ------
     InputError
         If Dask is not installed, or there is no scheduler.
     """
+    if address is None:
+        yield None
+        return
     try:
         from distributed import Client
     except ImportError:
@@ -115,10 +120,28 @@ def on_cluster(chunks: Iterator[Chunk], address: str) -> Iterator[Finished]:
             "address, such as tcp://10.0.0.1:8786"
         ) from None
     with client:
-        # a worker that dies hands its chunks on
-        pool = client.get_executor(retries=TRIES, pure=False)
-        most = 2 * max(1, sum(client.nthreads().values()))
-        yield from _some_at_a_time(pool, run_chunk, chunks, most)
+        yield client
+
+
+def on_cluster(chunks: Iterator[Chunk], client: Client) -> Iterator[Finished]:
+    """Run chunks on a Dask cluster, whose workers must have this package installed.
+
+    Parameters
+    ----------
+    chunks : iterator of Chunk
+        What to run; taken as there is room.
+    client : distributed.Client
+        Of the cluster.
+
+    Yields
+    ------
+    Finished
+        In any order.
+    """
+    # a worker that dies hands its chunks on
+    pool = client.get_executor(retries=TRIES, pure=False)
+    most = 2 * max(1, sum(client.nthreads().values()))
+    yield from _some_at_a_time(pool, run_chunk, chunks, most)
 
 
 def _some_at_a_time(

@@ -135,4 +135,5 @@ def test_an_address_without_a_scheduler_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(distributed, "Client", lambda at, timeout: original(at, timeout="1s"))
     with pytest.raises(InputError, match="cannot be reached"):
         sweep(plan_of(), tmp_path / "sweep", scheduler="tcp://127.0.0.1:1")
+    assert not (tmp_path / "sweep").exists()
     assert threading.active_count() < 100
