@@ -34,6 +34,8 @@ EQUALLY = {DISPLACEMENT: 1.0, ACCELERATION: 1.0}
 """The weighted peaks that controllers are compared by."""
 _TRIFLE = 0.02
 """Weight of the other peak at an end of the Pareto front, so that it is not worse than need be."""
+_WITHIN = 1.001
+"""How far a point of the front may be above its bound, by engine and optimisation differing."""
 
 
 class Plant(NamedTuple):
@@ -136,34 +138,31 @@ def _bound(
     roughness: float, iterations: int,
 ) -> Bound:  # fmt: skip
     found, wanted = [], dict(weights)
-    for k in range(starts):
-        try:
-            problem = _problem(plant, k / starts, period, roughness, tuple(wanted))
-        except Diverged:
-            continue
+    for problem in _problems(plant, starts, period, roughness, tuple(wanted)):
         optimum = problem.solve(_absolute(plant, wanted), iterations=iterations)
         found.append(_certified(plant, problem, wanted, optimum))
-    if not found:
-        raise InputError("clairvoyant: the structure diverges at every current to start from")
     return min(found, key=lambda one: one.score)
 
 
 def pareto(
-    plant: Plant, n: int = 7, period: float | None = None, roughness: float = 1e-3
+    plant: Plant, n: int = 7, period: float | None = None, starts: int = 2, roughness: float = 1e-3
 ) -> list[Bound]:
     """Front of peak base displacement against peak floor acceleration.
 
-    Its ends minimise one peak; between them the acceleration is minimised under bounds on the
-    displacement, which finds the front where it is not convex too.
+    Its ends minimise one peak, from several constant currents; between them the acceleration is
+    minimised under bounds on the displacement, once from each neighbour, which finds the front
+    where it is not convex too. The best local optimum within each bound is kept.
 
     Parameters
     ----------
     plant : Plant
         Structure, ground motion and driver.
     n : int
-        Points, 2 or more.
+        Bounds on the displacement, 2 or more; fewer points where two bounds share the best.
     period : float, optional, s
         Time from one command to the next; one sample by default.
+    starts : int
+        Constant currents to look for the ends from; see ``bound``.
     roughness : float
         See ``WholeRecord``.
 
@@ -175,20 +174,39 @@ def pareto(
     Raises
     ------
     InputError
-        If ``n`` is below 2.
-    Diverged
-        If the structure diverges at the current to start from, the middle of the range.
+        If ``n`` is below 2, or the structure diverges at every current to start from.
     """
     if n < 2:
         raise InputError(f"pareto: n is {n}; accepted: 2 or more")
-    problem = _problem(plant, 0.5, period, roughness, (DISPLACEMENT, ACCELERATION))
-    gently = _absolute(plant, {DISPLACEMENT: _TRIFLE, ACCELERATION: 1.0})
-    stiffly = _absolute(plant, {DISPLACEMENT: 1.0, ACCELERATION: _TRIFLE})
-    solved = [problem.solve(stiffly)]
-    widest = problem.solve(gently).peaks[DISPLACEMENT]
-    for most in np.linspace(solved[0].peaks[DISPLACEMENT], widest, n)[1:]:
-        solved.append(problem.solve(gently, {DISPLACEMENT: float(most)}, solved[-1].variables))
-    return [_certified(plant, problem, EQUALLY, one) for one in solved]
+    problems = _problems(plant, starts, period, roughness, (DISPLACEMENT, ACCELERATION))
+    problem = problems[-1]
+    weights = {
+        peak: _absolute(plant, {DISPLACEMENT: _TRIFLE, ACCELERATION: _TRIFLE} | {peak: 1.0})
+        for peak in (DISPLACEMENT, ACCELERATION)
+    }
+    found: list[Bound] = []
+
+    def solved(peak: str, start: NDArray, most: float = np.inf) -> tuple[Bound, NDArray]:
+        optimum = problem.solve(weights[peak], {DISPLACEMENT: most}, start)
+        found.append(_certified(plant, problem, EQUALLY, optimum))
+        return found[-1], optimum.variables
+
+    first = [problem.packed(one.guess) for one in problems]
+    stiff, gentle = (
+        min((solved(peak, start) for start in first), key=lambda one: one[0].certified[peak])
+        for peak in (DISPLACEMENT, ACCELERATION)
+    )
+    least, widest = (one.certified[DISPLACEMENT] for one, _ in (stiff, gentle))
+    limits = np.linspace(least, widest, n)
+    for (_, start), inner in ((stiff, limits[1:]), (gentle, limits[-2:0:-1])):
+        for most in inner:
+            _, start = solved(ACCELERATION, start, float(most))
+    front = {}
+    for most in limits:
+        within = [k for k, b in enumerate(found) if b.certified[DISPLACEMENT] <= most * _WITHIN]
+        best = min(within, key=lambda k: found[k].certified[ACCELERATION])
+        front[best] = found[best]
+    return list(front.values())
 
 
 def share_of_gap(score: float, constant: float, clairvoyant: float) -> float:
@@ -269,6 +287,21 @@ def _problem(
     every = 1 if period is None else max(1, round(period / dt))
     run = _simulated(plant, Prescribed(time=(0.0,), amperes=(amperes,)))
     return WholeRecord(run, coils, every, quantities, roughness)
+
+
+def _problems(
+    plant: Plant, starts: int, period: float | None, roughness: float, quantities: tuple[str, ...]
+) -> list[WholeRecord]:
+    """The problems, to start from constant currents equally spaced from the lowest up."""
+    found = []
+    for k in range(starts):
+        try:
+            found.append(_problem(plant, k / starts, period, roughness, quantities))
+        except Diverged:
+            continue
+    if not found:
+        raise InputError("clairvoyant: the structure diverges at every current to start from")
+    return found
 
 
 def _absolute(plant: Plant, weights: Mapping[str, float]) -> dict[str, float]:

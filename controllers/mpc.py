@@ -69,10 +69,13 @@ class MPC(Estimating):
 
     Each decision predicts the response over a horizon with the law believed in and the plan of the
     decision before, linearises that prediction exactly, and corrects the plan by one quadratic
-    programme (real-time iteration). The programme charges what exceeds the peaks so far, or the
-    peaks that count as unavoidable under a ground motion of this strength, and a little of the
-    squared response and the plan's changes; the coils' limits and slew are its constraints. The
-    ground motion ahead is the record's as far as ``preview`` goes, and from there on what an
+    programme (real-time iteration). The programme charges a little of the squared response and of
+    the plan's changes, and what exceeds the peaks so far or a level that counts as unavoidable; the
+    coils' limits and slew are its constraints. The unit of displacements and of accelerations is
+    the peak that there would have been without current: the model believed in goes through the
+    ground motion seen so far without control as well.
+
+    The ground motion ahead is the record's as far as ``preview`` goes, and from there on what an
     autoregressive model, identified as the motion arrives, expects. Accelerations keep clear of
     their level by what may come against that expectation before the coils can answer, which is the
     more the stiffer the isolators are.
@@ -113,39 +116,47 @@ class MPC(Estimating):
         OneOf(("law", "linear")),
     )  # fmt: skip
     horizon: float | None = setting(
-        None, "how far ahead it predicts; None for 0.8 s and half of the preview",
+        None, "how far ahead it predicts; None for 0.9 s and half of the preview",
         Optional(Number(above=0)), "s",
     )  # fmt: skip
-    blocks: int = setting(20, "blocks of commands that move together", Integer(at_least=1))
+    blocks: int = setting(
+        20, "blocks of commands that move together, at first of one step", Integer(at_least=1)
+    )
     order: int = setting(
-        6, "order of the autoregressive model of the ground motion, identified as it arrives; 0 "
+        10, "order of the autoregressive model of the ground motion, identified as it arrives; 0 "
         "for none", Integer(at_least=0),
     )  # fmt: skip
-    displacement: float = setting(3.0, "weight of squared displacement", Number(at_least=0))
-    acceleration: float = setting(0.7, "weight of squared acceleration", Number(at_least=0))
-    end: float = setting(0.15, "weight of the squared amplitude at the end", Number(at_least=0))
-    change: float = setting(0.11, "weight of squared changes of the plan", Number(above=0))
+    displacement: float = setting(0.5, "weight of squared displacement", Number(at_least=0))
+    acceleration: float = setting(0.5, "weight of squared acceleration", Number(at_least=0))
+    end: float = setting(0.25, "weight of the squared amplitude at the end", Number(at_least=0))
+    change: float = setting(0.1, "weight of squared changes of the plan", Number(above=0))
     roughness: float = setting(
-        0.005, "weight of squared differences between commands of the plan", Number(at_least=0)
+        0.05, "weight of squared differences between commands of the plan", Number(at_least=0)
     )
     effort: float = setting(0.0, "weight of squared currents", Number(at_least=0))
     margin: float = setting(
         1.0, "what accelerations keep clear of their level, over the standard deviation of what "
         "may come unforeseen before the coils can answer", Number(at_least=0),
     )  # fmt: skip
-    displacement_excess: float = setting(
-        2.0, "weight of the displacement that exceeds its level", Number(at_least=0)
-    )
+    displacement_excess: float | None = setting(
+        None, "weight of the displacement that exceeds its level; None for 0.2 and 2 for every "
+        "second of the preview: without warning it is not foreseen", Optional(Number(at_least=0)),
+    )  # fmt: skip
     acceleration_excess: float = setting(
-        2.0, "weight of the acceleration that exceeds its level", Number(at_least=0)
+        2.4, "weight of the acceleration that exceeds its level", Number(at_least=0)
     )
     displacement_level: float = setting(
-        0.5, "peak displacement that counts as unavoidable, over the strongest ground "
-        "acceleration so far and the square of the first frequency", Number(at_least=0),
+        0.2, "peak displacement that counts as unavoidable, over the peak without current so far",
+        Number(at_least=0),
     )  # fmt: skip
     acceleration_level: float = setting(
-        0.2, "peak acceleration that counts as unavoidable, over the strongest ground "
-        "acceleration so far", Number(at_least=0),
+        0.25, "peak acceleration that counts as unavoidable, over the peak without current so far",
+        Number(at_least=0),
+    )  # fmt: skip
+    least_peak: float = setting(
+        0.13, "peaks without current are taken to be at least this times the strongest ground "
+        "acceleration so far, for displacements over the square of the first frequency",
+        Number(above=0),
     )  # fmt: skip
     delay: float | None = setting(
         None, "age of a measurement when its command takes effect, over which the state is "
@@ -185,7 +196,8 @@ class MPC(Estimating):
         """Set the prediction up and forget the last run."""
         from .clipped_lqr import linear_model
         from .predictive.linear_belief import spring_and_dashpot
-        from .predictive.prediction import Prediction
+        from .predictive.prediction import Prediction, growing_blocks
+        from .predictive.uncontrolled import Uncontrolled
 
         belief = situation.belief
         if not belief.n_channels:
@@ -202,10 +214,9 @@ class MPC(Estimating):
         self._strength: Strength | None = None
         if self.learning is not None:
             self._strength = Strength(belief, self.step, self.learning)
-        horizon = 0.8 + self.preview / 2 if self.horizon is None else self.horizon
+        horizon = 0.9 + self.preview / 2 if self.horizon is None else self.horizon
         n_steps = max(2, round(horizon / self.step))
-        n_blocks = min(self.blocks, n_steps)
-        self.block = np.arange(n_steps) * n_blocks // n_steps
+        self.block = growing_blocks(n_steps, min(self.blocks, n_steps))
         self.prediction = Prediction(belief, coils, self.step, self.block)
         p = self.prediction
         n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 2 + n_steps * len(coils)
@@ -214,10 +225,13 @@ class MPC(Estimating):
             np.zeros(n + most),
         )  # fmt: skip
         self._sense = np.zeros(n + most, dtype=np.int32)
+        on_excess = self.displacement_excess
+        if on_excess is None:
+            on_excess = 0.2 + 2.0 * self.preview
         self._weights = np.array(
             [
                 self.displacement, self.acceleration, self.end, self.change, self.roughness,
-                self.effort, self.displacement_excess, self.acceleration_excess,
+                self.effort, on_excess, self.acceleration_excess,
             ]
         )  # fmt: skip
         directions = len(belief.structure.directions)
@@ -244,6 +258,7 @@ class MPC(Estimating):
         self._last: tuple[float, NDArray, NDArray] | None = None
         self._states = p.initial_states()
         self._peaks, self._strongest = np.zeros(2), 0.0
+        self._uncontrolled = Uncontrolled(belief, coils, self.step)
         self.report = Report()
 
     def current(self, t: float, measurement: Any) -> NDArray:
@@ -317,6 +332,7 @@ class MPC(Estimating):
                     at, record.time, record.acceleration, right=0.0
                 )
         self._known = known
+        self._uncontrolled.follow(self._ground[:known], self.prediction.strength)
         self.prediction.module.forecast(known, *self._model)
 
     def _solve(self, plan: NDArray, before: NDArray) -> NDArray | None:
@@ -326,10 +342,10 @@ class MPC(Estimating):
         now = np.abs(p.y[0])
         self._peaks = np.maximum(self._peaks, [now[:n_d].max(), now[n_d : n_d + n_a].max()])
         self._strongest = max(self._strongest, np.abs(self._ground[: self._known]).max(), 1e-3)
-        expected = self._strongest * np.array([self.displacement_level, self.acceleration_level])
-        levels = np.maximum(self._peaks, expected / [self.frequency**2, 1.0])
-        unit = (levels[1] + self.frequency**2 * levels[0]) / 2
-        self.units = np.array([unit / self.frequency**2, unit, unit / self.frequency])
+        least = self.least_peak * self._strongest / np.array([self.frequency**2, 1.0])
+        scale = np.maximum(self._uncontrolled.peaks, least)
+        levels = np.maximum(self._peaks, scale * [self.displacement_level, self.acceleration_level])
+        self.units = np.array([*scale, scale[0] * self.frequency])
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
             self.units, levels, (max(self._known - self._n_late, 1), self.margin * self._strays),

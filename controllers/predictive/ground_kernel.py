@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numpy.typing import NDArray
 
-FORGETTING = 0.995
-"""Weight of a sample against the next one: a memory of 200 samples."""
+FORGETTING = 0.999
+"""Weight of a sample against the next one: a memory of 1000 samples."""
 PRIOR = 1e-2
 """Variance of a coefficient before anything is known."""
 RECENT = 0.98

@@ -325,6 +325,26 @@ class Prediction:
         return np.array(answers)
 
 
+def growing_blocks(n_steps: int, n_blocks: int) -> NDArray:
+    """Blocks of commands: one step long at first, where a plan matters most, and growing.
+
+    Parameters
+    ----------
+    n_steps : int
+        Steps of the horizon.
+    n_blocks : int
+        Blocks, as many as steps or fewer.
+
+    Returns
+    -------
+    numpy.ndarray of int, shape (n_steps,)
+        Block of each step's command, from 0.
+    """
+    left = 1.0 - np.arange(n_steps) / n_steps
+    blocks = np.round(n_blocks * (1.0 - left ** (n_steps / n_blocks))).astype(int)
+    return np.minimum(blocks, n_blocks - 1)
+
+
 def _square(rows: NDArray) -> NDArray:
     """Rows over the modes without the imaginary parts of real modes, which are no unknowns."""
     # an overdamped mode's imaginary part is always zero: a unit row keeps the matrix invertible

@@ -23,6 +23,8 @@ ALONE = {
     "blocks": 30,
 }  # fmt: skip
 """Settings of ``mpc`` for the problem that both can be given."""
+_GIVEN = ("ground", "ground_after", "displacement_unit", "acceleration_unit")
+"""What do-mpc is told at every step of the horizon."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,8 @@ class Case:
         Displacements (m), velocities (m/s), device states, coil current (A).
     ground : numpy.ndarray, shape (n_steps + 1,), m/s^2
         Ground acceleration over the horizon.
-    unit : float, m/s^2
-        Unit of the acceleration in the costs.
+    units : numpy.ndarray, shape (2,), m and m/s^2
+        Units of displacement and acceleration in the costs.
     before : float, A
         The last command given.
     command : float, A
@@ -47,7 +49,7 @@ class Case:
 
     state: NDArray
     ground: NDArray
-    unit: float
+    units: NDArray
     before: float
     command: float
     seconds: float
@@ -77,9 +79,8 @@ class Kept(MPC):
             motion = 2 * self.prediction.belief.structure.n_dofs
             measured = np.array(measurement, dtype=float)
             state = np.concatenate([measured[:motion], self._states[0], measured[-1:]])
-            unit, took = float(self.units[1]), self.report.seconds[-1]
-            ground = self._ground[:, 0].copy()
-            self.cases.append(Case(state, ground, unit, before, float(command[0]), took))
+            ground, took = self._ground[:, 0].copy(), self.report.seconds[-1]
+            self.cases.append(Case(state, ground, self.units[:2], before, float(command[0]), took))
         return command
 
 
@@ -112,9 +113,7 @@ class DoMPC:
         model = do_mpc.model.Model("discrete", "SX")
         x = model.set_variable("_x", "x", (2 * n + len(element.device.law.states) + 1, 1))
         u = model.set_variable("_u", "u")
-        now, then, unit = (
-            model.set_variable("_tvp", name) for name in ("ground", "ground_after", "unit")
-        )
+        now, then, long, hard = (model.set_variable("_tvp", name) for name in _GIVEN)
 
         def parts(state: Any) -> tuple:
             """Displacements, velocities, and what the device's law is given."""
@@ -147,10 +146,10 @@ class DoMPC:
         mpc.settings.store_full_solution = False
         mpc.settings.supress_ipopt_output()
         span, omega = high - low, one.frequency
-        amplitude = (x[base] / (unit / omega**2)) ** 2
+        amplitude = (x[base] / long) ** 2
         squares = one.displacement * amplitude
-        squares += one.acceleration / n * casadi.sumsqr(accelerations(x) / unit)
-        end = one.end * (amplitude + (x[n + base] / (unit / omega)) ** 2)
+        squares += one.acceleration / n * casadi.sumsqr(accelerations(x) / hard)
+        end = one.end * (amplitude + (x[n + base] / (long * omega)) ** 2)
         effort = one.effort * ((u - low) / span) ** 2
         mpc.set_objective(mterm=squares / self.steps + end, lterm=(squares + effort) / self.steps)
         mpc.set_rterm(u=one.roughness / span**2)
@@ -158,13 +157,13 @@ class DoMPC:
         mpc.set_nl_cons("faster", u - x[-1], slew * lag)
         mpc.set_nl_cons("slower", x[-1] - u, slew * lag)
         mpc.scaling["_x", "x"] = sizes
-        self._ahead, self._unit, self._started = np.zeros(self.steps + 2), 1.0, False
+        self._ahead, self._units, self._started = np.zeros(self.steps + 2), np.ones(2), False
         template = mpc.get_tvp_template()
 
         def ahead(_: float) -> Any:
             for k in range(self.steps + 1):
-                values = (*self._ahead[k : k + 2], self._unit)
-                for name, value in zip(("ground", "ground_after", "unit"), values, strict=True):
+                values = (*self._ahead[k : k + 2], *self._units)
+                for name, value in zip(_GIVEN, values, strict=True):
                     template["_tvp", k, name] = value
             return template
 
@@ -185,7 +184,7 @@ class DoMPC:
         seconds : float, s
             Time taken.
         """
-        self._ahead[:-1], self._unit = case.ground, case.unit
+        self._ahead[:-1], self._units = case.ground, case.units
         self.mpc.x0, self.mpc.u0 = case.state, case.before
         if not self._started:
             self.mpc.set_initial_guess()

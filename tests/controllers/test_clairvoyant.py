@@ -90,6 +90,9 @@ def test_front_is_a_front_and_not_below_the_weighted_optimum(short):
     assert np.all(np.diff(x) > 0) and np.all(np.diff(a) < 0)
     assert min(one.score for one in front) > bound(short).score * (1 - 1e-3)
     assert all(one.difference < 2e-3 for one in front)
+    # an end is found from as many starts as a bound that hardly weighs the other peak
+    stiffest = bound(short, {DISPLACEMENT: 1.0, ACCELERATION: 0.02})
+    assert x[0] == pytest.approx(stiffest.certified[DISPLACEMENT], rel=5e-3)
 
 
 def test_ideal_supply_slew_and_other_periods(isolated, el_centro):

@@ -11,8 +11,9 @@ from controllers.clairvoyant import coil_table
 from controllers.mpc import MPC
 from controllers.predictive.ground_kernel import FORGETTING, RECENT, foresee, learn, stray
 from controllers.predictive.linear_belief import spring_and_dashpot
-from controllers.predictive.prediction import Prediction
+from controllers.predictive.prediction import Prediction, growing_blocks
 from controllers.predictive.strength import Strength
+from controllers.predictive.uncontrolled import Uncontrolled
 from ground_motions import Record
 from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
@@ -107,6 +108,34 @@ def test_followed_device_states_are_the_plants(started):
         current = (run.current[k] + run.current[k + 1]) / 2
         prediction.follow(modes[k], modes[k + 1], 0.02, states, current)
     assert np.abs(states - run.states[at]).max() < 1e-3 * np.abs(run.states).max()
+
+
+@pytest.mark.parametrize(("n_steps", "n_blocks"), [(1, 1), (40, 20), (60, 20), (30, 30), (7, 3)])
+def test_blocks_begin_with_single_steps_and_grow(n_steps, n_blocks):
+    block = growing_blocks(n_steps, n_blocks)
+    lengths = np.bincount(block)
+    assert len(block) == n_steps and len(lengths) == n_blocks
+    assert np.all(np.diff(block) >= 0) and lengths.min() >= 1
+    if n_steps > 2 * n_blocks:
+        assert lengths[0] <= 2 < lengths[-1]
+    elif n_steps > n_blocks:
+        assert lengths[0] == 1 < lengths[-1]
+
+
+@pytest.mark.parametrize("ahead", [0, 25])
+def test_uncontrolled_peaks_are_those_of_a_run_without_current(isolated, record, ahead):
+    run = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
+    displacement = np.abs(run.output("base_displacement_m"))
+    acceleration = np.abs(
+        [run.output(f"{name}_acceleration_m_s2") for name in isolated.structure.names]
+    ).max(axis=0)
+    one, strength = Uncontrolled(isolated, COILS, 0.02), np.ones(1)
+    for k in range(300):
+        one.follow(record.acceleration[k : k + 1 + ahead, np.newaxis], strength)
+        if k in (100, 299):
+            seen = k + 1 + ahead
+            assert one.peaks[0] == pytest.approx(displacement[:seen].max(), rel=0.02)
+            assert one.peaks[1] == pytest.approx(acceleration[:seen].max(), rel=0.03)
 
 
 def solved_programmes(monkeypatch, isolated, ground, **settings):
