@@ -339,8 +339,7 @@ class MPC(Estimating):
         """Changes of the blocks, (n_blocks, n_channels), A; None if there is no usable solution."""
         p = self.prediction
         n_d, n_a = p.n_displacements, p.n_accelerations
-        now = np.abs(p.y[0])
-        self._peaks = np.maximum(self._peaks, [now[:n_d].max(), now[n_d : n_d + n_a].max()])
+        self._peaks = np.maximum(self._peaks, p.largest(0))
         self._strongest = max(self._strongest, np.abs(self._ground[: self._known]).max(), 1e-3)
         least = self.least_peak * self._strongest / np.array([self.frequency**2, 1.0])
         scale = np.maximum(self._uncontrolled.peaks, least)

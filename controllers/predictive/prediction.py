@@ -282,6 +282,21 @@ class Prediction:
         z, _, states, _, i, *_ = self.work[0]
         return z.copy(), states.copy(), i.copy()
 
+    def largest(self, k: int) -> NDArray:
+        """Largest displacement of a base and largest acceleration at one point of the horizon.
+
+        Parameters
+        ----------
+        k : int
+            Which point; 0 is the present.
+
+        Returns
+        -------
+        numpy.ndarray, shape (2,), m and m/s^2
+        """
+        y, n = np.abs(self.y[k]), self.n_displacements
+        return np.array([y[:n].max(), y[n : n + self.n_accelerations].max()])
+
     def forces(self, z: NDArray, states: NDArray, i: NDArray) -> NDArray:
         """Forces of the devices as the law has them, without their ``strength``.
 

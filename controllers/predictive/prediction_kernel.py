@@ -137,14 +137,8 @@ def believed_forces(
 
     Parameters
     ----------
-    z : numpy.ndarray, shape (2 n_modes,)
-        Modes.
-    s : numpy.ndarray, shape (n_devices, n_states)
-        Device states, device scale.
-    i : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-    plant : tuple
-        As ``Prediction.plant``.
+    z, s, i, plant : numpy.ndarray, and a tuple
+        As of ``device_now``.
     side : numpy.ndarray
         Scratch for one device's values and derivatives.
     force : numpy.ndarray, shape (n_devices,), N

@@ -54,7 +54,5 @@ class Uncontrolled:
             self._z, self._states, _ = p.carried(
                 self._z, self._states, self._low, self._low[np.newaxis], path[k : k + 2]
             )
-            y, n = np.abs(p.y[1]), p.n_displacements
-            now = y[:n].max(), y[n : n + p.n_accelerations].max()
-            self.peaks = np.maximum(self.peaks, now)
+            self.peaks = np.maximum(self.peaks, p.largest(1))
         self._ground = ground[-1].copy()

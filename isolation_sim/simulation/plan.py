@@ -84,13 +84,12 @@ def _uniform_grid(n_samples: int, dt: float) -> Grid:
 
 @lru_cache(maxsize=32)
 def _kept_tables(
-    isolated: IsolatedStructure, n_samples: int, dt: float, lanes: int, thread: int
+    module: ModuleType, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
 ) -> Tables:
     """Coefficients of runs without events; kept, since they depend on the structure alone.
 
     The kernel fills them in as it goes, so that threads must not share them.
     """
-    module = kernel_for(isolated, lanes, alike=True)
     return Tables.empty(module, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
 
 
@@ -200,7 +199,7 @@ class Plan:
             )
         if alike and self.grid is _uniform_grid(n, dt):
             self.tables = _kept_tables(
-                first.isolated, n, dt, len(lanes), threading.get_ident()
+                self.module, first.isolated, n, dt, threading.get_ident()
             )
         else:
             self.tables = Tables.empty(

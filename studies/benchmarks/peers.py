@@ -9,6 +9,7 @@ import ctypes
 import importlib.util
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -46,28 +47,13 @@ class FirstOrder:
         self.time = np.array(record.time)
         self.start = np.zeros(2 * self.n + 2)
 
-    def rate(self, t: float, y: NDArray) -> NDArray:
-        """Right-hand side in NumPy."""
-        n, (c0, k0, c1, k1, alpha) = self.n, self.parameters
-        k = min(int(t / self.dt), len(self.ground) - 2)
-        a = self.ground[k] + (self.ground[k + 1] - self.ground[k]) * (t / self.dt - k)
-        q, v, s, z = y[:n], y[n : 2 * n], y[2 * n], y[2 * n + 1]
-        x, rate = q[0] / self.length, v[0] / self.length
-        force = k1 * s + alpha * z**3
-        acceleration = self.on_displacement @ q + self.on_velocity @ v + self.on_force * force - a
-        rates = [rate + (k0 * x - (k0 + k1) * s) / c0, rate - alpha / c1 * z**3]
-        return np.concatenate([v, acceleration, rates])
-
-    def rate_in_products(self) -> Any:
-        """Compile the right-hand side with Numba as it is written in NumPy, for ``odeint``."""
-        from numba import njit
-
+    def rate(self) -> Callable[[float, NDArray], NDArray]:
+        """Make the right-hand side, as it is written in NumPy; Numba compiles it as it stands."""
         n, length, ground, dt = self.n, self.length, self.ground, self.dt
         c0, k0, c1, k1, alpha = self.parameters.tolist()
         on_q, on_v, on_f = self.on_displacement, self.on_velocity, self.on_force
 
-        @njit
-        def rate(y, t):
+        def rate(t, y):
             k = min(int(t / dt), len(ground) - 2)
             a = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
             q, v, s, z = y[:n], y[n : 2 * n], y[2 * n], y[2 * n + 1]
@@ -79,7 +65,14 @@ class FirstOrder:
             out[2 * n + 1] = speed - alpha / c1 * z**3
             return out
 
-        rate(self.start, 0.0)
+        return rate
+
+    def rate_in_products(self) -> Any:
+        """Compile the right-hand side with Numba as it is written in NumPy, for ``odeint``."""
+        from numba import njit
+
+        rate = njit(self.rate())
+        rate(0.0, self.start)
         return rate
 
     def rate_in_loops(self) -> Any:
@@ -91,7 +84,7 @@ class FirstOrder:
         on_q, on_v, on_f = self.on_displacement, self.on_velocity, self.on_force
 
         @njit
-        def rate(y, t):
+        def rate(t, y):
             out = np.empty(2 * n + 2)
             k = min(int(t / dt), len(ground) - 2)
             a = ground[k] + (ground[k + 1] - ground[k]) * (t / dt - k)
@@ -106,20 +99,22 @@ class FirstOrder:
             out[2 * n + 1] = v - alpha / c1 * y[2 * n + 1] ** 3
             return out
 
-        rate(self.start, 0.0)
+        rate(0.0, self.start)
         return rate
 
     def by_solve_ivp(self, tolerance: float) -> NDArray:
         """States at the samples by ``solve_ivp``'s RK45, (n_samples, n_states)."""
         solution = solve_ivp(
-            self.rate, (0.0, self.time[-1]), self.start, t_eval=self.time,
+            self.rate(), (0.0, self.time[-1]), self.start, t_eval=self.time,
             rtol=tolerance, atol=tolerance * 1e-3,
         )
         return solution.y.T
 
     def by_odeint(self, rate: Any, tolerance: float) -> NDArray:
         """States at the samples by ``odeint`` (LSODA), (n_samples, n_states)."""
-        return odeint(rate, self.start, self.time, rtol=tolerance, atol=tolerance * 1e-3)
+        return odeint(
+            rate, self.start, self.time, rtol=tolerance, atol=tolerance * 1e-3, tfirst=True
+        )
 
 
 def load_opensees() -> Any | None:
