@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import importlib.util
 import os
@@ -220,10 +221,19 @@ def import_text(name: str, text: str | None) -> ModuleType:
 @contextmanager
 def compiling(module: ModuleType) -> Iterator[None]:
     """Say that the first run compiles, if the kernel is neither loaded nor in the cache."""
-    if module.__name__ not in _used and not _is_cached(module):
-        print("compiling the simulation kernel for this law (once; about 5 s) ...", file=sys.stderr)
+    first = module.__name__ not in _used and not _is_cached(module)
     _used.add(module.__name__)
-    yield
+    # Numba makes millions of objects, none of them garbage yet: looking for some costs a fifth
+    paused = first and gc.isenabled()
+    if first:
+        print("compiling the simulation kernel for this law (once; about 5 s) ...", file=sys.stderr)
+    if paused:
+        gc.disable()
+    try:
+        yield
+    finally:
+        if paused:
+            gc.enable()
 
 
 def _is_cached(module: ModuleType) -> bool:
