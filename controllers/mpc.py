@@ -16,7 +16,7 @@ from isolation_sim.structures import IsolatedStructure
 from .clairvoyant import coil_table
 from .estimating import Estimating
 from .observers.observer import Running
-from .predictive.ground_kernel import PRIOR
+from .predictive.ground_kernel import DRIFT, PRIOR
 from .predictive.strength import Strength
 from .settings import Integer, Number, OneOf, Optional, setting
 
@@ -75,10 +75,10 @@ class MPC(Estimating):
     the peak that there would have been without current: the model believed in goes through the
     ground motion seen so far without control as well.
 
-    The ground motion ahead is the record's as far as ``preview`` goes, and from there on what an
-    autoregressive model, identified as the motion arrives, expects. Accelerations keep clear of
-    their level by what may come against that expectation before the coils can answer, which is the
-    more the stiffer the isolators are.
+    The ground motion ahead is the record's as far as ``preview`` goes. From there on its velocity
+    is expected to come back to zero, driven by what an autoregressive model, identified as the
+    motion arrives, expects. Accelerations keep clear of their level by what may come against that
+    expectation before the coils can answer, which is the more the stiffer the isolators are.
 
     With ``filter`` an observer estimates displacements and velocities from accelerations and
     isolator deformations. With ``learning`` the isolators' force is corrected by a factor, the one
@@ -119,16 +119,24 @@ class MPC(Estimating):
         None, "how far ahead it predicts; None for 0.9 s and half of the preview",
         Optional(Number(above=0)), "s",
     )  # fmt: skip
-    blocks: int = setting(
-        20, "blocks of commands that move together, at first of one step", Integer(at_least=1)
-    )
+    blocks: int | None = setting(
+        None, "blocks of commands that move together, at first of one step; None for 20 and 12 for "
+        "every second of the preview", Optional(Integer(at_least=1)),
+    )  # fmt: skip
     order: int = setting(
         10, "order of the autoregressive model of the ground motion, identified as it arrives; 0 "
         "for none", Integer(at_least=0),
     )  # fmt: skip
+    settling: float | None = setting(
+        1.0, "time in which the ground's velocity is expected to come back to zero, beside what "
+        "the autoregressive model expects; None for never", Optional(Number(above=0)), "s",
+    )  # fmt: skip
     displacement: float = setting(0.5, "weight of squared displacement", Number(at_least=0))
     acceleration: float = setting(0.5, "weight of squared acceleration", Number(at_least=0))
-    end: float = setting(0.25, "weight of the squared amplitude at the end", Number(at_least=0))
+    end: float | None = setting(
+        None, "weight of the squared amplitude at the end; None for 0.25 and 0.4 for every second "
+        "of the preview", Optional(Number(at_least=0)),
+    )  # fmt: skip
     change: float = setting(0.1, "weight of squared changes of the plan", Number(above=0))
     roughness: float = setting(
         0.05, "weight of squared differences between commands of the plan", Number(at_least=0)
@@ -139,8 +147,9 @@ class MPC(Estimating):
         "may come unforeseen before the coils can answer", Number(at_least=0),
     )  # fmt: skip
     displacement_excess: float | None = setting(
-        None, "weight of the displacement that exceeds its level; None for 0.2 and 2 for every "
-        "second of the preview: without warning it is not foreseen", Optional(Number(at_least=0)),
+        None, "weight of the displacement that exceeds its level; None for 0.2 and 2.5 for "
+        "every second of the preview: without warning it is not foreseen",
+        Optional(Number(at_least=0)),
     )  # fmt: skip
     acceleration_excess: float = setting(
         2.4, "weight of the acceleration that exceeds its level", Number(at_least=0)
@@ -216,7 +225,8 @@ class MPC(Estimating):
             self._strength = Strength(belief, self.step, self.learning)
         horizon = 0.9 + self.preview / 2 if self.horizon is None else self.horizon
         n_steps = max(2, round(horizon / self.step))
-        self.block = growing_blocks(n_steps, min(self.blocks, n_steps))
+        blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks
+        self.block = growing_blocks(n_steps, min(blocks, n_steps))
         self.prediction = Prediction(belief, coils, self.step, self.block)
         p = self.prediction
         n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 2 + n_steps * len(coils)
@@ -227,10 +237,11 @@ class MPC(Estimating):
         self._sense = np.zeros(n + most, dtype=np.int32)
         on_excess = self.displacement_excess
         if on_excess is None:
-            on_excess = 0.2 + 2.0 * self.preview
+            on_excess = 0.2 + 2.5 * self.preview
+        on_end = 0.25 + 0.4 * self.preview if self.end is None else self.end
         self._weights = np.array(
             [
-                self.displacement, self.acceleration, self.end, self.change, self.roughness,
+                self.displacement, self.acceleration, on_end, self.change, self.roughness,
                 self.effort, on_excess, self.acceleration_excess,
             ]
         )  # fmt: skip
@@ -248,8 +259,10 @@ class MPC(Estimating):
         self._given = np.tile(coils[:, 4], (self._n_late, 1))
         self._ground = np.zeros((self._n_late + n_steps + 1, directions))
         self._strays = np.zeros((reach + 1, p.n_accelerations, 2))
+        pull = 0.0 if self.settling is None else 1.0 / self.settling
         self._model = (
-            *np.zeros((2, directions, self.order)),
+            np.zeros((directions, 2)), (pull, self.step, float(np.exp(-self.step / DRIFT))),
+            np.zeros(len(self._ground)), *np.zeros((2, directions, self.order)),
             np.tile(PRIOR * np.eye(self.order), (directions, 1, 1)), np.zeros(self.order),
             np.zeros((directions, 1)), self._ground, pulses, np.zeros(reach), self._strays,
         )  # fmt: skip

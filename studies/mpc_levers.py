@@ -28,7 +28,8 @@ WHOLE = "as it is"
 LEVERS: dict[str, dict[str, Any]] = {
     "cost on exceeding the peaks": {"displacement_excess": 0.0, "acceleration_excess": 0.0},
     "peaks so far only, none unavoidable": {"displacement_level": 0.0, "acceleration_level": 0.0},
-    "model of the ground motion to come": {"order": 0},
+    "model of the ground motion to come": {"order": 0, "settling": None},
+    "return of the ground's velocity": {"settling": None},
     "terminal cost": {"end": 0.0},
     "horizon beyond 0.6 s": {"horizon": 0.6},
     "margin for the unforeseen": {"margin": 0.0},

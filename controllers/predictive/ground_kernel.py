@@ -10,6 +10,30 @@ PRIOR = 1e-2
 """Variance of a coefficient before anything is known."""
 RECENT = 0.98
 """Weight of a square among those of the model's errors against the next one's."""
+DRIFT = 10.0
+"""Memory of the ground's velocity, s: what an accelerometer's offset adds up to is forgotten."""
+
+
+def drive(new: float, motion: NDArray, returning: tuple) -> float:
+    """Acceleration that drives the ground against the pull by which its velocity comes back.
+
+    Parameters
+    ----------
+    new : float, m/s^2
+        Acceleration of the ground, a step after ``motion``.
+    motion : numpy.ndarray, shape (2,)
+        Acceleration (m/s^2) and velocity (m/s) of the ground; carried on by a step.
+    returning : tuple of float
+        Pull on the velocity (1/s), the step (s), and what is left of the velocity after it.
+
+    Returns
+    -------
+    float, m/s^2
+    """
+    pull, h, keep = returning
+    motion[1] = keep * (motion[1] + 0.5 * h * (motion[0] + new))
+    motion[0] = new
+    return new + pull * motion[1]
 
 
 def learn(
@@ -21,7 +45,7 @@ def learn(
     Parameters
     ----------
     new : float, m/s^2
-        Ground acceleration now.
+        The ground's drive now.
     past : numpy.ndarray, shape (order,), m/s^2
         The samples before it, latest first; ``new`` joins them.
     coefficients : numpy.ndarray, shape (order,)
@@ -60,7 +84,10 @@ def learn(
         past[0] = new
 
 
-def foresee(known: int, coefficients: NDArray, past: NDArray, ground: NDArray) -> None:
+def foresee(
+    known: int, coefficients: NDArray, past: NDArray, ground: NDArray, motion: NDArray,
+    returning: tuple, drives: NDArray,
+) -> None:  # fmt: skip
     """Continue a ground acceleration by its expected values.
 
     Parameters
@@ -68,23 +95,34 @@ def foresee(known: int, coefficients: NDArray, past: NDArray, ground: NDArray) -
     known : int
         Samples of ``ground`` that are known; 1 or more.
     coefficients : numpy.ndarray, shape (order,)
-        Of the autoregressive model, latest sample first.
+        Of the autoregressive model of the drive, latest sample first.
     past : numpy.ndarray, shape (order,), m/s^2
-        Samples up to now, latest first.
+        Drives up to now, latest first.
     ground : numpy.ndarray, shape (n_steps + 1,), m/s^2
-        From now on; filled in behind what is known, kept within the largest known value.
+        From now on; filled in behind what is known.
+    motion : numpy.ndarray, shape (2,)
+        Acceleration (m/s^2) and velocity (m/s) of the ground now; carried on to the horizon.
+    returning : tuple of float
+        As of ``drive``.
+    drives : numpy.ndarray, shape (n_steps + 1,), m/s^2
+        Scratch: drives ahead, kept within the largest known one.
     """
+    pull, h, keep = returning
     most = 0.0
     for value in past:
         most = max(most, abs(value))
-    for k in range(known):
-        most = max(most, abs(ground[k]))
-    for k in range(known, len(ground)):
-        value = 0.0
-        for a in range(len(past)):
-            at = k - 1 - a
-            value += coefficients[a] * (ground[at] if at >= 0 else past[-at])
-        ground[k] = min(max(value, -most), most)
+    for k in range(1, len(ground)):
+        if k >= known:
+            value = 0.0
+            for a in range(len(past)):
+                at = k - 1 - a
+                value += coefficients[a] * (drives[at] if at > 0 else past[-at])
+            value = min(max(value, -most), most)
+            coasting = keep * (motion[1] + 0.5 * h * motion[0])
+            ground[k] = (value - pull * coasting) / (1.0 + 0.5 * h * keep * pull)
+        drives[k] = drive(ground[k], motion, returning)
+        if k < known:
+            most = max(most, abs(drives[k]))
 
 
 def stray(

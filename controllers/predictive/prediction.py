@@ -20,7 +20,7 @@ from ..compiled import collect
 from ..device_model import FORCE_SCALE, DeviceModel, first_coefficient, polynomial
 from ..device_states import follow_states
 from .condense_kernel import condense
-from .ground_kernel import foresee, learn, stray
+from .ground_kernel import drive, foresee, learn, stray
 from .interval import propagator, real_rows
 from .prediction_kernel import believed_forces, predict
 from .side_text import side_text
@@ -59,11 +59,13 @@ def programme(
 
 @njit(cache=True, **OPTIONS)
 def forecast(
-    known, past, coefficients, covariance, gain, noise, ground, pulses, shape, strays
+    known, motion, returning, drives, past, coefficients, covariance, gain, noise, ground, pulses,
+    shape, strays,
 ):
     for d in range(len(past)):
-        learn(ground[0, d], past[d], coefficients[d], covariance[d], gain, noise[d])
-        foresee(known, coefficients[d], past[d], ground[:, d])
+        now = drive(ground[0, d], motion[d], returning)
+        learn(now, past[d], coefficients[d], covariance[d], gain, noise[d])
+        foresee(known, coefficients[d], past[d], ground[:, d], motion[d].copy(), returning, drives)
     stray(coefficients, noise, pulses, shape, strays)
 
 
@@ -379,7 +381,7 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     collect(polynomial, parts)
     parts["devices of the laws"] = DeviceModel.text(laws)
     collect(follow_states, parts, ("state_rates",))
-    for function in (believed_forces, predict, condense, learn, foresee, stray):
+    for function in (believed_forces, predict, condense, drive, learn, foresee, stray):
         collect(function, parts)
     parts["device_side"] = side_text(laws, n_states)
     text = "\n\n\n".join([_HEADER, *parts.values(), _ENTRY]) + "\n"

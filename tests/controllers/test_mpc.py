@@ -5,11 +5,21 @@ from dataclasses import replace
 import daqp
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
+from scipy.signal import TransferFunction, lsim
 
 from controllers import controller
 from controllers.clairvoyant import coil_table
 from controllers.mpc import MPC
-from controllers.predictive.ground_kernel import FORGETTING, RECENT, foresee, learn, stray
+from controllers.predictive.ground_kernel import (
+    DRIFT,
+    FORGETTING,
+    RECENT,
+    drive,
+    foresee,
+    learn,
+    stray,
+)
 from controllers.predictive.linear_belief import spring_and_dashpot
 from controllers.predictive.prediction import Prediction, growing_blocks
 from controllers.predictive.strength import Strength
@@ -130,8 +140,9 @@ def test_uncontrolled_peaks_are_those_of_a_run_without_current(isolated, record,
         [run.output(f"{name}_acceleration_m_s2") for name in isolated.structure.names]
     ).max(axis=0)
     one, strength = Uncontrolled(isolated, COILS, 0.02), np.ones(1)
+    ground = np.array(record.acceleration[:, np.newaxis])
     for k in range(300):
-        one.follow(record.acceleration[k : k + 1 + ahead, np.newaxis], strength)
+        one.follow(ground[k : k + 1 + ahead], strength)
         if k in (100, 299):
             seen = k + 1 + ahead
             assert one.peaks[0] == pytest.approx(displacement[:seen].max(), rel=0.02)
@@ -253,15 +264,79 @@ def test_autoregressive_model_is_the_weighted_least_squares():
     weight = (1 - RECENT) * RECENT ** np.arange(len(errors))[::-1]
     assert noise[0] == pytest.approx(weight @ np.square(errors))
 
+    past[0] = 1.0
     ground = np.array([1.0, 0.5, 0.0, 0.0])
-    foresee(2, coefficients, past, ground)
+    foresee(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0), np.zeros(4))
     expected = np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
     assert ground[2] == pytest.approx(expected)
     assert ground[3] == pytest.approx(np.clip(coefficients @ [expected, 0.5], -1.0, 1.0))
 
 
+def test_the_ground_s_velocity_comes_back_to_zero():
+    """Without drive it decays; what is expected of a driven ground has the drive it was made of."""
+    h, steps, settling = 0.02, 400, 0.8
+    returning = (1.0 / settling, h, 1.0)
+    ground, motion = np.zeros(steps + 1), np.array([0.0, 0.3])
+    foresee(1, np.zeros(0), np.zeros(0), ground, motion.copy(), returning, np.zeros(steps + 1))
+    velocity = 0.3 + cumulative_trapezoid(ground, dx=h, initial=0.0)
+    # the acceleration starts from 0, not from the pull
+    expected = velocity[1] * np.exp(-np.arange(steps) * h / settling)
+    np.testing.assert_allclose(velocity[1:], expected, atol=2e-4)
+    # an acceleration from its own drive, by the differential equation of the velocity
+    time = np.arange(steps + 1) * h
+    acceleration = np.sin(3.0 * time) * np.exp(-0.5 * time)
+    at, drives = np.zeros(2), []
+    for value in acceleration:
+        drives.append(drive(value, at, returning))
+    velocity = cumulative_trapezoid(acceleration, dx=h, initial=0.0)
+    np.testing.assert_allclose(drives, acceleration + velocity / settling, atol=1e-12)
+    # known samples give the same
+    found = np.zeros(steps + 1)
+    foresee(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
+    np.testing.assert_allclose(found[1:], drives[1:], atol=1e-12)
+
+
+def test_a_random_motion_is_foreseen_better_by_its_velocity():
+    """The share of the velocity's change over 0.6 s that is known, on motions of another program.
+
+    The ground is white noise through Kanai and Tajimi's and Clough and Penzien's filters, made
+    by SciPy, not by the project.
+    """
+    h, ahead = 0.02, 30
+    ground_filter = ([20.0 * 0.4, 100.0], [1.0, 8.0, 100.0])
+    second = ([1.0, 0.0, 0.0], [1.0, 1.2, 1.0])
+    system = TransferFunction(
+        np.polymul(ground_filter[0], second[0]), np.polymul(ground_filter[1], second[1])
+    )
+    known = {}
+    for settling in (None, 1.0):
+        pull = 0.0 if settling is None else 1.0 / settling
+        returning = (pull, h, float(np.exp(-h / DRIFT)))
+        errors, changes = [], []
+        for seed in range(4):
+            time = np.arange(2000) * h
+            noise = np.random.default_rng(seed).normal(size=2000)
+            _, series, _ = lsim(system, noise, time)
+            past, coefficients, covariance = np.zeros(10), np.zeros(10), 0.01 * np.eye(10)
+            motion, variance = np.zeros(2), np.zeros(1)
+            for k in range(2000 - ahead):
+                now = drive(series[k], motion, returning)
+                learn(now, past, coefficients, covariance, np.zeros(10), variance)
+                if k >= 500 and k % 5 == 0:
+                    ground = np.zeros(ahead + 1)
+                    ground[0] = series[k]
+                    foresee(
+                        1, coefficients, past, ground, motion.copy(), returning,
+                        np.zeros(ahead + 1),
+                    )  # fmt: skip
+                    changes.append(series[k + 1 : k + 1 + ahead].sum() * h)
+                    errors.append(changes[-1] - ground[1:].sum() * h)
+        known[settling] = 1.0 - np.mean(np.square(errors)) / np.mean(np.square(changes))
+    assert known[1.0] > known[None] + 0.1
+
+
 def test_without_a_model_the_ground_is_expected_to_rest(isolated, record):
-    one = MPC(order=0)
+    one = MPC(order=0, settling=None)
     simulate(isolated, record.cut(0.0, 3.0), one, driver=LAGGING)
     assert one.report.failed == 0 and one._strays[1:].min() > 0.0
     assert np.abs(one._ground[0]).max() > 0.0 and not one._ground[1:].any()
