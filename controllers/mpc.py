@@ -16,7 +16,6 @@ from isolation_sim.structures import IsolatedStructure
 from .clairvoyant import coil_table
 from .estimating import Estimating
 from .observers.observer import Running
-from .predictive.ground_kernel import DRIFT, PRIOR
 from .predictive.strength import Strength
 from .settings import Integer, Number, OneOf, Optional, setting
 
@@ -204,6 +203,7 @@ class MPC(Estimating):
     def reset(self, situation: Situation) -> None:
         """Set the prediction up and forget the last run."""
         from .clipped_lqr import linear_model
+        from .predictive.ground_ahead import GroundAhead
         from .predictive.linear_belief import spring_and_dashpot
         from .predictive.prediction import Prediction, growing_blocks
         from .predictive.uncontrolled import Uncontrolled
@@ -245,28 +245,23 @@ class MPC(Estimating):
                 self.effort, on_excess, self.acceleration_excess,
             ]
         )  # fmt: skip
-        directions = len(belief.structure.directions)
-        self._n_behind = directions + len(coils)
-        # until a coil has answered, a lag and a decision later
-        reach = min(int(np.ceil(coils[:, 0].max() / self.step - 1e-9)) + 1, n_steps)
-        pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
+        self._n_behind = len(belief.structure.directions) + len(coils)
         told = 0.0 if self.filter == "none" else sum(situation.delays)
         self._n_late = round((told if self.delay is None else self.delay) / self.step)
-        self._until = situation.delays[1] if self._n_late else 0.0
+        ahead = 0
+        if situation.ground is not None:
+            ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late
+        self._foreseen = np.arange(1, min(ahead, self._n_late + n_steps) + 1) * self.step
+        if self._n_late:  # measured that long before the decision
+            self._foreseen += situation.delays[1] - self._n_late * self.step
         self._since: Prediction | None = None
         if self._n_late:
             self._since = Prediction(belief, coils, self.step, np.zeros(self._n_late, int))
         self._given = np.tile(coils[:, 4], (self._n_late, 1))
-        self._ground = np.zeros((self._n_late + n_steps + 1, directions))
-        self._strays = np.zeros((reach + 1, p.n_accelerations, 2))
-        pull = 0.0 if self.settling is None else 1.0 / self.settling
-        self._model = (
-            np.zeros((directions, 2)), (pull, self.step, float(np.exp(-self.step / DRIFT))),
-            np.zeros(len(self._ground)), *np.zeros((2, directions, self.order)),
-            np.tile(PRIOR * np.eye(self.order), (directions, 1, 1)), np.zeros(self.order),
-            np.zeros((directions, 1)), self._ground, pulses, np.zeros(reach), self._strays,
+        self._ground = GroundAhead(
+            p, coils, self.step, self._n_late + n_steps, self.order, self.settling,
+            situation.ground,
         )  # fmt: skip
-        self._record = situation.ground
         self.commands = np.tile(coils[:, 4], (n_steps, 1))
         self._last: tuple[float, NDArray, NDArray] | None = None
         self._states = p.initial_states()
@@ -283,7 +278,7 @@ class MPC(Estimating):
         z, states, coil = self._now(t, np.array(measurement, dtype=float))
         plan = self.commands.copy()
         for _ in range(self.iterations):
-            p.predict(z, states, coil, plan, self._ground[self._n_late :])
+            p.predict(z, states, coil, plan, self._ground.acceleration[self._n_late :])
             move = self._solve(plan, before)
             if move is None:
                 self.report.failed += 1
@@ -325,42 +320,30 @@ class MPC(Estimating):
             p.strength[:] = self.report.strength = learnt
             if self._estimated is not None:
                 self._estimated.strengthen(p.strength)
-        self._look_ahead(t, ground)
+        self._ground.look(ground, t + self._foreseen)
+        known = self._ground.acceleration[: self._ground.known]
+        self._uncontrolled.follow(known, p.strength)
         if self._since is None:
             return z, self._states, coil
         self._since.strength[:] = p.strength
-        late = self._ground[: self._n_late + 1]
+        late = self._ground.acceleration[: self._n_late + 1]
         return self._since.carried(z, self._states, coil, self._given, late)
-
-    def _look_ahead(self, t: float, ground: NDArray) -> None:
-        """Ground acceleration since the measurement and over the horizon: known, then expected."""
-        self._ground[0] = ground
-        known = 1
-        if self._record is not None:
-            ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late
-            known = min(ahead + 1, len(self._ground))
-            at = t + self._until + (np.arange(1, known) - self._n_late) * self.step
-            for d, record in enumerate(self._record):
-                self._ground[1:known, d] = np.interp(
-                    at, record.time, record.acceleration, right=0.0
-                )
-        self._known = known
-        self._uncontrolled.follow(self._ground[:known], self.prediction.strength)
-        self.prediction.module.forecast(known, *self._model)
 
     def _solve(self, plan: NDArray, before: NDArray) -> NDArray | None:
         """Changes of the blocks, (n_blocks, n_channels), A; None if there is no usable solution."""
         p = self.prediction
         n_d, n_a = p.n_displacements, p.n_accelerations
         self._peaks = np.maximum(self._peaks, p.largest(0))
-        self._strongest = max(self._strongest, np.abs(self._ground[: self._known]).max(), 1e-3)
+        known = self._ground.known
+        strongest = np.abs(self._ground.acceleration[:known]).max()
+        self._strongest = max(self._strongest, strongest, 1e-3)
         least = self.least_peak * self._strongest / np.array([self.frequency**2, 1.0])
         scale = np.maximum(self._uncontrolled.peaks, least)
         levels = np.maximum(self._peaks, scale * [self.displacement_level, self.acceleration_level])
         self.units = np.array([*scale, scale[0] * self.frequency])
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
-            self.units, levels, (max(self._known - self._n_late, 1), self.margin * self._strays),
+            self.units, levels, (max(known - self._n_late, 1), self.margin * self._ground.strays),
             self._weights,
             self._programme,
         )  # fmt: skip

@@ -79,7 +79,7 @@ class Kept(MPC):
             motion = 2 * self.prediction.belief.structure.n_dofs
             measured = np.array(measurement, dtype=float)
             state = np.concatenate([measured[:motion], self._states[0], measured[-1:]])
-            ground, took = self._ground[:, 0].copy(), self.report.seconds[-1]
+            ground, took = self._ground.acceleration[:, 0].copy(), self.report.seconds[-1]
             self.cases.append(Case(state, ground, self.units[:2], before, float(command[0]), took))
         return command
 

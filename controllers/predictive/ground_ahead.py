@@ -1,0 +1,86 @@
+"""The ground motion ahead: known as far as the warning goes, then expected."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions import Record
+
+from .ground_kernel import DRIFT, PRIOR
+from .prediction import Prediction
+
+
+class GroundAhead:
+    """Ground acceleration over the horizon, and how far it may leave accelerations astray.
+
+    What drives the ground is an autoregressive model, learnt as the motion arrives; its velocity
+    comes back to zero (``ground_kernel``).
+
+    Parameters
+    ----------
+    prediction : Prediction
+        Of the structure, over the horizon.
+    coils : numpy.ndarray, shape (n_channels, 5)
+        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
+    step : float, s
+        From one sample to the next.
+    n_steps : int
+        Samples ahead.
+    order : int
+        Of the autoregressive model; 0 for none.
+    settling : float or None, s
+        Time in which the velocity comes back; None for never.
+    records : tuple of Record or None
+        What a warning tells, one a direction; None without one.
+
+    Attributes
+    ----------
+    acceleration : numpy.ndarray, shape (n_steps + 1, n_directions), m/s^2
+        From the last measurement on.
+    known : int
+        Samples of it that are known.
+    strays : numpy.ndarray, shape (reach + 1, n_accelerations, 2), m/s^2
+        Standard deviations of the levels' accelerations, for what the ground does unforeseen, that
+        many samples behind what is known, at the coils' lowest and highest currents; as far as it
+        takes a coil to answer.
+    """
+
+    def __init__(
+        self, prediction: Prediction, coils: NDArray, step: float, n_steps: int, order: int,
+        settling: float | None, records: tuple[Record, ...] | None,
+    ):  # fmt: skip
+        n_directions = len(prediction.belief.structure.directions)
+        self.acceleration = np.zeros((n_steps + 1, n_directions))
+        self.known = 1
+        self._records, self._forecast = records, prediction.module.forecast
+        # until a coil has answered, a lag and a decision later
+        reach = min(int(np.ceil(coils[:, 0].max() / step - 1e-9)) + 1, len(prediction.block))
+        self.strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
+        pulses = [prediction.pulses(coils[:, k].copy(), reach) for k in (2, 3)]
+        pull = 0.0 if settling is None else 1.0 / settling
+        past, coefficients = np.zeros((2, n_directions, order))
+        covariance = np.tile(PRIOR * np.eye(order), (n_directions, 1, 1))
+        self._model = (
+            np.zeros((n_directions, 2)), (pull, step, float(np.exp(-step / DRIFT))),
+            np.zeros(n_steps + 1), past, coefficients, covariance, np.zeros(order),
+            np.zeros((n_directions, 1)), self.acceleration, np.stack(pulses, axis=1),
+            np.zeros(reach), self.strays,
+        )  # fmt: skip
+
+    def look(self, measured: NDArray, at: NDArray) -> None:
+        """Learn from one more sample, and look ahead.
+
+        Parameters
+        ----------
+        measured : numpy.ndarray, shape (n_directions,), m/s^2
+            The sample.
+        at : numpy.ndarray, shape (n_known - 1,), s
+            When the samples after it are of which the warning tells.
+        """
+        self.acceleration[0] = measured
+        self.known = 1 + len(at)
+        for d, record in enumerate(self._records or ()):
+            told = np.interp(at, record.time, record.acceleration, right=0.0)
+            self.acceleration[1 : self.known, d] = told
+        self._forecast(self.known, *self._model)
