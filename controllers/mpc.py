@@ -22,8 +22,12 @@ from .settings import Integer, Number, OneOf, Optional, setting
 if TYPE_CHECKING:
     from .predictive.prediction import Prediction
 
+_STOPPING = 0.35
+"""Time in which the ground comes to rest after the horizon, while the building floats on, s."""
 _INFEASIBLE = 1e-6
 """How far a solution may be outside a constraint, in the programme's units."""
+_PROXIMAL = 1e-6
+"""Curvature that the solver's proximal steps add, in the programme's units."""
 
 
 @dataclass
@@ -76,7 +80,9 @@ class MPC(Estimating):
 
     The ground motion ahead is the record's as far as ``preview`` goes. From there on its velocity
     is expected to come back to zero, driven by what an autoregressive model, identified as the
-    motion arrives, expects. Accelerations keep clear of their level by what may come against that
+    motion arrives, expects. What is left of it at the end of the horizon is lost after it, while
+    the building floats on: the cost there is on the amplitude that this leaves, as far as there is
+    a warning. Accelerations keep clear of their level by what may come against that
     expectation before the coils can answer, which is the more the stiffer the isolators are.
 
     With ``filter`` an observer estimates displacements and velocities from accelerations and
@@ -132,9 +138,11 @@ class MPC(Estimating):
     )  # fmt: skip
     displacement: float = setting(0.5, "weight of squared displacement", Number(at_least=0))
     acceleration: float = setting(0.5, "weight of squared acceleration", Number(at_least=0))
-    end: float | None = setting(
-        None, "weight of the squared amplitude at the end; None for 0.25 and 0.4 for every second "
-        "of the preview", Optional(Number(at_least=0)),
+    end: float = setting(0.25, "weight of the squared amplitude at the end", Number(at_least=0))
+    stop: float | None = setting(
+        None, "share of the ground's velocity at the end that is expected to be lost while the "
+        "building floats on; None for 1.25 for every second of the preview, 1 at most: without "
+        "warning that velocity is a guess", Optional(Number(at_least=0)),
     )  # fmt: skip
     change: float = setting(0.1, "weight of squared changes of the plan", Number(above=0))
     roughness: float = setting(
@@ -238,10 +246,10 @@ class MPC(Estimating):
         on_excess = self.displacement_excess
         if on_excess is None:
             on_excess = 0.2 + 2.5 * self.preview
-        on_end = 0.25 + 0.4 * self.preview if self.end is None else self.end
+        self._stop = min(1.25 * self.preview, 1.0) if self.stop is None else self.stop
         self._weights = np.array(
             [
-                self.displacement, self.acceleration, on_end, self.change, self.roughness,
+                self.displacement, self.acceleration, self.end, self.change, self.roughness,
                 self.effort, on_excess, self.acceleration_excess,
             ]
         )  # fmt: skip
@@ -341,11 +349,13 @@ class MPC(Estimating):
         scale = np.maximum(self._uncontrolled.peaks, least)
         levels = np.maximum(self._peaks, scale * [self.displacement_level, self.acceleration_level])
         self.units = np.array([*scale, scale[0] * self.frequency])
+        # relative to ground that stops, a floating base has the ground's velocity on top of its own
+        lost = self._stop * p.along @ self._ground.velocity
+        resting = np.stack([-_STOPPING * lost, lost])
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
             self.units, levels, (max(known - self._n_late, 1), self.margin * self._ground.strays),
-            self._weights,
-            self._programme,
+            self._weights, resting, self._programme,
         )  # fmt: skip
         hessian, gradient, rows, upper, lower = self._programme
         n = len(gradient)
@@ -364,7 +374,12 @@ class MPC(Estimating):
         """Solution of a programme, the solver's verdict (above 0: solved), and its iterations."""
         import daqp
 
-        sense = self._sense[: len(programme[-1])]
-        sense[:] = 0
-        x, _, flag, info = daqp.solve(*programme, sense)
-        return np.asarray(x), flag, info["iterations"]
+        sense, iterations = self._sense[: len(programme[-1])], 0
+        # where constraints are nearly dependent it may go in circles: proximal steps lead out
+        for proximal in (0.0, _PROXIMAL):
+            sense[:] = 0
+            x, _, flag, info = daqp.solve(*programme, sense, eps_prox=proximal)
+            iterations += info["iterations"]
+            if flag > 0:
+                break
+        return np.asarray(x), flag, iterations

@@ -14,7 +14,7 @@ SMALL = 1e-6
 def condense(
     prediction: tuple, commands: NDArray, before: NDArray, block: NDArray, coils: NDArray,
     step: float, sizes: tuple, units: NDArray, levels: NDArray, margins: tuple, weights: NDArray,
-    programme: tuple,
+    resting: NDArray, programme: tuple,
 ) -> int:  # fmt: skip
     """Fill in the quadratic programme of one decision.
 
@@ -49,6 +49,9 @@ def condense(
         On squared displacements and accelerations over the horizon, on the squared amplitude at its
         end, on squared changes of the plan, on its roughness, on squared currents, and on both
         excesses.
+    resting : numpy.ndarray, shape (2, n_displacements)
+        What the ground, coming to rest after the horizon, adds to the displacements (m) and the
+        velocities (m/s) of the bases that the cost at the end is on.
     programme : tuple
         Hessian, gradient, rows of the constraints and their upper and lower bounds, the bounds of
         the unknowns first; the result.
@@ -117,14 +120,18 @@ def condense(
                 weight = weights[ON_DISPLACEMENT] / n_steps
             elif kind == 1:
                 weight = weights[ON_ACCELERATION] / (n_steps * n_accelerations)
+            pull = weight * value
             if k == n_steps and kind != 1:
+                rate = kind // 2
+                added = resting[rate, o - rate * (n_displacements + n_accelerations)]
                 weight += weights[ON_END]
+                pull += weights[ON_END] * (value + added / unit)
             if weight > 0.0 and k > 0:
                 for a in range(active):
-                    scaled = 2.0 * weight * dy[k, o, a]
-                    gradient[a] += scaled * value
+                    slope = 2.0 * dy[k, o, a]
+                    gradient[a] += slope * pull
                     for b in range(a + 1):
-                        hessian[a, b] += scaled * dy[k, o, b]
+                        hessian[a, b] += slope * weight * dy[k, o, b]
             if kind == 2 or weights[ON_PEAKS + kind] == 0.0:
                 continue
             level, more = levels[kind] / unit, 0.0

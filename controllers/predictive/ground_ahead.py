@@ -40,6 +40,8 @@ class GroundAhead:
         From the last measurement on.
     known : int
         Samples of it that are known.
+    velocity : numpy.ndarray, shape (n_directions,), m/s
+        Of the ground, at the last of these samples.
     strays : numpy.ndarray, shape (reach + 1, n_accelerations, 2), m/s^2
         Standard deviations of the levels' accelerations, for what the ground does unforeseen, that
         many samples behind what is known, at the coils' lowest and highest currents; as far as it
@@ -61,8 +63,10 @@ class GroundAhead:
         pull = 0.0 if settling is None else 1.0 / settling
         past, coefficients = np.zeros((2, n_directions, order))
         covariance = np.tile(PRIOR * np.eye(order), (n_directions, 1, 1))
+        end = np.zeros((n_directions, 2))
+        self.velocity = end[:, 1]
         self._model = (
-            np.zeros((n_directions, 2)), (pull, step, float(np.exp(-step / DRIFT))),
+            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT))),
             np.zeros(n_steps + 1), past, coefficients, covariance, np.zeros(order),
             np.zeros((n_directions, 1)), self.acceleration, np.stack(pulses, axis=1),
             np.zeros(reach), self.strays,

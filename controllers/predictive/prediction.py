@@ -49,23 +49,25 @@ def forces(z, s, i, plant, side, force):
 
 @njit(cache=True, **OPTIONS)
 def programme(
-    prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights, out
+    prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights,
+    resting, out,
 ):
     return condense(
         prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights,
-        out,
+        resting, out,
     )
 
 
 @njit(cache=True, **OPTIONS)
 def forecast(
-    known, motion, returning, drives, past, coefficients, covariance, gain, noise, ground, pulses,
-    shape, strays,
+    known, motion, end, returning, drives, past, coefficients, covariance, gain, noise, ground,
+    pulses, shape, strays,
 ):
     for d in range(len(past)):
         now = drive(ground[0, d], motion[d], returning)
         learn(now, past[d], coefficients[d], covariance[d], gain, noise[d])
-        foresee(known, coefficients[d], past[d], ground[:, d], motion[d].copy(), returning, drives)
+        end[d] = motion[d]
+        foresee(known, coefficients[d], past[d], ground[:, d], end[d], returning, drives)
     stray(coefficients, noise, pulses, shape, strays)
 
 
@@ -107,6 +109,8 @@ class Prediction:
         Derivatives of the coil currents at the steps' beginnings, and these currents (A).
     n_displacements, n_accelerations : int
         Numbers of such outputs.
+    along : numpy.ndarray, shape (n_displacements, n_directions)
+        Displacements of the bases that move with the ground, per displacement of the ground.
     strength : numpy.ndarray, shape (n_devices,)
         Each device's force over that of the belief; 1 unless it is changed.
     """
@@ -164,8 +168,10 @@ class Prediction:
             (quantities["base_displacement_m"], quantities["floor_acceleration_m_s2"])
         )  # fmt: skip
         self.n_displacements, self.n_accelerations = len(displacement), len(acceleration)
+        n_dofs = self.belief.structure.n_dofs
+        self.along = displacement[:, :n_dofs] @ self.belief.structure.influence
         # an output's velocity follows its displacement by as many places as there are dofs
-        velocity = np.roll(displacement, self.belief.structure.n_dofs, axis=1)
+        velocity = np.roll(displacement, n_dofs, axis=1)
         rows = np.concatenate([displacement, acceleration, velocity]) @ outputs.rows
         n, m = 2 * modes.eigenvalues.size, len(self.belief.elements)
         x, v = np.moveaxis(self.rows, 1, 0)

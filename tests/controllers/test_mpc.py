@@ -6,11 +6,12 @@ import daqp
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import TransferFunction, lsim
+from scipy.signal import TransferFunction, lfilter, lsim
 
 from controllers import controller
 from controllers.clairvoyant import coil_table
 from controllers.mpc import MPC
+from controllers.predictive.ground_ahead import GroundAhead
 from controllers.predictive.ground_kernel import (
     DRIFT,
     FORGETTING,
@@ -31,7 +32,7 @@ from isolation_sim.laws.current_dependence import CurrentDependence
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.run import simulate
-from isolation_sim.structures import reference_building, shear_building
+from isolation_sim.structures import from_matrices, reference_building, shear_building
 
 LAGGING = CoilDriver(lag=0.05, high=3.0)
 COILS = np.array([[0.05, np.inf, 0.0, 3.0, 0.0]])
@@ -153,8 +154,8 @@ def solved_programmes(monkeypatch, isolated, ground, **settings):
     """Every programme of a run and DAQP's solution."""
     kept, solve = [], daqp.solve
 
-    def recorded(*arguments):
-        answer = solve(*arguments)
+    def recorded(*arguments, **options):
+        answer = solve(*arguments, **options)
         kept.append(([np.array(a) for a in arguments[:5]], np.array(answer[0])))
         return answer
 
@@ -204,7 +205,7 @@ def test_no_bound_and_no_slew_is_ever_violated(isolated, record, lag):
 def test_unusable_solutions_are_counted_and_the_plan_before_is_kept(
     monkeypatch, isolated, record, answer
 ):
-    def useless(hessian, gradient, *rest):
+    def useless(hessian, gradient, *rest, **options):
         x = np.full(len(gradient), np.nan if answer == "nan" else 7.0)
         return x, 0.0, -1 if answer == "failed" else 1, {"iterations": 1}
 
@@ -214,6 +215,22 @@ def test_unusable_solutions_are_counted_and_the_plan_before_is_kept(
     assert one.report.failed == len(one.report.seconds) == 100
     assert np.all(run.command == 0.7)
     assert "100 failed" in str(one.report)
+
+
+def test_a_solver_that_goes_in_circles_is_led_out_by_proximal_steps(monkeypatch, isolated, record):
+    solve, part = daqp.solve, record.cut(0.0, 2.0)
+    plain = simulate(isolated, part, MPC(), driver=LAGGING)
+
+    def circling(*programme, eps_prox):
+        x, cost, _, info = solve(*programme, eps_prox=eps_prox)
+        return (x, cost, 1, info) if eps_prox > 0.0 else (0 * x, 0.0, -2, info)
+
+    monkeypatch.setattr(daqp, "solve", circling)
+    one = MPC()
+    run = simulate(isolated, part, one, driver=LAGGING)
+    assert one.report.failed == 0
+    np.testing.assert_allclose(run.command, plain.command, atol=0.02)
+    assert np.ptp(run.command) > 1.0
 
 
 def test_late_solutions_are_counted_and_the_plan_before_is_kept(isolated, record):
@@ -377,7 +394,8 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
         plan = np.full((n_steps, 1), 1.5)
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6),
-            np.array([0.1, 1.0, 0.3]), np.full(2, -100.0), (3, clear), np.ones(8), matrices,
+            np.array([0.1, 1.0, 0.3]), np.full(2, -100.0), (3, clear), np.ones(8),
+            np.zeros((2, 1)), matrices,
         )  # fmt: skip
         # all are above such levels: both signs of a displacement and six accelerations, every step
         shape = (n_steps + 1, 7, 2)
@@ -400,6 +418,52 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
     moved = (kept_rows - rows)[4:, 1:, :, :-2]
     assert np.allclose(moved, 0.3 * slope[:, np.newaxis, np.newaxis])
     assert np.abs(moved).max() > 0.1
+
+
+def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
+    def slope(resting, units=(0.1, 1.0, 0.3)):
+        p = predicted(started)
+        plan, width = np.full((len(p.block), 1), 1.5), p.dy.shape[2]
+        n, most = width + 2, 2 * p.dy.shape[0] * p.dy.shape[1]
+        matrices = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
+        weights = np.zeros(8)
+        weights[2] = 0.7
+        p.module.programme(
+            (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6), np.array(units),
+            np.full(2, 100.0), (3, np.zeros((3, 6, 2))), weights, resting, matrices,
+        )  # fmt: skip
+        return matrices[0][:width, :width], matrices[1][:width]
+
+    p = predicted(started)
+    end, by_command = p.y[-1, [0, 7]], 3.0 * p.dy[-1, [0, 7]]  # a range of 3 A is the unit
+    square = np.diag([1 / 0.1**2, 1 / 0.3**2])
+    curvature = 2 * 0.7 * by_command.T @ square @ by_command
+    for added in (np.zeros(2), np.array([-0.03, 0.2])):
+        hessian, gradient = slope(added[:, np.newaxis])
+        np.testing.assert_allclose(gradient, 2 * 0.7 * by_command.T @ square @ (end + added))
+        np.testing.assert_allclose(hessian, curvature, atol=1e-12 * np.abs(curvature).max())
+
+
+def test_the_ground_s_velocity_at_the_end_is_that_of_the_motion_ahead(isolated, record):
+    h, n_steps, told, keep = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
+    prediction = Prediction(isolated, COILS, h, np.arange(n_steps))
+    ahead = GroundAhead(prediction, COILS, h, n_steps, 0, None, (record,))
+    for k in range(100):
+        ahead.look(record.acceleration[k : k + 1], (k + np.arange(1, told + 1)) * h)
+    # what is not known is expected to be at rest
+    seen = np.concatenate([record.acceleration[: 100 + told], np.zeros(n_steps - told)])
+    velocity = lfilter([keep * h / 2] * 2, [1.0, -keep], seen)
+    assert ahead.velocity == pytest.approx(velocity[-1], rel=1e-9)
+    assert abs(velocity[-1]) > 0.01
+
+
+def test_bases_move_with_the_ground_in_their_own_direction():
+    none, turned = np.zeros((2, 2)), np.array([[0.8, -0.6], [0.6, 0.8]])
+    plain = from_matrices(np.diag([2e5, 3e5]), none, none, influence=turned, base=(0, 1))
+    isolated = plain.on(kelvin_voigt(k=(1e6, 1e6), c=1e4))
+    coils = np.repeat(COILS, isolated.n_channels, axis=0)
+    found = Prediction(isolated, coils, 0.02, np.arange(4)).along
+    np.testing.assert_array_equal(found, turned)
 
 
 def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record):
