@@ -351,7 +351,7 @@ class MPC(Estimating):
         self.units = np.array([*scale, scale[0] * self.frequency])
         # relative to ground that stops, a floating base has the ground's velocity on top of its own
         lost = self._stop * p.along @ self._ground.velocity
-        resting = np.stack([-_STOPPING * lost, lost])
+        resting = np.concatenate([-_STOPPING * lost, np.zeros(n_a), lost])
         count = p.module.programme(
             (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
             self.units, levels, (max(known - self._n_late, 1), self.margin * self._ground.strays),

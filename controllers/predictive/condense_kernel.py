@@ -49,7 +49,7 @@ def condense(
         On squared displacements and accelerations over the horizon, on the squared amplitude at its
         end, on squared changes of the plan, on its roughness, on squared currents, and on both
         excesses.
-    resting : numpy.ndarray, shape (2, n_displacements)
+    resting : numpy.ndarray, shape (n_outputs,)
         What the ground, coming to rest after the horizon, adds to the displacements (m) and the
         velocities (m/s) of the bases that the cost at the end is on.
     programme : tuple
@@ -122,10 +122,8 @@ def condense(
                 weight = weights[ON_ACCELERATION] / (n_steps * n_accelerations)
             pull = weight * value
             if k == n_steps and kind != 1:
-                rate = kind // 2
-                added = resting[rate, o - rate * (n_displacements + n_accelerations)]
                 weight += weights[ON_END]
-                pull += weights[ON_END] * (value + added / unit)
+                pull += weights[ON_END] * (value + resting[o] / unit)
             if weight > 0.0 and k > 0:
                 for a in range(active):
                     slope = 2.0 * dy[k, o, a]

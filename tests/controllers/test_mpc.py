@@ -385,22 +385,27 @@ def test_accelerations_stray_as_drawn_from_the_model(isolated):
     assert np.all(strays[1:, 0, 1] > strays[1:, 0, 0])
 
 
+def condensed(p, level, clear, weights, resting):
+    """The programme around 1.5 A, in units of 0.1 m and 1 m/s^2, three samples known; its rows."""
+    n_steps, n_outputs, width = p.dy[1:].shape
+    n = width + 2
+    most = 2 * (n_steps + 1) * n_outputs
+    programme = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
+    plan = np.full((n_steps, 1), 1.5)
+    count = p.module.programme(
+        (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6),
+        np.array([0.1, 1.0, 0.3]), np.full(2, level), (3, clear), weights, resting, programme,
+    )  # fmt: skip
+    return programme, count
+
+
 def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_current(started):
     def constraints(clear):
-        prediction = predicted(started)
-        p, (n_steps, n_outputs, width) = prediction, prediction.dy[1:].shape
-        n, most = width + 2, 2 * (n_steps + 1) * n_outputs
-        matrices = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
-        plan = np.full((n_steps, 1), 1.5)
-        count = p.module.programme(
-            (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6),
-            np.array([0.1, 1.0, 0.3]), np.full(2, -100.0), (3, clear), np.ones(8),
-            np.zeros((2, 1)), matrices,
-        )  # fmt: skip
+        p = predicted(started)
+        (_, gradient, rows, upper, _), count = condensed(p, -100.0, clear, np.ones(8), np.zeros(8))
         # all are above such levels: both signs of a displacement and six accelerations, every step
-        shape = (n_steps + 1, 7, 2)
-        rows, upper = matrices[2][:count], matrices[3][n : n + count]
-        return p.past, rows.reshape(*shape, n), upper.reshape(shape)
+        shape, n = (len(p.dy), 7, 2), len(gradient)
+        return p.past, rows[:count].reshape(*shape, n), upper[n : n + count].reshape(shape)
 
     clear = np.zeros((3, 6, 2))
     clear[1], clear[2] = (0.1, 0.1), (0.2, 0.5)
@@ -421,25 +426,18 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
 
 
 def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
-    def slope(resting, units=(0.1, 1.0, 0.3)):
-        p = predicted(started)
-        plan, width = np.full((len(p.block), 1), 1.5), p.dy.shape[2]
-        n, most = width + 2, 2 * p.dy.shape[0] * p.dy.shape[1]
-        matrices = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
-        weights = np.zeros(8)
-        weights[2] = 0.7
-        p.module.programme(
-            (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6), np.array(units),
-            np.full(2, 100.0), (3, np.zeros((3, 6, 2))), weights, resting, matrices,
-        )  # fmt: skip
-        return matrices[0][:width, :width], matrices[1][:width]
-
+    weights, unseen = np.zeros(8), np.zeros((3, 6, 2))
+    weights[2] = 0.7
     p = predicted(started)
     end, by_command = p.y[-1, [0, 7]], 3.0 * p.dy[-1, [0, 7]]  # a range of 3 A is the unit
     square = np.diag([1 / 0.1**2, 1 / 0.3**2])
     curvature = 2 * 0.7 * by_command.T @ square @ by_command
     for added in (np.zeros(2), np.array([-0.03, 0.2])):
-        hessian, gradient = slope(added[:, np.newaxis])
+        resting = np.array([added[0], *np.zeros(6), added[1]])
+        (hessian, gradient, *_), _ = condensed(
+            predicted(started), 100.0, unseen, weights, resting
+        )
+        hessian, gradient = hessian[:-2, :-2], gradient[:-2]
         np.testing.assert_allclose(gradient, 2 * 0.7 * by_command.T @ square @ (end + added))
         np.testing.assert_allclose(hessian, curvature, atol=1e-12 * np.abs(curvature).max())
 
