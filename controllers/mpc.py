@@ -141,7 +141,7 @@ class MPC(Estimating):
     end: float = setting(0.25, "weight of the squared amplitude at the end", Number(at_least=0))
     stop: float | None = setting(
         None, "share of the ground's velocity at the end that is expected to be lost while the "
-        "building floats on; None for 1.25 for every second of the preview, 1 at most: without "
+        "building floats on; None for 1.6 for every second of the preview, 1.3 at most: without "
         "warning that velocity is a guess", Optional(Number(at_least=0)),
     )  # fmt: skip
     change: float = setting(0.1, "weight of squared changes of the plan", Number(above=0))
@@ -182,6 +182,10 @@ class MPC(Estimating):
     learning: float | None = setting(
         None, "memory of the isolators' force over the one believed in, learnt from accelerations; "
         "None to believe as given", Optional(Number(above=0)), "s",
+    )  # fmt: skip
+    substep: float | None = setting(
+        None, "longest step of the prediction's integration; None for 0.01 s and half of that with "
+        "a warning", Optional(Number(above=0)), "s",
     )  # fmt: skip
     iterations: int = setting(1, "linearisations a decision", Integer(at_least=1))
     deadline: float | None = setting(
@@ -235,7 +239,10 @@ class MPC(Estimating):
         n_steps = max(2, round(horizon / self.step))
         blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks
         self.block = growing_blocks(n_steps, min(blocks, n_steps))
-        self.prediction = Prediction(belief, coils, self.step, self.block)
+        longest = self.substep
+        if longest is None:
+            longest = 0.005 if self.preview else 0.01
+        self.prediction = Prediction(belief, coils, self.step, self.block, longest)
         p = self.prediction
         n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 2 + n_steps * len(coils)
         self._programme = (
@@ -246,7 +253,7 @@ class MPC(Estimating):
         on_excess = self.displacement_excess
         if on_excess is None:
             on_excess = 0.2 + 2.5 * self.preview
-        self._stop = min(1.25 * self.preview, 1.0) if self.stop is None else self.stop
+        self._stop = min(1.6 * self.preview, 1.3) if self.stop is None else self.stop
         self._weights = np.array(
             [
                 self.displacement, self.acceleration, self.end, self.change, self.roughness,
@@ -264,7 +271,8 @@ class MPC(Estimating):
             self._foreseen += situation.delays[1] - self._n_late * self.step
         self._since: Prediction | None = None
         if self._n_late:
-            self._since = Prediction(belief, coils, self.step, np.zeros(self._n_late, int))
+            together = np.zeros(self._n_late, int)
+            self._since = Prediction(belief, coils, self.step, together, longest)
         self._given = np.tile(coils[:, 4], (self._n_late, 1))
         self._ground = GroundAhead(
             p, coils, self.step, self._n_late + n_steps, self.order, self.settling,
@@ -274,7 +282,7 @@ class MPC(Estimating):
         self._last: tuple[float, NDArray, NDArray] | None = None
         self._states = p.initial_states()
         self._peaks, self._strongest = np.zeros(2), 0.0
-        self._uncontrolled = Uncontrolled(belief, coils, self.step)
+        self._uncontrolled = Uncontrolled(belief, coils, self.step, longest)
         self.report = Report()
 
     def current(self, t: float, measurement: Any) -> NDArray:
@@ -286,7 +294,7 @@ class MPC(Estimating):
         z, states, coil = self._now(t, np.array(measurement, dtype=float))
         plan = self.commands.copy()
         for _ in range(self.iterations):
-            p.predict(z, states, coil, plan, self._ground.acceleration[self._n_late :])
+            p.predict(z, states, coil, plan, self._ground.path[self._n_late * p.n_sub :])
             move = self._solve(plan, before)
             if move is None:
                 self.report.failed += 1
@@ -329,12 +337,12 @@ class MPC(Estimating):
             if self._estimated is not None:
                 self._estimated.strengthen(p.strength)
         self._ground.look(ground, t + self._foreseen)
-        known = self._ground.acceleration[: self._ground.known]
-        self._uncontrolled.follow(known, p.strength)
+        known = (self._ground.known - 1) * p.n_sub
+        self._uncontrolled.follow(self._ground.path[: known + 1], p.strength)
         if self._since is None:
             return z, self._states, coil
         self._since.strength[:] = p.strength
-        late = self._ground.acceleration[: self._n_late + 1]
+        late = self._ground.path[: self._n_late * p.n_sub + 1]
         return self._since.carried(z, self._states, coil, self._given, late)
 
     def _solve(self, plan: NDArray, before: NDArray) -> NDArray | None:

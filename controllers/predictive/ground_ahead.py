@@ -40,6 +40,8 @@ class GroundAhead:
         From the last measurement on.
     known : int
         Samples of it that are known.
+    path : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
+        The same at the ends of the prediction's substeps.
     velocity : numpy.ndarray, shape (n_directions,), m/s
         Of the ground, at the last of these samples.
     strays : numpy.ndarray, shape (reach + 1, n_accelerations, 2), m/s^2
@@ -56,6 +58,8 @@ class GroundAhead:
         self.acceleration = np.zeros((n_steps + 1, n_directions))
         self.known = 1
         self._records, self._forecast = records, prediction.module.forecast
+        self._between, self._n_sub, self._step = prediction.between, prediction.n_sub, step
+        self.path = self._between(self.acceleration)
         # until a coil has answered, a lag and a decision later
         reach = min(int(np.ceil(coils[:, 0].max() / step - 1e-9)) + 1, len(prediction.block))
         self.strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
@@ -88,3 +92,10 @@ class GroundAhead:
             told = np.interp(at, record.time, record.acceleration, right=0.0)
             self.acceleration[1 : self.known, d] = told
         self._forecast(self.known, *self._model)
+        self.path = self._between(self.acceleration)
+        if len(at):
+            n = len(at) * self._n_sub
+            at = at[0] + self._step * (np.arange(1, n + 1) / self._n_sub - 1)
+            for d, record in enumerate(self._records or ()):
+                told = np.interp(at, record.time, record.acceleration, right=0.0)
+                self.path[1 : n + 1, d] = told

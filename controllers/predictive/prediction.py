@@ -97,9 +97,13 @@ class Prediction:
         Length of a step of the horizon.
     block : numpy.ndarray of int, shape (n_steps,)
         Block of each step's command, from 0, not decreasing; commands of a block move together.
+    longest : float, s
+        Longest substep of the integration.
 
     Attributes
     ----------
+    n_sub : int
+        Substeps of a step.
     y : numpy.ndarray, shape (n_steps + 1, n_outputs)
         Outputs predicted last: the displacements of the bases (m), the absolute accelerations of
         all levels (m/s^2), then the velocities of the bases (m/s).
@@ -116,8 +120,9 @@ class Prediction:
     """
 
     def __init__(
-        self, belief: IsolatedStructure, coils: NDArray, step: float, block: NDArray
-    ):
+        self, belief: IsolatedStructure, coils: NDArray, step: float, block: NDArray,
+        longest: float = np.inf,
+    ):  # fmt: skip
         self.belief, self.block = belief, np.ascontiguousarray(block, dtype=np.int64)
         modes, outputs = modes_for(belief)
         self.model = DeviceModel([element.device for element in belief.elements])
@@ -128,13 +133,14 @@ class Prediction:
         self.channels = np.array(channels, dtype=np.int64)
         self.rows = np.ascontiguousarray(real_rows(modes.deformation))
         self._to_modes = np.linalg.inv(_square(real_rows(modes.shapes)))
-        n_sub = max(1, int(np.ceil(step * self._fastest() / STABLE)))
-        h = step / n_sub
+        shortest = max(step / longest - 1e-9, step * self._fastest() / STABLE)
+        self.n_sub = max(1, int(np.ceil(shortest)))
+        h = step / self.n_sub
         carried = propagator(modes, h, h, 2)
         m = modes.eigenvalues.size
         grown = np.exp(modes.eigenvalues * h)
         keep = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
-        coil_keep = np.array([[k, n_sub, h] for k in keep])
+        coil_keep = np.array([[k, self.n_sub, h] for k in keep])
         self.strength = np.ones(n_devices)
         references = np.stack([modes.stiffness, modes.damping], axis=1)
         self.plant = (
@@ -259,13 +265,32 @@ class Prediction:
             Coil currents now.
         commands : numpy.ndarray, shape (n_steps, n_channels), A
             Commands to predict with.
-        ground : numpy.ndarray, shape (n_steps + 1, n_directions), m/s^2
-            Ground acceleration now and at the steps' ends.
+        ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
+            Ground acceleration now and at the substeps' ends.
         """
+        assert len(ground) == len(self.block) * self.n_sub + 1
         self.module.run(
             z, states, i, commands, self.block, ground, self.plant, self.work, self.y, self.dy,
             self.past,
         )  # fmt: skip
+
+    def between(self, samples: NDArray) -> NDArray:
+        """Ground acceleration at the substeps' ends, on lines from one sample to the next.
+
+        Parameters
+        ----------
+        samples : numpy.ndarray, shape (n + 1, n_directions), m/s^2
+            At the ends of n steps.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n * n_sub + 1, n_directions), m/s^2
+        """
+        if self.n_sub == 1:
+            return samples
+        n = len(samples) - 1
+        at = np.arange(n * self.n_sub + 1) / self.n_sub
+        return np.stack([np.interp(at, np.arange(n + 1), one) for one in samples.T], axis=1)
 
     def carried(
         self, z: NDArray, states: NDArray, i: NDArray, commands: NDArray, ground: NDArray
@@ -343,7 +368,7 @@ class Prediction:
         for pulse in np.eye(n_directions):
             ground = np.zeros((len(commands) + 1, n_directions))
             ground[1] = pulse
-            self.predict(rest, states, current, commands, ground)
+            self.predict(rest, states, current, commands, self.between(ground))
             answers.append(self.y[1 : reach + 1, first : first + self.n_accelerations].copy())
         return np.array(answers)
 

@@ -1,9 +1,8 @@
 """The predicted response over a horizon and its derivatives by the commands, for Numba.
 
 ``prediction.py`` puts this text together with the laws' and compiles it. The modes are carried
-exactly; each device's force beyond its reference spring is held over a step, then corrected to a
-line from a second evaluation at the step's end (exponential Heun), and device states follow by
-Heun's rule. The derivatives are those of exactly this recursion.
+exactly; each device's force beyond its reference spring is held over a substep, then corrected to a
+line from a second evaluation at its end (exponential Heun), and device states follow by Heun's rule. The derivatives are those of exactly this recursion.
 """
 
 from __future__ import annotations
@@ -167,8 +166,8 @@ def predict(
         Commands to predict with.
     block : numpy.ndarray of int, shape (n_steps,)
         Block of each step's command.
-    ground : numpy.ndarray, shape (n_steps + 1, n_directions), m/s^2
-        Ground acceleration at the steps' ends, from now on.
+    ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
+        Ground acceleration at the substeps' ends, from now on.
     plant : tuple
         As ``Prediction.plant``.
     work : tuple
@@ -228,7 +227,6 @@ def predict(
                                 dy[k, o, j] += weight * df0[e, j]
                 if k == n_steps:
                     return
-            start, end = sub / n_sub, (sub + 1) / n_sub
             carry(decay, za, zb, n_modes)
             carry_all(decay, dza, dzb, n_modes, width)
             for m in range(2 * n_modes):
@@ -238,9 +236,8 @@ def predict(
                     for j in range(width):
                         dzb[m, j] += weight * df0[e, j]
                 for d in range(ground.shape[1]):
-                    a0, a1 = ground[k, d], ground[k + 1, d]
-                    first, second = a0 + start * (a1 - a0), a0 + end * (a1 - a0)
-                    zb[m] += moved[d, 0, m] * first + moved[d, 1, m] * second
+                    zb[m] += moved[d, 0, m] * ground[k * n_sub + sub, d]
+                    zb[m] += moved[d, 1, m] * ground[k * n_sub + sub + 1, d]
             for c in range(n_channels):
                 keep = coil_keep[c, 0]
                 ib[c] = commands[k, c] + keep * (ia[c] - commands[k, c])

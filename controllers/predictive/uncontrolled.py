@@ -20,7 +20,9 @@ class Uncontrolled:
     coils : numpy.ndarray, shape (n_channels, 5)
         Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
     step : float, s
-        From one sample of the ground motion to the next.
+        From one decision to the next.
+    longest : float, s
+        Longest substep of the integration.
 
     Attributes
     ----------
@@ -28,8 +30,10 @@ class Uncontrolled:
         Largest displacement of a base (m) and largest acceleration (m/s^2) so far.
     """
 
-    def __init__(self, belief: IsolatedStructure, coils: NDArray, step: float):
-        self._model = Prediction(belief, coils, step, np.zeros(1, int))
+    def __init__(
+        self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float = np.inf
+    ):
+        self._model = Prediction(belief, coils, step, np.zeros(1, int), longest)
         self._low = coils[:, 2].copy()
         self._z: NDArray = np.zeros(self._model.rows.shape[-1])
         self._states = self._model.initial_states()
@@ -41,18 +45,22 @@ class Uncontrolled:
 
         Parameters
         ----------
-        ground : numpy.ndarray, shape (n_known, n_directions), m/s^2
-            Known samples from now on, as many as at every call before.
+        ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
+            What is known at the ends of the prediction's substeps from now on, of as many steps as
+            at every call before.
         strength : numpy.ndarray, shape (n_devices,)
             Each device's force over that of the belief.
         """
         p = self._model
         p.strength[:] = strength
-        # but for the first time, only the last of them is new
-        path = ground if self._ground is None else np.stack([self._ground, ground[-1]])
-        for k in range(len(path) - 1):
+        path, n = ground, p.n_sub
+        if self._ground is not None:  # only the last step is new
+            path = ground[-n - 1 :]
+            if len(ground) == 1:
+                path = p.between(np.stack([self._ground, ground[-1]]))
+        for k in range(0, len(path) - 1, n):
             self._z, self._states, _ = p.carried(
-                self._z, self._states, self._low, self._low[np.newaxis], path[k : k + 2]
+                self._z, self._states, self._low, self._low[np.newaxis], path[k : k + n + 1]
             )
             self.peaks = np.maximum(self.peaks, p.largest(1))
         self._ground = ground[-1].copy()
