@@ -34,6 +34,7 @@ LEVERS: dict[str, dict[str, Any]] = {
     "of it, the ground coming to rest": {"stop": 0.0},
     "horizon beyond 0.6 s": {"horizon": 0.6},
     "margin for the unforeseen": {"margin": 0.0},
+    "steps of integration shorter than a decision": {"substep": 0.02},
     "the law (linear prediction)": {"model": "linear"},
 }
 """What is taken away, and the settings without it."""

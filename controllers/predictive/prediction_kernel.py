@@ -2,7 +2,8 @@
 
 ``prediction.py`` puts this text together with the laws' and compiles it. The modes are carried
 exactly; each device's force beyond its reference spring is held over a substep, then corrected to a
-line from a second evaluation at its end (exponential Heun), and device states follow by Heun's rule. The derivatives are those of exactly this recursion.
+line from a second evaluation at its end (exponential Heun), and device states follow by Heun's
+rule. The derivatives are those of exactly this recursion.
 """
 
 from __future__ import annotations

@@ -1,0 +1,64 @@
+"""Results that take minutes, kept in the cache folder while their sources stay the same."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import controllers
+import isolation_sim
+from isolation_sim.simulation.kernel import cache_folder
+
+
+def kept(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return what was found before, or find and keep it.
+
+    Parameters
+    ----------
+    name : str
+        Of the kind of result; its folder.
+    content : bytes
+        Everything that the result depends on but the sources.
+    find : callable
+        Finds the result, which JSON can hold.
+
+    Returns
+    -------
+    dict
+    """
+    digest = hashlib.sha256(_sources() + content).hexdigest()[:32]
+    path = cache_folder() / name / f"{digest}.json"
+    try:
+        found: dict[str, Any] = json.loads(path.read_text())
+    except (OSError, ValueError):
+        found = find()
+        _write(path, json.dumps(found))
+    return found
+
+
+def _write(path: Path, text: str) -> None:
+    unfinished = path.with_suffix(f".{os.getpid()}")
+    with suppress(OSError):  # a full or read-only disk costs the time, not the result
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished.write_text(text)
+        unfinished.replace(path)
+
+
+@lru_cache(maxsize=1)
+def _sources() -> bytes:
+    """Digest of whatever is installed that a simulation or an optimum can depend on."""
+    digest = hashlib.sha256()
+    for name in ("casadi", "numpy", "scipy"):
+        digest.update(version(name).encode())
+    for package in (isolation_sim, controllers):
+        for path in sorted(Path(package.__path__[0]).rglob("*.py")):
+            digest.update(path.read_bytes())
+    digest.update(Path(__file__).with_name("controller_runs.py").read_bytes())
+    return digest.digest()
