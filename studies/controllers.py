@@ -306,7 +306,7 @@ def _draw(axes: Axes, found: Judgement, among: list[str]) -> None:
         place = [found.of(name, NOMINAL, key, among).mean() for key in ("base", "floor")]
         axes.plot(
             *place, color=look["color"], marker=look["marker"], linestyle="", markersize=5.5,
-            fillstyle=("full", "none")[k // 7 % 2], label=name, zorder=3,
+            fillstyle=("full", "none", "left")[k // 7 % 3], label=name, zorder=3,
         )  # fmt: skip
     solved = [found.possible[m] for m in among if m in found.solved]
     if solved:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
@@ -15,6 +14,7 @@ from typing import Any
 import controllers
 import isolation_sim
 from isolation_sim.simulation.kernel import cache_folder
+from isolation_sim.whole_file import replacing
 
 
 def kept(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
@@ -44,11 +44,10 @@ def kept(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[
 
 
 def _write(path: Path, text: str) -> None:
-    unfinished = path.with_suffix(f".{os.getpid()}")
     with suppress(OSError):  # a full or read-only disk costs the time, not the result
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished.write_text(text)
-        unfinished.replace(path)
+        with replacing(path) as unfinished:
+            unfinished.write_text(text)
 
 
 @lru_cache(maxsize=1)

@@ -18,6 +18,7 @@ import numpy as np
 from ..laws import emit
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
+from ..whole_file import replacing
 from .element_code import COMMON, NODES, ElementCode
 from .smaller_text import smaller_text
 
@@ -207,9 +208,8 @@ def import_text(name: str, text: str | None) -> ModuleType:
     path = cache_folder() / f"{name}.py"
     if text is not None and not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_suffix(f".{os.getpid()}.tmp")
-        temporary.write_text(text)
-        temporary.replace(path)
+        with replacing(path) as unfinished:
+            unfinished.write_text(text)
     spec = importlib.util.spec_from_file_location(f"isolation_sim_{name}", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -163,6 +163,18 @@ def test_the_figure_shows_every_controller_and_the_bound(own):
     assert off.get_xydata() == pytest.approx(np.array([[1.0, 1.0]]))
 
 
+def test_no_two_controllers_of_the_figure_look_the_same():
+    names, line = list(study.entrants(short=False)), [{"base": 1.0, "floor": 1.0}] * 2
+    rows = [{"controller": name, "base": 1.0, "floor": 1.0, "J": 2.0} for name in names]
+    found = study.Judgement(
+        {("nominal", m): rows for m in ("El Centro", "a")}, {"El Centro": line, "a": line}, {}
+    )
+    axes = study.figure(found).axes[0]
+    drawn = [line for line in axes.lines if line.get_label() in names]
+    looks = {(one.get_marker(), one.get_color(), one.get_fillstyle()) for one in drawn}
+    assert len(looks) == len(drawn) == len(names)
+
+
 def test_what_is_not_bounded_is_reported():
     record = study.motions(True)["El Centro"].padded(after=20.0)
     (row,) = runs.judged({"leaving": Leaving()}, record, runs.Case())
