@@ -88,14 +88,12 @@ class GroundAhead:
         """
         self.acceleration[0] = measured
         self.known = 1 + len(at)
+        n = self._n_sub
+        between = np.add.outer(at, self._step * (np.arange(1, n + 1) / n - 1)).ravel()
+        told = np.zeros((len(between), self.acceleration.shape[1]))
         for d, record in enumerate(self._records or ()):
-            told = np.interp(at, record.time, record.acceleration, right=0.0)
-            self.acceleration[1 : self.known, d] = told
+            told[:, d] = np.interp(between, record.time, record.acceleration, right=0.0)
+        self.acceleration[1 : self.known] = told[n - 1 :: n]
         self._forecast(self.known, *self._model)
         self.path = self._between(self.acceleration)
-        if len(at):
-            n = len(at) * self._n_sub
-            at = at[0] + self._step * (np.arange(1, n + 1) / self._n_sub - 1)
-            for d, record in enumerate(self._records or ()):
-                told = np.interp(at, record.time, record.acceleration, right=0.0)
-                self.path[1 : n + 1, d] = told
+        self.path[1 : len(told) + 1] = told

@@ -133,8 +133,8 @@ class Prediction:
         self.channels = np.array(channels, dtype=np.int64)
         self.rows = np.ascontiguousarray(real_rows(modes.deformation))
         self._to_modes = np.linalg.inv(_square(real_rows(modes.shapes)))
-        shortest = max(step / longest - 1e-9, step * self._fastest() / STABLE)
-        self.n_sub = max(1, int(np.ceil(shortest)))
+        needed = max(step / longest - 1e-9, step * self._fastest() / STABLE)
+        self.n_sub = max(1, int(np.ceil(needed)))
         h = step / self.n_sub
         carried = propagator(modes, h, h, 2)
         m = modes.eigenvalues.size

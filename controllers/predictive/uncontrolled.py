@@ -30,9 +30,7 @@ class Uncontrolled:
         Largest displacement of a base (m) and largest acceleration (m/s^2) so far.
     """
 
-    def __init__(
-        self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float = np.inf
-    ):
+    def __init__(self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float):
         self._model = Prediction(belief, coils, step, np.zeros(1, int), longest)
         self._low = coils[:, 2].copy()
         self._z: NDArray = np.zeros(self._model.rows.shape[-1])

@@ -89,7 +89,7 @@ def test_compiling_is_said_once_and_only_when_it_happens(processes):
 
 
 def test_nothing_unfinished_is_left_in_the_cache(processes):
-    assert not list(processes[0].rglob("*.tmp"))
+    assert not list(processes[0].rglob(".*"))
 
 
 def test_threads_that_write_the_same_module_at_once_all_find_it(tmp_path, monkeypatch):
@@ -104,4 +104,4 @@ def test_threads_that_write_the_same_module_at_once_all_find_it(tmp_path, monkey
     with ThreadPoolExecutor(n) as pool:
         for k in range(10):
             assert list(pool.map(value, [f"same_{k}"] * n)) == [3] * n
-    assert not [path for path in tmp_path.iterdir() if path.suffix not in (".py", "")]
+    assert not list(tmp_path.rglob(".*"))
