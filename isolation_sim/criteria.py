@@ -129,7 +129,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     """
     from .simulation.summary import summary
 
-    found = summary([run.isolated], [run.modes], run.work)
+    found = summary([run.isolated], run.work)
     values = {key: float(value[0]) for key, value in found.items()}
     if reference is None:
         return values

@@ -152,7 +152,7 @@ def simulate_many(
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
         with kernel.compiling(plan.module):
             work.march()
-        criteria = summary([lane.isolated for lane in plan.lanes], plan.modes, work)
+        criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]
         result.put(numbers, criteria, [plan.fate(work, at) for at in range(len(block))])
         result.clamped[numbers] = work.counts[0, : len(block)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,21 @@ class Grid:
     spans: NDArray
     intervals: NDArray
     events: NDArray
+
+    @cached_property
+    def lengths(self) -> NDArray:
+        """Intervals between grid points, s, (n_points - 1,)."""
+        return np.diff(self.time)
+
+    @cached_property
+    def longest(self) -> float:
+        """Longest interval between grid points, s."""
+        return float(self.lengths.max())
+
+    @cached_property
+    def window_of(self) -> NDArray:
+        """Window of each interval between grid points, (n_points - 1,) int array."""
+        return np.repeat(np.arange(len(self.windows) - 1), self.windows[:-1, 2])
 
 
 def make_grid(

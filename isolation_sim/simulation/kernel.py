@@ -43,6 +43,8 @@ OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": Fals
 INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 inner = njit(**INNER)
 inline = njit(forceinline=True, **INNER)
+# no product is fused with a sum: the same bits wherever it stands
+exact = njit(**{**INNER, "fastmath": False})
 """
 # element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
@@ -56,12 +58,20 @@ DISPATCHED = (
     ("restart", "", ""),
     ("probe", "", ""),
 )
+
 # whatever decides on the text besides the laws
 _WRITERS = ("kernel", "element_code", "smaller_text", "slots", "vector", "foreign_call")
 _SOURCES = (
     *TEMPLATES, TABLES_TEMPLATE, Path(emit.__file__),
     *(Path(__file__).with_name(f"{name}.py") for name in _WRITERS),
 )
+
+
+def polynomials(*nodes: float) -> tuple[tuple[float, ...], ...]:
+    """Ascending coefficients of the polynomials that are 1 at one node and 0 at the others."""
+    return tuple(map(tuple, np.linalg.inv(np.vander(nodes, increasing=True)).T.tolist()))
+
+
 _used: set[str] = set()
 _loaded: dict[tuple, ModuleType] = {}
 
@@ -102,6 +112,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
     stride = max(len(c.slots) for c in codes) + 4 * n_states
     constants = {
         "LANES": lanes,
+        "ROWS": 8 * lanes,
         "TABLE_LANES": 1 if shared else lanes,
         "N_ELEMENTS": len(laws),
         "N_GROUND": n_ground,
@@ -117,6 +128,8 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         ),
         "PAD": padding(lanes),
         "NODES_AND_END": (*NODES, 1.0),
+        "LAGRANGE": polynomials(*NODES),
+        "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
         "TINY": 1e-300,
         "HOPELESS": 1e12,
         **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
@@ -129,10 +142,9 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
-        "build_table, layout = tables.build_table, tables.layout\n"
+        "build_table, layout, powers = tables.build_table, tables.layout, tables.powers\n"
         "add_rows = vector.make_add_rows(LANES, TABLE_LANES)\n"
         "POINTS = vector.points_at_once(LANES)\n"
-        "motion_at = vector.make_rows_at(LANES, TABLE_LANES, 2 * N_ELEMENTS)\n"
         "quantities_at = vector.make_rows_at(LANES, TABLE_LANES)\n"
         "free_rows = vector.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = vector.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
@@ -147,13 +159,12 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
     """The part that does not depend on the laws: compiled once for all of them."""
 
     def text() -> str:
-        monomials = np.vander(NODES, increasing=True)
         constants = {
             "N_ELEMENTS": n_elements,
             "N_GROUND": n_ground,
             "TABLE_LANES": table_lanes,
             "NODES_AND_END": (*NODES, 1.0),
-            "LAGRANGE": tuple(map(tuple, np.linalg.inv(monomials).T.tolist())),
+            "LAGRANGE": polynomials(*NODES),
         }
         return smaller_text(
             "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])

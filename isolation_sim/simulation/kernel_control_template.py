@@ -65,6 +65,29 @@ def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_s
             w[(base + SLOT_F_START) * LANES + lane] += jump
 
 
+@inline
+def keep_force(forces, kind, point, e, w, slot, mask):
+    """Keep an element's force beyond its reference, N, at a grid point."""
+    for lane in range(LANES):
+        if mask[lane]:
+            at = (point * N_ELEMENTS + e) * FORCES + kind
+            forces[at * LANES + lane] = w[(e * STRIDE + slot) * LANES + lane]
+
+
+@inline
+def keep_force_inside(forces, point, e, w, tau, mask):
+    """The same at a fraction tau of the step, from its polynomial."""
+    to = (point * N_ELEMENTS + e) * FORCES
+    for lane in range(LANES):
+        if mask[lane]:
+            force = 0.0
+            for k in range(3):
+                weight = LAGRANGE[k][0] + tau * (LAGRANGE[k][1] + tau * LAGRANGE[k][2])
+                force += weight * w[(e * STRIDE + SLOT_F0 + k) * LANES + lane]
+            forces[(to + BEFORE) * LANES + lane] = force
+            forces[(to + AFTER) * LANES + lane] = force
+
+
 @inner
 def read_sensors(k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, ground, z, z_at,
                  coil, w, measured):

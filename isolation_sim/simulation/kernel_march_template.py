@@ -18,6 +18,8 @@ that are not defined here (LANES, N_ELEMENTS, KIND, STRIDE, SLOT_..., sweep, ...
 
 FINISHED, DECIDE, BUFFER_FULL = range(3)
 ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
+BEFORE, AFTER, AT_NODES = range(3)
+FORCES = 5  # kept of an element at a grid point: before and after a change, at the step's nodes
 MAX_SWEEPS = 40
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
 
@@ -27,8 +29,8 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
           built, phi, integral, measure, noise, measured, chosen, decided, measured_for,
           addresses, command, driver, law_table, law_breaks, law_shape, channel, z,
           states, levels, w, w_saved, coil, applied, level, hold, alive, moving, active,
-          going, todo, last, previous, contraction, defects, errors, worst, steps,
-          step_count, counts, coil_history, u):
+          going, todo, last, previous, contraction, defects, errors, worst, forces, steps,
+          step_count, first_step, counts, coil_history, u):
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
     What each array holds is said in ``workspace.py``. Returns FINISHED, DECIDE or BUFFER_FULL;
@@ -42,6 +44,7 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
     defect_limit = settings[2]
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
+    kept = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
 
     while info[0] < n_windows:
         window = info[0]
@@ -52,6 +55,8 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
             for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
                 change_current(e, channel[e], command, g, coil, applied, law_table, law_breaks,
                                law_shape, w, going, previous)
+                keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
+                keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
         if info[9] == 0:
             # sensors read before the current changes; then the controller decides
             if events[window, 0] >= 0:
@@ -78,6 +83,8 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 if changed:
                     change_current(e, c, command, g, coil, applied, law_table, law_breaks,
                                    law_shape, w, going, previous)
+                    keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
+        resumed = info[9] == 2
         info[9] = 0
         for c in range(n_channels):
             for lane in range(LANES):
@@ -85,7 +92,8 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
         span = spans[kind]
         waiting = 0
         for lane in range(LANES):
-            todo[lane] = 1 if alive[lane] == ALIVE else 0
+            if not resumed:
+                todo[lane] = 1 if alive[lane] == ALIVE else 0
             waiting += todo[lane]
         while waiting > 0:
             depth = n_levels
@@ -93,11 +101,13 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 if todo[lane]:
                     depth = min(depth, level[lane])
             n_steps = 1 << depth
-            if record_steps and step_count[0] + n_steps > steps.shape[0]:
-                info[9] = 2  # this window's events are done; the caller makes room
-                return BUFFER_FULL
             n_sub = max(n_intervals >> depth, 1)
             per_interval = max(n_steps // n_intervals, 1)
+            # the peaks inside a sample are looked for in these steps
+            record = record_steps or per_interval > 1
+            if record and step_count[0] + n_steps > steps.shape[0]:
+                info[9] = 2  # this window's events are done; the caller makes room
+                return BUFFER_FULL
             # a step counts by its share of the sample, with some reserve where steps had to be cut
             share = 4.0 / per_interval if per_interval > 1 else 1.0
             h = span / n_steps
@@ -194,16 +204,20 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 if running == 0:
                     step_count[0] = mark
                     break
-                if record_steps:
+                if record:
                     at = step_count[0]
-                    for r in range(row):
-                        steps[at, r] = z[z_at + r]
+                    for r in range(row * LANES):
+                        steps[at, r] = z[z_at * LANES + r]
                     for e in range(N_ELEMENTS):
-                        for k in range(3 + 4 * N_STATES):
-                            steps[at, row + e * (3 + 4 * N_STATES) + k] = (
-                                w[e * STRIDE + SLOT_F0 + k]
-                            )
+                        to = (row + e * kept) * LANES
+                        first_slot = (e * STRIDE + SLOT_F_START) * LANES
+                        for k in range(kept * LANES):
+                            steps[at, to + k] = w[first_slot + k]
                     step_count[0] = at + 1
+                if per_interval == 1:
+                    for e in range(N_ELEMENTS):
+                        for k in range(3):
+                            keep_force(forces, AT_NODES + k, point, e, w, SLOT_F0 + k, active)
                 for i in range(n_sub):
                     start = z_at if i == 0 else (point + i) * row
                     to = (point + i + 1) * row
@@ -216,12 +230,18 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                         for e in range(N_ELEMENTS):
                             inside(e, w, e * STRIDE * LANES, (i + 1.0) / n_sub, states,
                                    ((point + i + 1) * N_ELEMENTS + e) * N_STATES * LANES, active)
+                            keep_force_inside(forces, point + i + 1, e, w, (i + 1.0) / n_sub,
+                                              active)
                 point = g + (step + 1) * n_intervals // n_steps
                 if (step + 1) % per_interval != 0:
                     point = windows[n_windows, 0] + 1
                 for e in range(N_ELEMENTS):
                     accept(e, w, e * STRIDE * LANES, states,
                            (point * N_ELEMENTS + e) * N_STATES * LANES, active)
+                if (step + 1) % per_interval == 0:
+                    for e in range(N_ELEMENTS):
+                        keep_force(forces, BEFORE, point, e, w, SLOT_F_START, active)
+                        keep_force(forces, AFTER, point, e, w, SLOT_F_START, active)
                 if N_ELEMENTS > 1:
                     share_scale(w)
             for lane in range(LANES):
@@ -229,6 +249,7 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                     todo[lane] = 0
                     waiting -= 1
                     levels[window, lane] = depth
+                    first_step[window, lane] = mark
                     # after a rejection coarser steps wait, unless the cause is clearly past
                     if hold[lane] > 0 and worst[lane] > 1e-6:
                         hold[lane] -= 1

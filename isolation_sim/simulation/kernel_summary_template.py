@@ -1,100 +1,390 @@
-"""Peaks and mean squares of a finished run.
+"""Peaks and mean squares of the continuous response of a finished run.
 
 Part of the compiled kernel; see ``kernel_march_template.py``.
+
+Every quantity is evaluated at the grid points, on both sides of a change of current. An interval
+between two points is a candidate where the quantity could exceed its peak inside it, by its values
+at both ends and the change of slope there. The candidates that are left at the end are evaluated
+densely: the modes are propagated exactly under the step's own force polynomial.
 """
+
+CANDIDATES = 128  # kept per lane before they are evaluated
+BEND = 0.14  # rise above both ends, over change of slope times interval; a parabola has 1/16
+PER_RADIAN = 4.0  # points of a dense evaluation, by the fastest mode
+FIRST_LOOK = 5  # every so many points are looked at first, to know about how large the peaks are
+NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the next interval
+FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
+STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a candidate
+
+
+LEFT, TOP, LAST, QUICK, BOUND, PEAK, TOTAL, SLOPES = range(8)
+KINDS = SLOPES + 3
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(info, windows, spans, samples, motion_rows, quantity_rows, n_directions, ground, z,
-              states, command, coil_history, driver, law_table, law_breaks, law_shape, channel,
-              points, inputs, forces, w, applied, moving, going, peak, total):
-    """Peaks and trapezoidal means of squared quantities over the samples, lane by lane.
+def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_directions, fast,
+              fast_rows, ground, z, forces, steps, levels, first_step, modes, points, inputs,
+              present, found, found_bounds, n_found, items, space, integral, phi, track):
+    """Peaks and mean squares over the duration, lane by lane.
 
-    motion_rows holds the devices' deformations and velocities as blocks of eight rows over the
-    modes' real and imaginary parts; quantity_rows the quantities, over device forces and ground
-    accelerations too. A quantity is the norm of n_directions consecutive rows. Devices are taken
-    as just after any change of current.
+    quantity_rows: the quantities as blocks of eight rows over the modes' real and imaginary parts,
+    the elements' forces beyond their references and the ground accelerations; a quantity is the
+    norm of n_directions consecutive rows. fast_rows: moduli of the rows of the modes that are too
+    fast for the grid. track: numbers of each row, namely its value at the last point, its largest
+    at the ends of the last interval and of the one before, the size of its fast modes, a bound
+    inside the interval before the last, its peak, its mean square and its last three slopes.
     """
-    n_modes, n_pad, n_windows = info[1], info[2], info[4]
+    n_modes, n_pad = info[1], info[2]
     per_block = 8 // n_directions
-    n_wanted = peak.shape[0] // LANES
+    n_blocks = -(-n_wanted // per_block)
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
     row = 2 * n_pad
-    n_samples = samples.shape[0]
-    for e in range(N_ELEMENTS):
-        for lane in range(LANES):
-            applied[e, lane] = np.nan
-    window = 0
-    for start in range(0, n_samples, POINTS):
-        for p in range(POINTS):
-            points[p] = samples[min(start + p, n_samples - 1)]
-        for block in range(-(-2 * N_ELEMENTS // 8)):
-            motion_at(inputs, block * 8 * POINTS, motion_rows, block * 16 * n_modes, z, points,
-                      row, n_modes, n_pad, forces, 0, 0, ground, 0)
-        for p in range(POINTS):
-            entered = start + p == 0
-            while window + 1 < n_windows and windows[window + 1, 0] <= points[p]:
-                window += 1
-                entered = True
-            first, n_intervals = windows[window, 0], windows[window, 2]
-            t = spans[windows[window, 1]] * (points[p] - first) / n_intervals
-            for e in range(N_ELEMENTS):
-                c, base = channel[e], e * STRIDE
-                if entered:
-                    moving[e, 0] = 0
-                    for lane in range(LANES):
-                        if coil_history[window, c, lane] != command[first, c, lane]:
-                            moving[e, 0] = 1
-                if entered or moving[e, 0]:
-                    changed = 0
-                    for lane in range(LANES):
-                        current = coil_history[window, c, lane]
-                        if moving[e, 0]:
-                            current = coil_current(current, command[first, c, lane],
-                                                   driver[c, 0, lane], driver[c, 1, lane], t)
-                        going[lane] = 0
-                        if current != applied[e, lane]:
-                            applied[e, lane] = current
-                            going[lane] = 1
-                            changed = 1
-                            set_parameters(e, lane, 0, current, law_table, law_breaks,
-                                           law_shape[e, 0], law_shape[e, 1], w)
-                    if changed:
-                        prepare_held(e, w, base * LANES, going)
-                moved = (2 * e // 8 * POINTS + p) * 8 + 2 * e % 8
-                for k in range(LANES):
-                    w[(base + SLOT_D_END) * LANES + k] = inputs[moved * LANES + k]
-                    w[(base + SLOT_V_END) * LANES + k] = inputs[(moved + 1) * LANES + k]
-                at = (points[p] * N_ELEMENTS + e) * N_STATES * LANES
-                held = (base + SLOT_START[KIND[e]]) * LANES
-                for k in range(N_STATES * LANES):
-                    w[held + k] = states[at + k]
-                for lane in range(LANES):
-                    going[lane] = 1
-                probe(e, w, base * LANES, going)
-                for lane in range(LANES):
-                    forces[(p * N_ELEMENTS + e) * LANES + lane] = (
-                        w[(base + SLOT_FORCE_END) * LANES + lane]
-                    )
-        for block in range(-(-n_wanted // per_block)):
+    n_points = lengths.shape[0] + 1
+    duration = 0.0
+    for k in range(n_points - 1):
+        duration += lengths[k]
+    for start in range(0, n_points, POINTS * FIRST_LOOK):
+        gather(points, present, forces, start, FIRST_LOOK, n_points)
+        for block in range(n_blocks):
             quantities_at(inputs, 0, quantity_rows, block * size, z, points, row, n_modes, n_pad,
-                          forces, N_ELEMENTS, N_ELEMENTS, ground, N_GROUND)
-            number = block * per_block
-            n_here = min(per_block, n_wanted - number)
-            for p in range(min(POINTS, n_samples - start)):
-                at = 8 * p * LANES
-                if n_directions > 1:
-                    for r in range(n_here):
-                        for lane in range(LANES):
-                            own = at + r * n_directions * LANES + lane
-                            square = 0.0
-                            for direction in range(n_directions):
-                                square += inputs[own + direction * LANES] ** 2
-                            inputs[at + r * LANES + lane] = np.sqrt(square)
-                weight = 1.0 / (n_samples - 1)
-                if start + p == 0 or start + p == n_samples - 1:
-                    weight *= 0.5
-                for k in range(n_here * LANES):
-                    square = inputs[at + k] * inputs[at + k]
-                    peak[number * LANES + k] = max(peak[number * LANES + k], square)
-                    total[number * LANES + k] += weight * square
+                          present, N_ELEMENTS, N_ELEMENTS, ground, N_GROUND)
+            n_items = min(per_block, n_wanted - block * per_block)
+            for p in range(POINTS):
+                take_norms(inputs, p * ROWS, n_items, n_directions)
+                look(track, block * KINDS * ROWS, inputs, p * ROWS)
+    for start in range(0, n_points, POINTS):
+        gather(points, present, forces, start, 1, n_points)
+        for block in range(n_blocks):
+            quantities_at(inputs, 0, quantity_rows, block * size, z, points, row, n_modes, n_pad,
+                          present, N_ELEMENTS, N_ELEMENTS, ground, N_GROUND)
+            n_items = min(per_block, n_wanted - block * per_block)
+            at = block * KINDS * ROWS
+            for p in range(min(POINTS, n_points - start)):
+                point = start + p
+                after = p * ROWS
+                before = after
+                for e in range(N_ELEMENTS):
+                    own = (point * N_ELEMENTS + e) * FORCES * LANES
+                    for lane in range(LANES):
+                        if forces[own + BEFORE * LANES + lane] != forces[own + AFTER * LANES + lane]:
+                            before = POINTS * ROWS
+                if before != after:
+                    undo_changes(inputs, after, before, quantity_rows, block * size, n_modes,
+                                 forces, point)
+                    take_norms(inputs, before, n_items, n_directions)
+                take_norms(inputs, after, n_items, n_directions)
+                if point > 0:
+                    length = lengths[point - 1]
+                    near = follow(track, at, inputs, before, after, point % 3, 1.0 / length,
+                                  0.5 * length / duration)
+                    if fast.shape[0] > 0:
+                        add_fast_modes(track, at, block * per_block, n_items, fast, fast_rows, z,
+                                       point * row, n_pad)
+                    if near > 0 and point > 1 and bound_inside(
+                        track, at, (point - 1) % 3, BEND * lengths[point - 2]
+                    ):
+                        for r in range(n_items):
+                            for lane in range(LANES):
+                                own = at + r * LANES + lane
+                                bound = track[own + BOUND * ROWS]
+                                if bound > track[own + PEAK * ROWS]:
+                                    if n_found[lane] == CANDIDATES:
+                                        look_inside(
+                                            lane, info, windows, lengths, window_of,
+                                            quantity_rows, n_directions, ground, z, forces, steps,
+                                            levels, first_step, modes, found, found_bounds,
+                                            n_found, items, space, integral, phi, track)
+                                    found[lane, n_found[lane], 0] = point - 2
+                                    found[lane, n_found[lane], 1] = block * per_block + r
+                                    found_bounds[lane, n_found[lane]] = bound
+                                    n_found[lane] += 1
+                else:
+                    for k in range(ROWS):
+                        track[at + LEFT * ROWS + k] = inputs[after + k]
+    for lane in range(LANES):
+        look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_directions, ground,
+                    z, forces, steps, levels, first_step, modes, found, found_bounds, n_found,
+                    items, space, integral, phi, track)
+        # nothing is known of the slope behind the last interval
+        n_items = 0
+        for number in range(n_wanted):
+            own = row_of(number, per_block) * LANES + lane
+            if track[own + TOP * ROWS] > NEAR * track[own + PEAK * ROWS]:
+                items[n_items] = number
+                n_items += 1
+        if n_items > 0:
+            raise_peaks(lane, n_points - 2, n_items, items, info, windows, lengths, window_of,
+                        quantity_rows, n_directions, ground, z, forces, steps, levels, first_step,
+                        modes, space, integral, phi, track)
+        for window in range(windows.shape[0] - 1):
+            n_intervals = windows[window, 2]
+            if 1 << levels[window, lane] >= STRONGLY_CUT * n_intervals:
+                for number in range(n_wanted):
+                    items[number] = number
+                for k in range(n_intervals):
+                    raise_peaks(lane, windows[window, 0] + k, n_wanted, items, info, windows,
+                                lengths, window_of, quantity_rows, n_directions, ground, z,
+                                forces, steps, levels, first_step, modes, space, integral, phi,
+                                track)
+
+
+@inline
+def gather(points, present, forces, start, stride, n_points):
+    """Grid points of the next evaluation and the elements' forces there, after any change."""
+    for p in range(POINTS):
+        points[p] = min(start + stride * p, n_points - 1)
+        for e in range(N_ELEMENTS):
+            at = ((points[p] * N_ELEMENTS + e) * FORCES + AFTER) * LANES
+            for lane in range(LANES):
+                present[(p * N_ELEMENTS + e) * LANES + lane] = forces[at + lane]
+
+
+@by_lanes
+def look(track, at, inputs, after):
+    """Raise a block's peaks to its values at a grid point."""
+    for k in range(ROWS):
+        value = abs(inputs[after + k])
+        track[at + PEAK * ROWS + k] = max(track[at + PEAK * ROWS + k], value)
+
+
+@by_lanes
+def follow(track, at, inputs, before, after, turn, inverse, weight):
+    """Take a block's values at the end of an interval; whether some are near their peaks."""
+    near = 0
+    for k in range(ROWS):
+        begun, ended = track[at + LEFT * ROWS + k], inputs[before + k]
+        track[at + LEFT * ROWS + k] = inputs[after + k]
+        track[at + (SLOPES + turn) * ROWS + k] = (ended - begun) * inverse
+        last = track[at + TOP * ROWS + k]
+        top = max(abs(begun), abs(ended))
+        track[at + LAST * ROWS + k] = last
+        track[at + TOP * ROWS + k] = top
+        peak = max(track[at + PEAK * ROWS + k], top)
+        track[at + PEAK * ROWS + k] = peak
+        near += 1 if last > NEAR * peak else 0
+        square = fused(begun, begun, ended * ended)
+        track[at + TOTAL * ROWS + k] = fused(weight, square, track[at + TOTAL * ROWS + k])
+    return near
+
+
+@by_lanes
+def bound_inside(track, at, middle, reach):
+    """Bounds inside the interval before the last one; whether some exceed their peaks."""
+    exceeded = 0
+    for k in range(ROWS):
+        slope = track[at + (SLOPES + middle) * ROWS + k]
+        before = track[at + (SLOPES + (middle + 2) % 3) * ROWS + k]
+        after = track[at + (SLOPES + (middle + 1) % 3) * ROWS + k]
+        bound = fused(reach, abs(slope - before) + abs(after - slope), track[at + LAST * ROWS + k])
+        track[at + BOUND * ROWS + k] = bound
+        exceeded += 1 if bound > track[at + PEAK * ROWS + k] else 0
+    return exceeded > 0
+
+
+@inner
+def undo_changes(inputs, after, before, quantity_rows, at, n_modes, forces, point):
+    """A block's rows just before the current changed, from those just after it."""
+    for r in range(8):
+        for lane in range(LANES):
+            value = inputs[after + r * LANES + lane]
+            for e in range(N_ELEMENTS):
+                kept = (point * N_ELEMENTS + e) * FORCES * LANES + lane
+                change = forces[kept + BEFORE * LANES] - forces[kept + AFTER * LANES]
+                weight = quantity_rows[
+                    (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
+                ]
+                value = fused(weight, change, value)
+            inputs[before + r * LANES + lane] = value
+
+
+@inline
+def take_norms(inputs, at, n_items, n_directions):
+    """Norms over the directions, in place of the first rows."""
+    if n_directions > 1:
+        for r in range(n_items):
+            for lane in range(LANES):
+                own = at + r * n_directions * LANES + lane
+                square = 0.0
+                for direction in range(n_directions):
+                    part = inputs[own + direction * LANES]
+                    square = fused(part, part, square)
+                inputs[at + r * LANES + lane] = np.sqrt(square)
+
+
+@inner
+def add_fast_modes(track, at, number, n_items, fast, fast_rows, z, z_at, n_pad):
+    """Add what the modes that are too fast for the grid could add to the values at the ends."""
+    for item in range(n_items):
+        for lane in range(LANES):
+            size = 0.0
+            for k in range(fast.shape[0]):
+                real = z[(z_at + fast[k]) * LANES + lane]
+                imaginary = z[(z_at + n_pad + fast[k]) * LANES + lane]
+                weight = fast_rows[number + item, k, lane % TABLE_LANES]
+                size += weight * np.sqrt(real * real + imaginary * imaginary)
+            own = at + item * LANES + lane
+            track[own + TOP * ROWS] += max(size, track[own + QUICK * ROWS])
+            track[own + QUICK * ROWS] = size
+
+
+@inner
+def look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_directions, ground, z,
+                forces, steps, levels, first_step, modes, found, found_bounds, n_found, items,
+                space, integral, phi, track):
+    """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
+    per_block = 8 // n_directions
+    while True:
+        best, most = -1, 1.0
+        for k in range(n_found[lane]):
+            own = row_of(found[lane, k, 1], per_block) * LANES + lane
+            promise = found_bounds[lane, k] / track[own + PEAK * ROWS]
+            if promise > most:
+                best, most = k, promise
+        if best < 0:
+            break
+        interval, n_items = found[lane, best, 0], 0
+        for k in range(n_found[lane]):
+            if found[lane, k, 0] == interval:
+                number = found[lane, k, 1]
+                own = row_of(number, per_block) * LANES + lane
+                if found_bounds[lane, k] > track[own + PEAK * ROWS]:
+                    items[n_items] = number
+                    n_items += 1
+                found_bounds[lane, k] = 0.0
+        raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_of,
+                    quantity_rows, n_directions, ground, z, forces, steps, levels, first_step,
+                    modes, space, integral, phi, track)
+    n_found[lane] = 0
+
+
+@inline
+def row_of(number, per_block):
+    """Place of a quantity's row in track, before its numbers."""
+    return number // per_block * KINDS * 8 + number % per_block
+
+
+@exact
+def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_of, quantity_rows,
+                n_directions, ground, z, forces, steps, levels, first_step, modes, space, integral,
+                phi, track):
+    """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane.
+
+    space: a row of numbers each for the modes' states, decay and three integrals against powers of
+    time, for the forces' polynomials, for the quantities' last two values, and for which length
+    and lane the decay and the integrals are.
+    """
+    n_modes, n_pad = info[1], info[2]
+    own = lane % TABLE_LANES
+    per_block = 8 // n_directions
+    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    window = window_of[interval]
+    depth, n_intervals = levels[window, lane], windows[window, 2]
+    n_sub = max(n_intervals >> depth, 1)
+    n_steps = max((1 << depth) // n_intervals, 1)
+    within = interval - windows[window, 0]
+    first_column = n_modes * (1 + 2 * N_ELEMENTS)
+    fastest = 0.0
+    for m in range(n_modes):
+        fastest = max(fastest, abs(modes[m, own].imag))
+    length = lengths[interval] / n_steps
+    n_dense = max(-(-FEWEST_DENSE // n_steps), int(PER_RADIAN * fastest * length) + 1)
+    n_dense = min(n_dense, MOST_DENSE)
+    length = length / n_dense
+    known = space[7, 0].real == length and (TABLE_LANES == 1 or space[7, 0].imag == lane)
+    space[7, 0] = complex(length, lane)
+    for m in range(0 if known else n_modes):
+        powers(modes[m, own], length, length, integral, phi)
+        space[1, m] = phi[0]
+        for power in range(3):
+            space[2 + power, m] = integral[power]
+    count = 0
+    for step in range(n_steps):
+        begin = interval - within % n_sub  # where the step begins
+        number = first_step[window, lane] + within * n_steps + step
+        share = 1.0 / (n_sub * n_dense)
+        tau = (within % n_sub) / n_sub
+        for m in range(n_modes):
+            if n_steps == 1:
+                at = (interval * 2 * n_pad + m) * LANES + lane
+                space[0, m] = complex(z[at], z[at + n_pad * LANES])
+            else:
+                at = m * LANES + lane
+                space[0, m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
+        for e in range(N_ELEMENTS):
+            at = (begin * N_ELEMENTS + e) * FORCES * LANES + lane
+            end = ((begin + n_sub) * N_ELEMENTS + e) * FORCES * LANES + lane
+            ending = forces[end + BEFORE * LANES]
+            for k in range(8):
+                space[5, 8 * e + k] = 0.0
+            for k in range(5):
+                if n_steps > 1:
+                    kept = steps.shape[1] // LANES - 2 * n_pad
+                    to = (2 * n_pad + e * (kept // N_ELEMENTS)) * LANES + lane
+                    if k < 4:
+                        force = steps[number, to + k * LANES]
+                    else:
+                        force = ending if step + 1 == n_steps else steps[number + 1, to]
+                elif k < 4:
+                    force = forces[at + (AFTER + k) * LANES]
+                else:
+                    force = ending
+                for power in range(3):
+                    if 0 < k < 4:
+                        space[5, 8 * e + power] += LAGRANGE[k - 1][power] * force
+                for power in range(5):
+                    space[5, 8 * e + 3 + power] += THROUGH_ENDS[k][power] * force
+        for j in range(n_dense + 1):
+            a = tau + j * share
+            b = (step + j / n_dense) / n_steps
+            if j > 0 or step == 0:
+                for k in range(n_items):
+                    item = items[k]
+                    base = item // per_block * size + item % per_block * n_directions
+                    square = 0.0
+                    for direction in range(n_directions):
+                        value = 0.0
+                        for m in range(n_modes):
+                            at = (base + direction + 8 * m) * TABLE_LANES + own
+                            value += quantity_rows[at] * space[0, m].real
+                            at += 8 * n_modes * TABLE_LANES
+                            value += quantity_rows[at] * space[0, m].imag
+                        for e in range(N_ELEMENTS):
+                            force = 0.0
+                            for power in range(4, -1, -1):
+                                force = force * a + space[5, 8 * e + 3 + power].real
+                            at = base + direction + 8 * (2 * n_modes + e)
+                            value += quantity_rows[at * TABLE_LANES + own] * force
+                        for i in range(N_GROUND):
+                            low = ground[(interval * N_GROUND + i) * LANES + lane]
+                            high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
+                            at = base + direction + 8 * (2 * n_modes + N_ELEMENTS + i)
+                            moved = low + (high - low) * b
+                            value += quantity_rows[at * TABLE_LANES + own] * moved
+                        square += value * value
+                    value = np.sqrt(square)
+                    before, middle = space[6, item].real, space[6, item].imag
+                    if count >= 2 and middle >= before and middle >= value:
+                        bend = before - 2.0 * middle + value
+                        if bend < 0.0:
+                            middle -= (value - before) * (value - before) / (8.0 * bend)
+                        at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
+                        track[at] = max(track[at], middle)
+                    space[6, item] = complex(space[6, item].imag, value)
+                count += 1
+            if j < n_dense:
+                for m in range(n_modes):
+                    state = space[1, m] * space[0, m]
+                    for e in range(N_ELEMENTS):
+                        c0, c1, c2 = space[5, 8 * e], space[5, 8 * e + 1], space[5, 8 * e + 2]
+                        push = (c0 + a * (c1 + a * c2)) * space[2, m]
+                        push += share * (c1 + 2.0 * a * c2) * space[3, m]
+                        push += share * share * c2 * space[4, m]
+                        state += modes[first_column + n_modes * (N_GROUND + e) + m, own] * push
+                    for i in range(N_GROUND):
+                        low = ground[(interval * N_GROUND + i) * LANES + lane]
+                        high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
+                        rise = (high - low) / (n_steps * n_dense)
+                        begun = low + (high - low) * b
+                        push = begun * space[2, m] + rise * space[3, m]
+                        state += modes[first_column + n_modes * i + m, own] * push
+                    space[0, m] = state

@@ -236,13 +236,14 @@ class _Pieces:
         run, module = self.run, self.run.work.module
         n_modes = run.modes.eigenvalues.size
         steps = run.work.steps[: run.work.step_count[0]]
-        width = 3 + 4 * module.N_STATES
+        width = 4 + 4 * module.N_STATES
         n_pad = (steps.shape[1] - module.N_ELEMENTS * width) // 2
         z = steps[:, :n_modes] + 1j * steps[:, n_pad : n_pad + n_modes]
         inner = run.modal[:, :n_modes] + 1j * run.modal[:, n_modes:]
         self.z = np.where((within == 0)[:, None], z[step], inner[self.interval])
         # an element's numbers: forces at the nodes, states at the nodes, states at the start
-        self.elements = steps[step, 2 * n_pad :].reshape(len(step), module.N_ELEMENTS, width)
+        numbers = steps[step, 2 * n_pad :].reshape(len(step), module.N_ELEMENTS, width)
+        self.elements = numbers[:, :, 1:]
 
     def quadrature(self) -> Iterator[tuple[NDArray, NDArray]]:
         """Fractions of every piece and their weights; a piece is cut where a slew limit ends."""

@@ -139,7 +139,8 @@ class Workspace:
     clamp : bool
         Whether a command outside the driver's limits is clamped and counted, or ends the run.
     record_steps : bool
-        Whether every step's forces and states at the nodes are kept (one lane only).
+        Whether every step's forces and states at the nodes are kept (one lane only); otherwise the
+        forces alone, of steps shorter than a grid interval.
     buffers : dict of str to array, optional
         Memory to use again; what an earlier workspace left in it is overwritten.
     """
@@ -193,9 +194,13 @@ class Workspace:
         self.levels = np.zeros((n_windows, lanes), np.int8)
         self.alive = np.zeros(lanes, np.int64)
         self.counts = np.zeros((5, lanes), np.int64)
-        per_step = 2 * n_pad + module.N_ELEMENTS * (3 + 4 * module.N_STATES)
-        self.steps = np.empty((n_points + 256 if self.record_steps else 0, per_step))
+        self.forces = self._big("forces", (n_points * module.N_ELEMENTS * module.FORCES * lanes,))
+        # a step's modes and, of each element, forces at its start and nodes, states at both
+        per_step = 2 * n_pad + module.N_ELEMENTS * (4 + 4 * module.N_STATES * self.record_steps)
+        n_steps = n_points + 256 if self.record_steps else 256
+        self.steps = self._big("steps", (n_steps, per_step * lanes))
         self.step_count = np.zeros(1, np.int64)
+        self.first_step = np.zeros((n_windows, lanes), np.int64)
         self._work = self._scratch()
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
@@ -253,24 +258,37 @@ class Workspace:
                 work["applied"], work["level"], work["hold"],
                 self.alive, work["moving"], work["active"], work["going"], work["todo"],
                 work["last"], work["previous"], work["contraction"], work["defects"],
-                work["errors"], work["worst"], self.steps, self.step_count, self.counts,
-                self.coil_history, work["u"],
+                work["errors"], work["worst"], self.forces, self.steps, self.step_count,
+                self.first_step, self.counts, self.coil_history, work["u"],
             )
             if status != module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
 
     def summarise(
-        self, motion: NDArray, quantities: NDArray, n_directions: int, peak: NDArray, total: NDArray
-    ) -> None:
-        """Add every quantity's peak and mean of squares, (n_quantities, lanes)."""
-        module, grid, work, elements = self.module, self.grid, self._work, self.elements
-        n_elements, at_once = module.N_ELEMENTS, module.POINTS * module.LANES
+        self, quantities: NDArray, n_quantities: int, n_directions: int, fast: NDArray,
+        fast_rows: NDArray,
+    ) -> tuple[NDArray, NDArray]:
+        """Every quantity's peak and mean square, (n_quantities, lanes).
+
+        ``fast``: modes that the grid does not resolve; ``fast_rows``: moduli of the quantities'
+        rows for them, (n_quantities, n_fast, table lanes).
+        """  # fmt: skip
+        module, grid, lanes = self.module, self.grid, self.module.LANES
+        per_block = 8 // n_directions
+        track = np.zeros((-(-n_quantities // per_block), module.KINDS, 8, lanes))
+        n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
+        at_once = module.POINTS * lanes
         module.summarise(
-            self.info, grid.windows, grid.spans, grid.samples, motion.ravel(), quantities.ravel(),
-            n_directions, self.ground.ravel(), self.z, self.states.ravel(), self.command,
-            self.coil_history, self.driver, elements.table, elements.breaks, elements.shape,
-            elements.channel, np.empty(module.POINTS, np.int64),
-            np.empty(8 * n_elements * at_once), np.empty(n_elements * at_once),
-            work["w"], work["applied"], work["moving"], work["going"], peak.ravel(), total.ravel(),
+            self.info, grid.windows, grid.lengths, grid.window_of, quantities, n_quantities,
+            n_directions, fast, fast_rows, self.ground.ravel(), self.z, self.forces, self.steps,
+            self.levels, self.first_step, self.tables.modes, np.empty(module.POINTS, np.int64),
+            np.empty(8 * (at_once + lanes)), np.empty(module.N_ELEMENTS * at_once),
+            np.empty((lanes, module.CANDIDATES, 2), np.int64), np.empty((lanes, module.CANDIDATES)),
+            np.zeros(lanes, np.int64), np.empty(n_quantities, np.int64),
+            np.zeros((8, n_columns), complex), np.empty(3, complex), np.empty(4, complex),
+            track.ravel(),
         )
+        found = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
+        peak, total = found.reshape(2, -1, lanes)[:, :n_quantities]
+        return peak, total
