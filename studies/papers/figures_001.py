@@ -11,8 +11,8 @@ from isolation_sim.laws import Device, law
 from isolation_sim.laws.published import TAO_CURRENTS_A, TAO_IMPROVED
 from isolation_sim.reports.style import line_styles, new_figure, style
 
+from .conditions_001 import ENDS_A, POINTS, modulus, table_4
 from .loops import draw_loops, finish
-from .paper_001 import ENDS_A, POINTS, modulus, table_4
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

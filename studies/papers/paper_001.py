@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
 
 import numpy as np
 
-from isolation_sim.identification.sinusoidal import Motion, sinusoidal
 from isolation_sim.laws import isolator_design as design
-from isolation_sim.laws import law
 from isolation_sim.laws.published import (
     TAO,
     TAO_COMPLEX_MODULUS,
@@ -17,9 +14,10 @@ from isolation_sim.laws.published import (
     TAO_IMPROVED,
 )
 
+from . import models_001
+from .conditions_001 import ENDS_A, corrupt, meant, modulus, peaks, sources
 from .table import (
     Check,
-    Outlier,
     Verdict,
     alternatives,
     claim,
@@ -27,15 +25,11 @@ from .table import (
     follows,
     found,
     how,
-    outlier,
     read,
     reading,
 )
 
 TITLE = f"001 {TAO}"
-SETTLED = 2
-POINTS = 1000
-
 STIFFNESS_GAINS = (
     "75.6 -3.3 68.2 71.8 68.5 15.9 -16.9 16.0 6.9 -16.7 8.3 65.9 0.9 52.1 58.8 56.5 14.9 -19.5 14.4"
 ).split()
@@ -45,105 +39,8 @@ DAMPING_GAINS = (
 ).split()
 """Table 3: variations from 0 to 2 A in percent, by scheme."""
 
-_AMPLITUDES_MM = (1.0, 3.0, 5.0)
-ENDS_A = (0.0, 2.0)
-"""Currents of Table 3."""
-
-
-@cache
-def table_4(frequency: float) -> Motion:
-    """Move Table 4's model at 1, 3 and 5 mm and at all six currents.
-
-    Parameters
-    ----------
-    frequency : float, Hz
-        Of the motion.
-
-    Returns
-    -------
-    Motion
-        Cases by amplitude and current.
-    """
-    amplitudes = 1e-3 * np.array(_AMPLITUDES_MM)[:, None]
-    currents = np.array(TAO_CURRENTS_A)[None, :]
-    device = law("improved_bouc_wen")
-    return sinusoidal(device, amplitudes, currents, frequency, SETTLED + 4, POINTS)
-
-
-def peaks(amplitude_mm: float, frequency: float, current_A: float) -> tuple[float, float]:
-    """Largest tensile and compressive force of Table 4's model.
-
-    Parameters
-    ----------
-    amplitude_mm : float, mm
-        1, 3 or 5.
-    frequency : float, Hz
-    current_A : float, A
-        One of Table 4's.
-
-    Returns
-    -------
-    tension, compression : float, kN
-    """
-    case = _AMPLITUDES_MM.index(amplitude_mm), TAO_CURRENTS_A.index(current_A)
-    force = table_4(frequency).last_cycle(*case)[2]
-    return 1e-3 * float(np.max(force)), -1e-3 * float(np.min(force))
-
-
-def modulus(amplitude_mm: float, frequency: float, current_A: float) -> tuple[float, float]:
-    """Complex modulus of Table 4's model.
-
-    Parameters
-    ----------
-    amplitude_mm : float, mm
-        1, 3 or 5.
-    frequency : float, Hz
-    current_A : float, A
-        One of Table 4's.
-
-    Returns
-    -------
-    stiffness, damping : float, N/m and N s/m
-    """
-    case = _AMPLITUDES_MM.index(amplitude_mm), TAO_CURRENTS_A.index(current_A)
-    measured = table_4(frequency).measured(*case, skip=SETTLED)
-    return measured.storage_stiffness.value, measured.loss_damping.value
-
-
-def _row(scheme: int, current_A: float) -> complex:
-    """Complex stiffness of a scheme as Table 3 prints it, N/m."""
-    _, frequency, _, k0, k2, c0, c2 = TAO_COMPLEX_MODULUS[scheme]
-    stiffness, damping = (k0, c0) if current_A == 0 else (k2, c2)
-    return stiffness + 2j * np.pi * frequency * damping
-
-
-def departures(current_A: float) -> dict[int, float]:
-    """Phase of Table 3's 0.5 Hz rows over that between the same series' 0.1 and 1 Hz rows.
-
-    Parameters
-    ----------
-    current_A : float, A
-        0 or 2.
-
-    Returns
-    -------
-    dict of int to float, deg
-        By scheme; the phase between is linear in the logarithm of the frequency.
-    """
-    share = np.log(5) / np.log(10)
-    turned = {}
-    for scheme, (amplitude, frequency, position, *_) in TAO_COMPLEX_MODULUS.items():
-        if frequency != 0.5:
-            continue
-        for other, expected in ((scheme - 1, 0.1), (scheme + 1, 1.0)):
-            assert TAO_COMPLEX_MODULUS[other][:3] == (amplitude, expected, position)
-        low, here, high = (np.degrees(np.angle(_row(scheme + k, current_A))) for k in (-1, 0, 1))
-        turned[scheme] = float(here - low * (1 - share) - high * share)
-    return turned
-
-
 OWN = how("Table 4's own condition")
-OTHER = read("Table 4 is identified at 1 mm, 0.5 Hz alone")
+OTHER = read("Table 4 is identified at 1 mm, 0.5 Hz, zero position alone")
 
 
 def checks(short: bool = False) -> list[Check]:
@@ -158,7 +55,16 @@ def checks(short: bool = False) -> list[Check]:
     -------
     list of Check
     """
-    return [*_peaks(), *_phase(), *_table_3(), *_gains(), *_trends(), *_design(), *_uncheckable()]
+    return [
+        *_peaks(),
+        *_phase(),
+        *_table_3(),
+        *_gains(),
+        *models_001.checks(),
+        *_trends(),
+        *_design(),
+        *_uncheckable(),
+    ]
 
 
 def _peaks() -> Iterator[Check]:
@@ -187,58 +93,25 @@ def _peaks() -> Iterator[Check]:
         weak, strong = (peaks(5.0, frequency, current)[side] for current in ENDS_A)
         at = f"{what}, 5 mm, {frequency:g} Hz"
         yield compare(f"{at}, 0 A", "Section 3.3", printed, weak, "kN", other, within=5)
+        gained = 100 * (strong / weak - 1)
+        yield compare(f"{at}, gain to 2 A", "Section 3.3", gain, gained, "%", other, within=5)
         yield compare(
-            f"{at}, gain to 2 A",
+            f"{at}, 2 A",
             "Section 3.3",
-            gain,
-            100 * (strong / weak - 1),
-            "%",
-            other,
+            f"{float(printed) * (1 + float(gain) / 100):.2f}",
+            strong,
+            "kN",
+            found("printed as {} kN and {} % more", printed, gain),
             within=5,
         )
-
-
-@cache
-def sources(current_A: float) -> dict[int, Outlier]:
-    """Judge Table 3's 0.5 Hz rows by their departures of phase.
-
-    Parameters
-    ----------
-    current_A : float, A
-        0 or 2.
-
-    Returns
-    -------
-    dict of int to Outlier
-        By scheme.
-    """
-    return {
-        scheme: outlier(
-            f"departure of phase, scheme {scheme}, {current_A:g} A",
-            "Table 3",
-            departure,
-            "deg",
-            how("from that between the 0.1 and 1 Hz rows"),
-            lowest=-10.0,
-            highest=10.0,
-        )
-        for scheme, departure in departures(current_A).items()
-    }
-
-
-def corrupt() -> list[int]:
-    """Schemes whose printed row at 2 A is corrupt."""
-    return [k for k, row in sources(2.0).items() if row.verdict is Verdict.CORRUPT]
 
 
 def _phase() -> Iterator[Check]:
     for current in ENDS_A:
         yield from sources(current).values()
     for scheme in corrupt():
-        between = (_row(scheme - 1, 2.0) + _row(scheme + 1, 2.0)) / 2
-        for name, value, unit in (
-            ("stiffness", between.real, "N/m"),
-            ("damping", between.imag / np.pi, "N s/m"),
+        for name, value, unit in zip(
+            ("stiffness", "damping"), meant(scheme), ("N/m", "N s/m"), strict=True
         ):
             yield follows(
                 f"{name} meant, scheme {scheme}, 2 A",
@@ -250,13 +123,11 @@ def _phase() -> Iterator[Check]:
 
 
 def _table_3() -> Iterator[Check]:
-    """Table 4's model in every condition about the zero position."""
+    """Table 4's model in every condition."""
     for scheme, (amplitude, frequency, position, *row) in TAO_COMPLEX_MODULUS.items():
-        if position != 0:
-            continue
-        own = (amplitude, frequency) == (1.0, 0.5)
+        own = (amplitude, frequency, position) == (1.0, 0.5, 0.0)
         for j, current in enumerate(ENDS_A):
-            values = modulus(amplitude, frequency, current)
+            values = modulus(amplitude, frequency, current, position)
             for name, k, unit, within in (
                 ("stiffness", 0, "N/m", 2 if own else 5),
                 ("damping", 1, "N s/m", 10),
@@ -272,24 +143,41 @@ def _table_3() -> Iterator[Check]:
                     source=sources(current).get(scheme),
                 )
 
+    for current, k in ((0.0, 5), (2.0, 6)):
+        yield follows(
+            f"damping at 10 Hz over Table 3's, {current:g} A",
+            "Table 3 by Table 4",
+            modulus(1.0, 10.0, current)[1] / TAO_COMPLEX_MODULUS[5][k],
+            "",
+            how("scheme 5"),
+        )
+
+
+def _rounding(values: np.ndarray, digits: int) -> np.ndarray:
+    """Half a unit of the last of the printed digits, relative to the values."""
+    return 0.5 * 10.0 ** (np.floor(np.log10(values)) - digits + 1) / values
+
 
 def _gains() -> Iterator[Check]:
     """Table 3's variations from its own columns, which are rounded to three or four digits."""
     rows = np.array([row[3:] for row in TAO_COMPLEX_MODULUS.values()])
-    rounded = how("from rounded columns")
-    for name, printed, gain in (
-        ("stiffness", STIFFNESS_GAINS, 100 * (rows[:, 1] / rows[:, 0] - 1)),
-        ("damping", DAMPING_GAINS, 100 * (rows[:, 3] / rows[:, 2] - 1)),
+    for name, printed, weak, strong, digits in (
+        ("stiffness", STIFFNESS_GAINS, rows[:, 0], rows[:, 1], 4),
+        ("damping", DAMPING_GAINS, rows[:, 2], rows[:, 3], 3),
     ):
-        for scheme, published, value in zip(TAO_COMPLEX_MODULUS, printed, gain, strict=True):
+        ratio = strong / weak
+        spread = 100 * ratio * (_rounding(weak, digits) + _rounding(strong, digits))
+        for scheme, published, value, points in zip(
+            TAO_COMPLEX_MODULUS, printed, 100 * (ratio - 1), spread, strict=True
+        ):
             yield compare(
                 f"gain of {name}, scheme {scheme}",
                 "Table 3",
                 published,
                 value,
                 "%",
-                rounded,
-                within=1,
+                found("the columns' rounding allows {:.2g} % points", points),
+                within=100 * (points + 0.05) / abs(float(published)),
                 source=sources(2.0).get(scheme),
             )
     schemes = np.array(list(TAO_COMPLEX_MODULUS))
