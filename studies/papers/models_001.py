@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.identification.force_comparison import half_range_error
 from isolation_sim.laws import law
 from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A, TAO_IMPROVED
 
@@ -47,7 +48,7 @@ class Loop(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """A model fitted to the improved model's loop: N/m, N s/m, the force (N) and Eq 24's error."""
+    """A model fitted to the improved model's loop: N/m, N s/m, the force (N), Eq 24's error (%)."""
 
     stiffness: float
     damping: float
@@ -61,23 +62,13 @@ def improved(current_A: float) -> Loop:
     return Loop(*(column[:-1] for column in columns))
 
 
-def error(force: NDArray, reference: NDArray) -> float:
-    """Root mean square error over half the reference's range (Eq 24), %."""
-    return 100 * float(np.sqrt(np.mean((force - reference) ** 2)) / (np.ptp(reference) / 2))
-
-
-def linear(stiffness: float, damping: float, current_A: float) -> Fitted:
-    """Compare a spring and a dashpot with the improved model."""
-    x, v, reference = improved(current_A)
-    force = stiffness * x + damping * v
-    return Fitted(stiffness, damping, force, error(force, reference))
-
-
 @cache
 def complex_modulus(current_A: float) -> Fitted:
     """Fit the complex modulus (Eqs 12-18) to the improved model."""
-    x, v, force = improved(current_A)
-    return linear(float(force @ x / (x @ x)), float(force @ v / (v @ v)), current_A)
+    x, v, reference = improved(current_A)
+    stiffness, damping = (float(reference @ y / (y @ y)) for y in (x, v))
+    force = stiffness * x + damping * v
+    return Fitted(stiffness, damping, force, 100 * half_range_error(reference, force))
 
 
 def hysteresis(x: NDArray, v: NDArray, amplitude: float, slope: float, shape: float) -> NDArray:
@@ -136,7 +127,7 @@ def traditional(current_A: float) -> Fitted:
         return values, columns @ values
 
     def missed(unknowns: NDArray) -> float:
-        return error(fitted(unknowns)[1], reference)
+        return 100 * half_range_error(reference, fitted(unknowns)[1])
 
     starts = [(a, b) for a in np.linspace(-1.0, 5.0, 9) for b in (-2.0, 0.0, 2.0)]
     best = minimize(
