@@ -18,7 +18,7 @@ from isolation_sim.laws.published import (
     YU_SIGMA_SQUARED_MM2,
 )
 
-from . import search_002
+from . import misprints, search_002
 from .search_002 import FAST
 from .table import Check, Verdict, compare, follows, found, how, outlier, read, reading
 
@@ -83,6 +83,7 @@ def checks(short: bool = False) -> list[Check]:
         *_tables(),
         *search_002.checks(short),
         *_text(),
+        *misprints.yu(),
     ]
 
 
@@ -264,20 +265,6 @@ def _text() -> Iterator[Check]:
         Verdict.WRONG,
         "Figure 8 needs [-1, 1]: it searches -15 to 30, -40 to 0",
         "rand denotes the random number between 0 and 1",
-    )
-    yield reading(
-        "strain stiffening force",
-        "Eq 23",
-        Verdict.MISPRINT,
-        "alpha z³ is meant, as in Eq 25",
-        r"F = k_1 y + \alpha x^3 + F_0",
-    )
-    yield reading(
-        "LuGre",
-        "Eqs 21-22",
-        Verdict.MISPRINT,
-        "the last y lacks its dot",
-        r"\frac{\beta}{\alpha} y + \frac{\varepsilon}{\alpha} y",
     )
     for what, where, quote in (
         ("RMS errors, convergence, times", "Figures 10-14", "distributions of RMS errors"),

@@ -16,18 +16,17 @@ from isolation_sim.laws.published import (
 )
 from isolation_sim.reports.style import line_styles, new_figure, style
 
+from . import misprints
 from .loops import finish
 from .table import (
     Check,
     Verdict,
     claim,
     compare,
-    equation,
     follows,
     found,
     how,
     outlier,
-    read,
     reading,
 )
 
@@ -58,7 +57,12 @@ def checks(short: bool = False) -> list[Check]:
     -------
     list of Check
     """
-    return [*_regression(), *_table_1(), *_equations(), *_uncheckable()]
+    return [
+        *_regression(),
+        *_table_1(),
+        *misprints.linearised_bouc_wen(),
+        *_uncheckable(),
+    ]
 
 
 def _regression() -> Iterator[Check]:
@@ -150,37 +154,6 @@ def _table_1() -> Iterator[Check]:
         "1/s",
         found("largest K_e; the smallest is {:g}; the law takes -K_e", np.min(table["k_e"])),
         below=0.0,
-    )
-
-
-def _equations() -> Iterator[Check]:
-    """The printed split against the transfer function from which it is said to follow."""
-    table = lbw.columns()
-    C, k2, C_e, k_e = (table[name] for name in ("C", "k2", "C_e", "k_e"))
-    omega = 2 * np.pi * table["frequency_Hz"]
-    storage = table["k1"] + k2 * omega**2 * C_e / (omega**2 + k2)
-    loss = omega * (C - k2 * k_e * omega * C_e / (k_e + omega**2))
-    for part, printed, place, why in (
-        ("storage", storage, "Eq 10", "prints ω² + k2 for ω² + ke²"),
-        ("loss", loss, "Eq 11", "prints ke + ω² for ω² + ke², and an ω too many"),
-    ):
-        off = 100 * np.max(np.abs(printed / table[part] - 1))
-        yield equation(
-            f"{_PARTS[part]} as printed, largest error of 48", place, off, "%", read(why)
-        )
-    yield reading(
-        "G_eq = G_real + G_img",
-        "Eq 12",
-        Verdict.MISPRINT,
-        "lacks i",
-        "G_{eq} = G_{real}(f, A, B) + G_{img}(f, A, B)",
-    )
-    yield reading(
-        "fitness",
-        "Eq 13",
-        Verdict.MISPRINT,
-        "denominator F_m - F_m is 0; the mean of F_m is meant",
-        "norm(F_m - F_m)",
     )
 
 

@@ -332,6 +332,21 @@ def test_readings_quote_the_paper(outcome):
                 assert letters(check.quote) in whole, check.quote
 
 
+MISPRINTS = {
+    "000": {"Eq 1", "Sections 3-4"},
+    "001": {"Eq 19", "Eq 22"},
+    "002": {"Eq 1", "Eq 3", "Eq 21", "Eq 23", "Eq 27"},
+    "003": {"Eq 2", "Eq 7", "Eqs 9, 10", "Eq 9", "Eq 11", "Eq 12", "Eq 13", "Linearization",
+            "Introduction"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("paper", MISPRINTS)
+def test_misprints_are_listed(outcome, paper):
+    rows = [check for check in outcome[0][paper] if check.verdict is Verdict.MISPRINT]
+    assert {check.where for check in rows} == MISPRINTS[paper]
+
+
 @pytest.mark.parametrize(
     ("row", "verdict"),
     [
