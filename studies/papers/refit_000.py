@@ -28,7 +28,7 @@ OMEGA = 2 * np.pi
 REFERENCE_MM = 4.0
 """Amplitude at which the amplitude's factor is 1."""
 
-STARTS = 6
+STARTS = 4
 """Random starts of each fit; the best is taken."""
 
 
@@ -46,8 +46,8 @@ def lower_branch() -> CubicSpline:
     """
     from scipy.interpolate import CubicSpline
 
-    s = np.exp(np.linspace(np.log(1e-2), np.log(1e2), 160))
-    square, n = s**2, 1024
+    s = np.exp(np.linspace(np.log(1e-2), np.log(1e2), 120))
+    square, n = s**2, 512
     h = np.pi / n
     tau = -np.pi / 2 + h * np.arange(n + 1)
 
