@@ -297,7 +297,7 @@ def _table_5() -> Iterator[Check]:
                 "Table 5",
                 first_harmonic_error(scheme, current),
                 "%",
-                found("printed {:g} %; the first harmonics alone leave the computed one", printed),
+                found("printed {:g} %; computed by the first harmonics alone", printed),
                 below=printed + 0.05,
             )
     yield compare(

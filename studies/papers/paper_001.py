@@ -40,7 +40,7 @@ DAMPING_GAINS = (
 """Table 3: variations from 0 to 2 A in percent, by scheme."""
 
 OWN = how("Table 4's own condition")
-OTHER = read("Table 4 is identified at 1 mm, 0.5 Hz, zero position alone")
+OTHER = read("Table 4 is of scheme 2 alone")
 
 
 def checks(short: bool = False) -> list[Check]:
