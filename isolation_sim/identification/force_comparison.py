@@ -78,8 +78,8 @@ def fitness(measured: Any, modelled: Any) -> float:
 def half_range_error(measured: Any, modelled: Any) -> float:
     """Root mean square of the difference over half of the measured range (Tao et al., Eq 24).
 
-    Unlike `normalised_rms`, it counts the range of the force, not its spread: for a sinusoidal force
-    it is smaller by the square root of 2.
+    Unlike `normalised_rms`, it counts the range of the force, not its spread: for a sinusoidal
+    force it is smaller by the square root of 2.
 
     Parameters
     ----------
