@@ -13,7 +13,7 @@ from isolation_sim.reports.publications import PUBLICATIONS
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import reference_building, reference_isolators
 from studies.papers.study import PAPERS
-from studies.papers.table import Check, tally
+from studies.papers.table import Check, tally, texts
 
 
 def write_tables(folder: Path) -> None:
@@ -127,7 +127,7 @@ def papers() -> str:
     for paper, _ in PAPERS.values():
         checks = paper.checks(True)
         rows = [_row(check) for check in checks]
-        headings = ("number", "where", "published", "computed", "verdict", "reason")
+        headings = ("number", "where", "published", "computed", "verdict", "remark")
         parts += [f"## {written(paper.TITLE)}", f"{written(tally(checks))}.",
                   table(headings, rows)]  # fmt: skip
     return "\n\n".join(parts)
@@ -139,5 +139,5 @@ def _row(check: Check) -> tuple[str, ...]:
         written(check.what), written(check.where),
         written(f"{check.published}{unit}") if check.published else "",
         "" if check.computed is None else written(f"{check.computed:.5g}{unit}"),
-        check.judgement, written(check.reason),
+        check.judgement, written(texts(check)[-1]),
     )  # fmt: skip

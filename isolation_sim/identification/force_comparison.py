@@ -75,6 +75,32 @@ def fitness(measured: Any, modelled: Any) -> float:
     return 100 * (1 - normalised_rms(measured, modelled))
 
 
+def half_range_error(measured: Any, modelled: Any) -> float:
+    """Root mean square of the difference over half of the measured range (Tao et al., Eq 24).
+
+    Unlike `normalised_rms`, it counts the range of the force, not its spread: for a sinusoidal
+    force it is smaller by the square root of 2.
+
+    Parameters
+    ----------
+    measured, modelled : array_like, shape (n,), N
+
+    Returns
+    -------
+    float, dimensionless
+        0 is perfect; the paper prints it in percent.
+
+    Raises
+    ------
+    InputError
+        If the series have no or different samples, one is not finite, or the measured force is
+        constant.
+    """
+    measured, modelled = _pair(measured, modelled)
+    _spread("measured", measured)
+    return 2 * rms_error(measured, modelled) / float(np.ptp(measured))
+
+
 def correlation(measured: Any, modelled: Any) -> float:
     """Correlation coefficient CC (Li & Li, Eq 22).
 

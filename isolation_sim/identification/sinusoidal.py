@@ -18,7 +18,7 @@ class Motion(NamedTuple):
     Attributes
     ----------
     time : numpy.ndarray, shape (n,), s
-        From rest.
+        From the start of the motion.
     displacement, velocity, force : numpy.ndarray, shape (n, ...), m, m/s and N
         Of the device.
     states : numpy.ndarray, shape (n, n_states, ...)
@@ -56,8 +56,11 @@ def sinusoidal(
     frequency: float = 1.0,
     cycles: int = 20,
     points: int = 512,
+    mean_deformation: Any = 0.0,
 ) -> Motion:
-    """Move a device sinusoidally from rest, many amplitudes and currents at once.
+    """Move a device sinusoidally, many amplitudes and currents at once.
+
+    The internal states start at rest: the device has relaxed at the mean deformation.
 
     Parameters
     ----------
@@ -71,22 +74,29 @@ def sinusoidal(
         Of the motion.
     cycles, points : int
         Cycles, and steps to a cycle.
+    mean_deformation : array_like, m
+        Deformation about which the device moves (a preload), broadcast against the amplitudes.
 
     Returns
     -------
     Motion
     """
-    amplitude, current = np.asarray(amplitude, dtype=float), np.asarray(current, dtype=float)
-    size = np.broadcast(amplitude, current).shape
+    amplitude, current, mean_deformation = np.broadcast_arrays(
+        *(np.asarray(a, dtype=float) for a in (amplitude, current, mean_deformation))
+    )
+    size = amplitude.shape
     omega, h = 2 * np.pi * frequency, 1 / (frequency * points)
     parameters = device.parameters_at(current)
 
     n, law = points * cycles + 1, device.law
     # at the ends of the steps and half way
     phase = (omega * h / 2 * np.arange(2 * n - 1)).reshape(-1, *(1,) * len(size))
-    x, v = amplitude * np.sin(phase) + 0 * current, amplitude * omega * np.cos(phase) + 0 * current
+    x, v = mean_deformation + amplitude * np.sin(phase), amplitude * omega * np.cos(phase)
 
     states = np.zeros((n, len(law.states), *size))
+    if law.rest is not None:
+        for j, rest in enumerate(law.rest(parameters)):
+            states[0, j] = rest
 
     def rates(half_step: int, y: np.ndarray) -> np.ndarray:
         return np.array(law.rates(x[half_step], v[half_step], tuple(y), parameters))

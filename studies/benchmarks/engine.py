@@ -96,8 +96,12 @@ def one_run() -> None:
         ("solve_ivp RK45", peer.by_solve_ivp, 1),
     ):
         tolerance, spent = at_error(solve, exact, ours, repetitions)
-        table.add_row(f"{name}, rtol {tolerance:.0e}", f"{ours:.1e}", f"{spent * 1e3:.1f}",
-                      f"{spent / seconds:.0f}")
+        table.add_row(
+            f"{name}, rtol {tolerance:.0e}",
+            f"{ours:.1e}",
+            f"{spent * 1e3:.1f}",
+            f"{spent / seconds:.0f}",
+        )
 
     ops = load_opensees()
     if ops is None:
@@ -111,8 +115,12 @@ def one_run() -> None:
             displacement = np.loadtxt(output)[:, 1:]
             output.unlink()
         reached = error(displacement, exact[1:, :n])
-        table.add_row(f"OpenSeesPy, {record.dt} s, nearest isolator", f"{reached:.1e}",
-                      f"{min(spent) * 1e3:.1f}", f"{min(spent) / seconds:.0f}")
+        table.add_row(
+            f"OpenSeesPy, {record.dt} s, nearest isolator",
+            f"{reached:.1e}",
+            f"{min(spent) * 1e3:.1f}",
+            f"{min(spent) / seconds:.0f}",
+        )
     console.print(table)
 
 

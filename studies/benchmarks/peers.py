@@ -105,8 +105,12 @@ class FirstOrder:
     def by_solve_ivp(self, tolerance: float) -> NDArray:
         """States at the samples by ``solve_ivp``'s RK45, (n_samples, n_states)."""
         solution = solve_ivp(
-            self.rate(), (0.0, self.time[-1]), self.start, t_eval=self.time,
-            rtol=tolerance, atol=tolerance * 1e-3,
+            self.rate(),
+            (0.0, self.time[-1]),
+            self.start,
+            t_eval=self.time,
+            rtol=tolerance,
+            atol=tolerance * 1e-3,
         )
         return solution.y.T
 

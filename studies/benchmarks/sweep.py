@@ -113,8 +113,12 @@ def ten_thousand(per_axis: int) -> None:
         table.add_column(column, justify="left" if column == "how" else "right")
     rows = []
     with in_compiled_code() as spent:
-        rows.append(("chunks one after another, nothing stored",
-                     timed(lambda: list(in_this_process(chunks_of(design))))))
+        rows.append(
+            (
+                "chunks one after another, nothing stored",
+                timed(lambda: list(in_this_process(chunks_of(design)))),
+            )
+        )
     rows.append(("  of which in compiled code", sum(spent)))
     with tempfile.TemporaryDirectory() as folder:
         for workers in (1, 2):
@@ -205,8 +209,10 @@ def measured(per_axis: int) -> None:
     """Run a sweep and print this process's peak memory, a worker's, and the time."""
     with tempfile.TemporaryDirectory() as folder:
         seconds = timed(lambda: sweep(plan(per_axis), f"{folder}/sweep", workers=2))
-    peaks = [resource.getrusage(who).ru_maxrss / 1024
-             for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    peaks = [
+        resource.getrusage(who).ru_maxrss / 1024
+        for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    ]
     print(*(f"{peak:.0f}" for peak in peaks), f"{seconds:.1f}")
 
 

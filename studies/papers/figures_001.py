@@ -1,4 +1,4 @@
-"""Figures of Tao et al.: loops of Table 4's model, their parts, and measures against current."""
+"""Figures of Tao et al.: loops of Table 4's model, their parts, and the three models compared."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ from isolation_sim.laws import Device, law
 from isolation_sim.laws.published import TAO_CURRENTS_A, TAO_IMPROVED
 from isolation_sim.reports.style import line_styles, new_figure, style
 
+from .conditions_001 import ENDS_A, POINTS, table_4
 from .loops import draw_loops, finish
-from .paper_001 import ENDS_A, POINTS, modulus, table_4
+from .models_001 import complex_modulus, improved, traditional
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+MODELS = {"complex modulus": complex_modulus, "traditional Bouc-Wen": traditional}
 
 
 def figures() -> dict[str, Figure]:
@@ -33,7 +37,8 @@ def figures() -> dict[str, Figure]:
         "001_fig20_loops": draw_loops([("", loops)], "kN", "Table 4's model, 1 mm, 0.5 Hz"),
         "001_fig19_parameters": draw_loops(rows, "kN", "Table 4's model at 2 A, 1 mm, 0.5 Hz"),
         "001_fig18_spring_and_step": _ingredients(),
-        "001_fig21_current": _against_current(),
+        "001_fig21_fig23_current": _against_current(),
+        "001_fig22_models": _loops_of_three(),
     }
 
 
@@ -91,30 +96,48 @@ def _ingredients() -> Figure:
 
 
 def _against_current() -> Figure:
-    k, d = (np.array(TAO_IMPROVED[name]) for name in ("k", "d"))
-    found = np.array([modulus(1.0, 0.5, current) for current in TAO_CURRENTS_A])
-    sets = (
-        (
-            ("compression, k", 1e-6 * k),
-            ("tension, (1 - d) k", 1e-6 * k * (1 - d)),
-            ("complex modulus of the model", 1e-6 * found[:, 0]),
-        ),
-        (
-            ("c", 1e-3 * np.array(TAO_IMPROVED["c"])),
-            (None, None),
-            ("complex modulus of the model", 1e-3 * found[:, 1]),
-        ),
-    )
+    k, c, d = (np.array(TAO_IMPROVED[name]) for name in ("k", "c", "d"))
+    fitted = {
+        name: [model(current) for current in TAO_CURRENTS_A] for name, model in MODELS.items()
+    }
     with style():
-        figure = new_figure(7.2, 3.2)
-        panels = figure.subplots(1, 2)
-        for panel, curves in zip(panels, sets, strict=True):
-            for (label, values), line in zip(curves, line_styles(3, markers=True), strict=True):
-                if values is not None:
-                    panel.plot(TAO_CURRENTS_A, values, **line, label=label)
-            panel.set(xlabel="current (A)")
-            panel.legend(loc="lower right")
-        panels[0].set(ylabel="stiffness (MN/m)", title="stiffness", ylim=(2, 6))
-        panels[1].set(ylabel="damping (kN s/m)", title="damping", ylim=(0, 950))
-        figure.suptitle("Table 4's model, 1 mm, 0.5 Hz", fontsize=9)
+        figure = new_figure(7.2, 3.4)
+        panels = figure.subplots(1, 3)
+        tension, improved_line, *lines = line_styles(4, markers=True)
+        own = "improved Bouc-Wen, Table 4"
+        panels[0].plot(TAO_CURRENTS_A, 1e-6 * k, **improved_line, label=own)
+        panels[0].plot(
+            TAO_CURRENTS_A, 1e-6 * k * (1 - d), **tension, label="the same in tension, (1 - d) k"
+        )
+        panels[1].plot(TAO_CURRENTS_A, 1e-3 * c, **improved_line)
+        for (name, models), line in zip(fitted.items(), lines, strict=True):
+            label = f"{name}, fitted to it"
+            panels[0].plot(
+                TAO_CURRENTS_A, [1e-6 * fit.stiffness for fit in models], **line, label=label
+            )
+            panels[1].plot(TAO_CURRENTS_A, [1e-3 * fit.damping for fit in models], **line)
+            panels[2].plot(TAO_CURRENTS_A, [fit.error for fit in models], **line)
+        for panel, title, unit, top in zip(
+            panels,
+            ("stiffness", "damping", "error by Eq 24"),
+            ("MN/m", "kN s/m", "%"),
+            (6.0, 1000.0, 14.0),
+            strict=True,
+        ):
+            panel.set(
+                xlabel="current (A)", ylabel=f"{title} ({unit})", title=title, ylim=(0.0, top)
+            )
+        finish(figure, panels[0], "Three models of one loop: 1 mm, 0.5 Hz, zero position")
     return figure
+
+
+def _loops_of_three() -> Figure:
+    """Figure 22: the improved model's loops, and the other two fitted to them."""
+    rows = []
+    for current in ENDS_A:
+        x, v, force = improved(current)
+        loops = {"improved Bouc-Wen, Table 4": (x, v, force)} | {
+            f"{name}, fitted to it": (x, v, model(current).force) for name, model in MODELS.items()
+        }
+        rows.append((f"{current:g} A", loops))
+    return draw_loops(rows, "kN", "Three models of one loop: 1 mm, 0.5 Hz, zero position")

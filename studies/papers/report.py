@@ -7,7 +7,7 @@ from pathlib import Path
 
 from isolation_sim.reports.html.page import Block, Cell, Page, Picture, Prose, Row, Section, Table
 
-from .table import COLUMNS, Check, Verdict, tally, texts
+from .table import COLUMNS, Check, Claim, Comparison, Verdict, tally, texts
 
 
 def report(papers: Sequence[tuple[str, list[Check], list[Path]]]) -> Page:
@@ -24,8 +24,12 @@ def report(papers: Sequence[tuple[str, list[Check], list[Path]]]) -> Page:
         A section a paper; the reader chooses numbers by their verdict.
     """
     every = [check for _, checks, _ in papers for check in checks]
-    good = sum(check.verdict in (Verdict.REPRODUCED, Verdict.WITHIN) for check in every)
-    first = f"Of {len(every)} numbers and statements of the papers, {good} were reproduced."
+    printed = [check for check in every if isinstance(check, Comparison | Claim)]
+    good = sum(check.verdict in (Verdict.REPRODUCED, Verdict.WITHIN) for check in printed)
+    first = (
+        f"Of {len(printed)} printed numbers and statements that can be computed, {good} were "
+        "reproduced."
+    )
     sections = [Section("Verdict", [Prose((first, f"In all: {tally(every)}."), "verdict")])]
     for title, checks, figures in papers:
         blocks: list[Block] = [Prose((f"{tally(checks)}.",)), _table(title, checks)]

@@ -1,12 +1,18 @@
-"""A published number beside the recomputed one, and the verdict on it."""
+"""A number of a paper beside the recomputed one; every verdict follows from the row's own numbers.
+
+A row is one of the classes below. None of them takes a verdict, except `Reading`, which tells what
+only the paper's text can show and quotes it. A row's remark says how its number was computed
+(`how`), tells further computed numbers (`found`), or is a reading of the paper's text (`read`).
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -20,44 +26,115 @@ class Verdict(StrEnum):
     NOT_REPRODUCED = "not reproduced"
     MISPRINT = "misprint"
     CORRUPT = "corrupt data"
+    SOUND = "sound data"
     WRONG = "wrong as printed"
     AMBIGUOUS = "ambiguous"
     NOT_PRINTED = "follows, not printed"
     NOT_CHECKABLE = "not checkable"
 
 
+class Basis(StrEnum):
+    """Where a row's verdict, or a remark, comes from."""
+
+    METHOD = "method"
+    COMPUTED = "computed"
+    READING = "reading"
+
+
+class Remark(NamedTuple):
+    """A remark on a row; made by `how`, `found` or `read`."""
+
+    text: str
+    basis: Basis
+    values: tuple[object, ...] = ()
+
+    def __str__(self) -> str:
+        return f"reading: {self.text}" if self.basis is Basis.READING else self.text
+
+
+def how(method: str) -> Remark:
+    """Say how the computed number was obtained."""
+    return Remark(method, Basis.METHOD)
+
+
+def found(template: str, *values: object) -> Remark:
+    """Tell further computed numbers, which fill the template's braces.
+
+    Raises
+    ------
+    ValueError
+        If there are none: such a remark would be written by hand.
+    """
+    if not values:
+        raise ValueError(f"a computed remark needs computed values: {template!r}")
+    return Remark(template.format(*values), Basis.COMPUTED, values)
+
+
+def read(text: str) -> Remark:
+    """Tell what the paper's text says, or what it lacks."""
+    return Remark(text, Basis.READING)
+
+
+NO_REMARK = Remark("", Basis.METHOD)
+
 _LEVELS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 11.0)
 
 
+def agree(published: str, computed: float, within: float = 0.0) -> bool:
+    """Whether a number agrees with a printed one.
+
+    Parameters
+    ----------
+    published : str
+        As printed, whose last digit says how it was rounded.
+    computed : float
+        In the same unit.
+    within : float, percent
+        Largest difference that still counts, beyond the rounding.
+
+    Returns
+    -------
+    bool
+    """
+    mantissa, _, exponent = published.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
+    off = abs(computed - float(published))
+    return off <= max(0.5 * 10.0**-decimals * (1 + 1e-9), within / 100 * abs(float(published)))
+
+
 @dataclass(frozen=True)
-class Check:
-    """One number of a paper.
+class Check(ABC):
+    """A row of a paper's table.
 
     Attributes
     ----------
     what : str
-        What it is.
+        The number or statement.
     where : str
         Table, equation or section.
     published : str
         As printed; empty where it is not.
     computed : float or None
-        By the library, in ``unit``; None where that is impossible.
+        By the library, in ``unit``; None for readings only.
     unit : str
         Of both.
-    verdict : Verdict
-        What follows.
-    reason : str
-        Why, in one line.
+    remark : Remark
+        One line on it.
     """
 
     what: str
     where: str
     published: str
     computed: float | None
-    unit: str
-    verdict: Verdict
-    reason: str = ""
+    unit: str = ""
+    remark: Remark = NO_REMARK
+
+    basis: ClassVar[Basis] = Basis.COMPUTED
+
+    @property
+    @abstractmethod
+    def verdict(self) -> Verdict:
+        """What follows from the row's numbers."""
 
     @property
     def difference(self) -> float | None:
@@ -68,7 +145,9 @@ class Check:
 
     @property
     def judgement(self) -> str:
-        """The verdict as it is printed, with the tolerance where it has one."""
+        """The verdict as it is printed, with its tolerance, or marked as a reading."""
+        if self.basis is Basis.READING:
+            return f"{self.verdict.value} (reading)"
         if self.verdict is not Verdict.WITHIN or self.difference is None:
             return self.verdict.value
         level = next(level for level in _LEVELS if abs(self.difference) <= level)
@@ -84,8 +163,162 @@ class Check:
             "unit": self.unit,
             "difference_percent": "" if self.difference is None else self.difference,
             "verdict": self.judgement,
-            "reason": self.reason,
+            "basis": self.basis.value,
+            "remark": self.remark.text,
+            "remark_basis": self.remark.basis.value if self.remark.text else "",
         }
+
+
+@dataclass(frozen=True)
+class Comparison(Check):
+    """A printed number beside the computed one.
+
+    Attributes
+    ----------
+    within : float, percent
+        Largest difference that still counts as reproduced, beyond the rounding.
+    meant : str
+        Number meant in place of the printed one. The printed one is a misprint if it disagrees and
+        this one agrees within ``meant_within``.
+    meant_within : float, percent
+        Largest difference from the number meant.
+    source : Outlier or None
+        Row that judges the table's entry from which the printed number comes. If that entry is
+        corrupt, so is the printed number, whatever it agrees with.
+    """
+
+    within: float = 0.1
+    meant: str = ""
+    meant_within: float = 0.1
+    source: Outlier | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Corrupt by its source; else by the difference, and by the number meant."""
+        assert self.computed is not None
+        if self.source is not None and self.source.verdict is Verdict.CORRUPT:
+            return Verdict.CORRUPT
+        if agree(self.published, self.computed):
+            return Verdict.REPRODUCED
+        if agree(self.published, self.computed, self.within):
+            return Verdict.WITHIN
+        if self.meant and agree(self.meant, self.computed, self.meant_within):
+            return Verdict.MISPRINT
+        return Verdict.NOT_REPRODUCED
+
+
+@dataclass(frozen=True)
+class Claim(Check):
+    """A statement of the text, which holds if a computed number is between two bounds.
+
+    Attributes
+    ----------
+    above, below : float
+        Bounds, neither of them included.
+    """
+
+    above: float = -float("inf")
+    below: float = float("inf")
+
+    @property
+    def verdict(self) -> Verdict:
+        """Reproduced if the number is between the bounds, else wrong."""
+        assert self.computed is not None
+        return Verdict.REPRODUCED if self.above < self.computed < self.below else Verdict.WRONG
+
+
+@dataclass(frozen=True)
+class Consequence(Check):
+    """A number that the paper's equations and tables determine and that it does not print."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """Not printed."""
+        return Verdict.NOT_PRINTED
+
+
+@dataclass(frozen=True)
+class Outlier(Check):
+    """A measure of how far a table's entry is from its neighbours.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        Range of the measure in sound data.
+    """
+
+    lowest: float = -float("inf")
+    highest: float = float("inf")
+
+    @property
+    def verdict(self) -> Verdict:
+        """Corrupt if the measure is outside its range."""
+        assert self.computed is not None
+        return Verdict.SOUND if self.lowest <= self.computed <= self.highest else Verdict.CORRUPT
+
+
+@dataclass(frozen=True)
+class Equation(Check):
+    """Difference between an equation as printed and as it follows from the paper's others.
+
+    Attributes
+    ----------
+    rounding : float
+        Largest difference that floating-point arithmetic explains, in ``unit``.
+    """
+
+    rounding: float = 1e-6
+
+    @property
+    def verdict(self) -> Verdict:
+        """Misprint if they differ."""
+        assert self.computed is not None
+        same = abs(self.computed) <= self.rounding
+        return Verdict.REPRODUCED if same else Verdict.MISPRINT
+
+
+@dataclass(frozen=True)
+class Alternative(Check):
+    """A number under one of several readings of the paper.
+
+    Attributes
+    ----------
+    others : sequence of float
+        The number under the other readings, in ``unit``.
+    """
+
+    others: Sequence[float] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """Ambiguous if another reading gives another number (by 0.1 %)."""
+        assert self.computed is not None
+        largest = max((abs(other - self.computed) for other in self.others), default=0.0)
+        same = largest <= 1e-3 * abs(self.computed)
+        return Verdict.NOT_PRINTED if same else Verdict.AMBIGUOUS
+
+
+@dataclass(frozen=True)
+class Reading(Check):
+    """What only the paper's text shows: the one row whose verdict is given, marked as a reading.
+
+    Attributes
+    ----------
+    judged : Verdict
+        What the text shows; never that a number was reproduced.
+    quote : str
+        The text.
+    """
+
+    judged: Verdict = Verdict.NOT_CHECKABLE
+    quote: str = ""
+
+    basis: ClassVar[Basis] = Basis.READING
+
+    @property
+    def verdict(self) -> Verdict:
+        """As read."""
+        return self.judged
 
 
 def compare(
@@ -94,113 +327,79 @@ def compare(
     published: str,
     computed: float,
     unit: str = "",
-    reason: str = "",
+    remark: Remark = NO_REMARK,
     within: float = 0.1,
-    otherwise: Verdict = Verdict.NOT_REPRODUCED,
-) -> Check:
-    """Judge a printed number by what is computed.
-
-    Parameters
-    ----------
-    what, where : str
-        What it is, and its table, equation or section.
-    published : str
-        As printed, whose last digit says how it was rounded.
-    computed : float
-        In the same unit.
-    unit : str
-        Of both.
-    reason : str
-        Why they differ, or what the agreement means.
-    within : float, percent
-        Largest difference that still counts as reproduced, beyond the rounding.
-    otherwise : Verdict
-        What a larger difference means.
-
-    Returns
-    -------
-    Check
-    """
-    mantissa, _, exponent = published.lower().partition("e")
-    decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
-    off = abs(computed - float(published))
-    if off <= 0.5 * 10.0**-decimals * (1 + 1e-9):
-        verdict = Verdict.REPRODUCED
-    elif off <= within / 100 * abs(float(published)):
-        verdict = Verdict.WITHIN
-    else:
-        verdict = otherwise
-    return Check(what, where, published, float(computed), unit, verdict, reason)
-
-
-def follows(what: str, where: str, computed: float, unit: str = "", reason: str = "") -> Check:
-    """Tell a number that the paper's equations and tables determine and that it does not print.
-
-    Parameters
-    ----------
-    what, where : str
-        What it is, and what it follows from.
-    computed : float
-        In ``unit``.
-    unit : str
-        Its unit.
-    reason : str
-        What it means.
-
-    Returns
-    -------
-    Check
-    """
-    return Check(what, where, "", float(computed), unit, Verdict.NOT_PRINTED, reason)
-
-
-def claim(
-    what: str, where: str, holds: bool, computed: float | None, unit: str = "", reason: str = ""
-) -> Check:
-    """Judge a statement of the text.
-
-    Parameters
-    ----------
-    what, where : str
-        The statement and its place.
-    holds : bool
-        Whether what is computed agrees.
-    computed : float or None
-        The number that decides, in ``unit``.
-    unit : str
-        Its unit.
-    reason : str
-        What the number is.
-
-    Returns
-    -------
-    Check
-    """
-    verdict = Verdict.REPRODUCED if holds else Verdict.WRONG
-    return Check(
-        what, where, "", None if computed is None else float(computed), unit, verdict, reason
+    *,
+    meant: str = "",
+    meant_within: float = 0.1,
+    source: Outlier | None = None,
+) -> Comparison:
+    """Compare a printed number with the computed one; arguments as of `Comparison`."""
+    return Comparison(
+        what, where, published, float(computed), unit, remark, within, meant, meant_within, source
     )
 
 
-def remark(what: str, where: str, verdict: Verdict, reason: str, published: str = "") -> Check:
-    """Tell what cannot be settled by a number.
+def follows(
+    what: str, where: str, computed: float, unit: str = "", remark: Remark = NO_REMARK
+) -> Consequence:
+    """Tell a number that follows from the paper and is not printed."""
+    return Consequence(what, where, "", float(computed), unit, remark)
 
-    Parameters
-    ----------
-    what, where : str
-        What it is, and its table, equation or section.
-    verdict : Verdict
-        What is the matter.
-    reason : str
-        Why.
-    published : str
-        As printed, where it is a number.
 
-    Returns
-    -------
-    Check
-    """
-    return Check(what, where, published, None, "", verdict, reason)
+def claim(
+    what: str,
+    where: str,
+    computed: float,
+    unit: str = "",
+    remark: Remark = NO_REMARK,
+    *,
+    above: float = -float("inf"),
+    below: float = float("inf"),
+) -> Claim:
+    """Judge a statement of the text by a number that must be between two bounds."""
+    return Claim(what, where, "", float(computed), unit, remark, above, below)
+
+
+def outlier(
+    what: str,
+    where: str,
+    computed: float,
+    unit: str = "",
+    remark: Remark = NO_REMARK,
+    *,
+    lowest: float = -float("inf"),
+    highest: float = float("inf"),
+) -> Outlier:
+    """Judge a table's entry by a measure that must be in a range."""
+    return Outlier(what, where, "", float(computed), unit, remark, lowest, highest)
+
+
+def equation(
+    what: str, where: str, computed: float, unit: str = "", remark: Remark = NO_REMARK
+) -> Equation:
+    """Judge an equation by how far its printed form is from the one meant."""
+    return Equation(what, where, "", float(computed), unit, remark)
+
+
+def alternatives(
+    where: str, values: dict[str, float], unit: str = "", remark: Remark = NO_REMARK
+) -> list[Alternative]:
+    """Tell a number under every reading of the paper, a row each."""
+    return [
+        Alternative(
+            what, where, "", float(value), unit, remark,
+            tuple(other for key, other in values.items() if key != what),
+        )
+        for what, value in values.items()
+    ]  # fmt: skip
+
+
+def reading(
+    what: str, where: str, judged: Verdict, text: str, quote: str, published: str = ""
+) -> Reading:
+    """Tell what only the paper's text shows, with the words that show it."""
+    return Reading(what, where, published, None, "", read(text), judged, quote)
 
 
 def layout(title: str, checks: Iterable[Check]) -> Table:
@@ -237,7 +436,7 @@ COLUMNS = {
     "unit": "left",
     "diff %": "right",
     "verdict": "left",
-    "why": "left",
+    "remark": "left",
 }
 """Headings of the table of checks, and the side at which a column lines up."""
 
@@ -255,6 +454,7 @@ def texts(check: Check) -> tuple[str, ...]:
     tuple of str
         A text a column.
     """
+    read_only = check.basis is Basis.READING
     return (
         check.what,
         check.where,
@@ -263,7 +463,7 @@ def texts(check: Check) -> tuple[str, ...]:
         check.unit,
         "" if check.difference is None else f"{check.difference:+.2f}",
         check.judgement,
-        check.reason,
+        check.remark.text if read_only else str(check.remark),
     )
 
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from isolation_sim.laws import law
 from isolation_sim.laws.published import TAO_COMPLEX_MODULUS
-from studies.papers.paper_001 import departures
+from studies.papers.conditions_001 import departures
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
+from isolation_sim.laws import law
 from isolation_sim.laws import linearised_bouc_wen as lbw
+from studies.papers.misprints import linearised_bouc_wen
 
 
 def test_coefficients_to_a_thousandth():
@@ -71,3 +73,27 @@ def test_refuses_conditions_that_were_not_tested():
         lbw.condition(0.1, 0.1, 6.0)
     with pytest.raises(InputError, match="no column"):
         lbw.regression(drop=[(0.2, 0.1, 21.0)])
+
+
+def test_the_meant_bouc_wen_equation_is_odd_and_the_printed_one_is_not():
+    """Eq 2 prints no z after |z|^(n-1); the law has it."""
+    values = dict(k=0.0, c=0.0, alpha=1.0, A=1.0, beta=1.0, gamma=1.0, n=2.0, F0=0.0)
+    device = law("bouc_wen", values)
+    (there,), (back,) = (device.rates(0.0, way, (way,), 0.0) for way in (1.0, -1.0))
+    assert there + back == pytest.approx(0.0, abs=1e-12)
+    row = next(row for row in linearised_bouc_wen() if row.where == "Eq 2")
+    assert row.computed == -2.0
+
+
+def test_printed_transfer_functions_differ_from_eq_8():
+    """Eq 7 to 12 evaluated apart from the study, at one column of Table 1 each."""
+    rows = {row.where: row.computed for row in linearised_bouc_wen()}
+    # 0.4 T, 0.15 mm, 6 Hz: k1, k2, C_e, k_e, ω
+    k1, k2, C_e, k_e, w = 6.803768, 0.217612, 0.217615, 1.030825, 12 * np.pi
+    C = 0.000459
+    exact = k1 + k2 * 1j * w * C_e / (1j * w - k_e) + 1j * w * C
+    eq_7 = k1 + k2 * 1j * w * C_e / (1j * w - k1) + 1j * w * C
+    assert 0 < 100 * abs(eq_7 / exact - 1) <= rows["Eq 7"] < 1
+    eq_11 = w * (C - k2 * k_e * w * C_e / (k_e + w**2))
+    assert 10 < 100 * abs(eq_11 / exact.imag - 1) <= rows["Eq 11"]
+    assert 0 < 100 * abs((exact.real + exact.imag) / exact - 1) <= rows["Eq 12"]

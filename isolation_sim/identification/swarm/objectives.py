@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, unknown_name
-from ..force_comparison import fitness, rms_error, squared_force_error
+from ..force_comparison import fitness, half_range_error, rms_error, squared_force_error
 
 
 def misfit(measured: Any, modelled: Any) -> float:
@@ -30,9 +30,11 @@ OBJECTIVES: dict[str, Callable[[Any, Any], float]] = {
     "rms": rms_error,
     "squared_force": squared_force_error,
     "misfit": misfit,
+    "half_range": half_range_error,
 }
 """Objectives to minimise by name: ``rms`` (Yu et al., Eq 6, N), ``squared_force`` (Li & Li, Eq 16,
-which cannot see the sign of a force; by samples of 1 s), ``misfit`` (linearised Bouc-Wen, %)."""
+which cannot see the sign of a force; by samples of 1 s), ``misfit`` (linearised Bouc-Wen, %),
+``half_range`` (Tao et al., Eq 24, dimensionless)."""
 
 
 def force_objective(

@@ -1,0 +1,142 @@
+"""Misprinted equations of Yu et al. and of the linearised Bouc-Wen paper.
+
+Where it can be done, the equation as printed is evaluated beside the one that follows from the
+paper's other equations, and the difference is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from isolation_sim.identification.sinusoidal import sinusoidal
+from isolation_sim.laws import hybrid
+from isolation_sim.laws import linearised_bouc_wen as lbw
+
+from .paper_000 import changed
+from .search_002 import FAST
+from .table import Check, Verdict, equation, read, reading
+
+
+def yu() -> Iterator[Check]:
+    """Equations 1, 3, 21 and 23 of Yu et al.
+
+    Yields
+    ------
+    Check
+    """
+    x = 8e-3 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 257))  # half a cycle of samples
+    device = hybrid.condition(8, 4, 1.0)  # the loop of Figure 4
+    upper, lower = (device.force(x, v, (), 1.0) for v in (FAST, -FAST))
+    mean = (upper + lower) / 2
+    printed = np.sum(upper + lower) / len(x)
+    yield equation(
+        "mean of the loop at 8 mm, printed over meant",
+        "Eq 1",
+        100 * (printed / mean[-1] - 1),
+        "%",
+        read("1/N and a sum over the samples are printed for 1/2 at every displacement"),
+    )
+    thickness = np.abs(upper - mean) + np.abs(lower - mean)
+    middle = len(x) // 2
+    yield equation(
+        "thickness of the loop at 0 mm, printed over meant",
+        "Eq 3",
+        100 * (np.mean(thickness) / (thickness[middle] / 2) - 1),
+        "%",
+        read("1/N and a sum over the samples are printed for 1/2 at every displacement"),
+    )
+    yield reading(
+        "LuGre force",
+        "Eq 21",
+        Verdict.MISPRINT,
+        "the last y lacks its dot",
+        r"\frac{\beta}{\alpha} y + \frac{\varepsilon}{\alpha} y",
+    )
+    peaks = [
+        float(np.max(sinusoidal(changed(law), [8e-3]).last_cycle(0)[2]))
+        for law in ("four_parameter", "strain_stiffening")
+    ]
+    yield equation(
+        "strain-stiffening force, peak at 8 mm, printed over meant",
+        "Eq 23",
+        100 * (peaks[0] / peaks[1] - 1),
+        "%",
+        read("alpha x³ is printed for alpha z³ of Eq 25; of 000's base model at 1 Hz"),
+    )
+
+
+def linearised_bouc_wen() -> Iterator[Check]:
+    """Equations 2, 7, 9-13 and two sentences of the linearised Bouc-Wen paper.
+
+    Yields
+    ------
+    Check
+    """
+    v, z = 1.0, 1.0  # with A, beta and gamma 1 and n 2
+    printed = [
+        sign * v - abs(sign * v) * abs(sign * z) - sign * v * (sign * z) ** 2 for sign in (1, -1)
+    ]
+    yield equation(
+        "dz/dt at (v, z) plus dz/dt at (-v, -z)",
+        "Eq 2",
+        sum(printed),
+        "",
+        read("z is missing after |z|^(n-1); an odd equation gives 0"),
+    )
+    yield from _transfer_function()
+    yield reading(
+        "parameter that is zero",
+        "Linearization",
+        Verdict.MISPRINT,
+        "S_e is meant, which multiplies x: Eq 6 leaves it out, Table 1 has C_e",
+        "the parameter C_e should be zero",
+    )
+    yield reading(
+        "least amplitude",
+        "Introduction",
+        Verdict.MISPRINT,
+        "0.1 mm is meant, as in Table 1",
+        r"0.1 \mathrm{nm}",
+    )
+
+
+def _transfer_function() -> Iterator[Check]:
+    """Equations 7 and 9-13 against Eq 8, over all 48 columns of Table 1."""
+    table = lbw.columns()
+    C, k1, k2, C_e, k_e = (table[name] for name in ("C", "k1", "k2", "C_e", "k_e"))
+    omega = 2 * np.pi * table["frequency_Hz"]
+    exact = k1 + k2 * 1j * omega * C_e / (1j * omega - k_e) + 1j * omega * C
+    shared = k2 * k_e * omega * C_e
+    storage = k1 + k2 * omega**2 * C_e / (omega**2 + k2)
+    for name, place, printed, meant, why in (
+        (
+            "force over displacement",
+            "Eq 7",
+            k1 + k2 * 1j * omega * C_e / (1j * omega - k1) + 1j * omega * C,
+            exact,
+            "k1 is printed for ke",
+        ),
+        ("G_real", "Eqs 9, 10", storage, exact.real, "prints ω² + k2 for ω² + ke²"),
+        ("G_img", "Eq 9", omega * (C - shared / (k_e**2 + omega**2)), exact.imag, "an ω too many"),
+        (
+            "G_img",
+            "Eq 11",
+            omega * (C - shared / (k_e + omega**2)),
+            exact.imag,
+            "prints ke + ω² for ω² + ke², and an ω too many",
+        ),
+        ("G_eq", "Eq 12", exact.real + exact.imag, exact, "lacks i"),
+    ):
+        off = 100 * np.max(np.abs(printed - meant) / np.abs(meant))
+        yield equation(f"{name} as printed, largest error of 48", place, off, "%", read(why))
+    force = np.sin(np.linspace(0, 2 * np.pi, 100, endpoint=False)) + 0.5
+    scale = float(np.linalg.norm(force - np.mean(force)))
+    yield equation(
+        "denominator of the fitness, printed over meant",
+        "Eq 13",
+        100 * (float(np.linalg.norm(force - force)) / scale - 1),
+        "%",
+        read("F_m - F_m is printed for F_m less its mean"),
+    )
