@@ -8,6 +8,7 @@ from ..errors import InputError, unknown_name
 from . import (
     bouc_wen,
     dahl,
+    dynamic_stiffness,
     field_gap,
     four_parameter,
     hybrid,
@@ -41,6 +42,7 @@ _FILES = (
     bouc_wen,
     improved_bouc_wen,
     linearised_bouc_wen,
+    dynamic_stiffness,
     lugre,
     dahl,
     spring_pot,
