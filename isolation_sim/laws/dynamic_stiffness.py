@@ -2,21 +2,22 @@
 
 ``F = K'(A, B, f) x + K''(A, B, f) v / (2 pi f)`` with the storage stiffness
 ``K' = k_0 + k_A A + k_B B + k_f f`` and the loss stiffness ``K'' = l_0 + l_A A + l_B B + l_f f``,
-which the paper fits to its Table 1. A and f are amplitude and frequency of the present motion, from
-the mean squares of deformation and velocity over the last ``tau`` seconds: those of a sinusoid that
-has the same mean squares. In K' and K'' they are held at the ends of the tests, 0.1-0.2 mm and
-6-20 Hz, since lines through tests say nothing beyond them; the loss of a slower motion is that at
-6 Hz. The law needs some periods to know a motion: until then it has the reference frequency.
+which the paper fits to its Table 1. A and f are the amplitude and frequency of a sinusoid with the
+mean squares of deformation and velocity of the last ``tau`` seconds. In K' and K'' they are held at
+the ends of the tests, 0.1-0.2 mm and 6-20 Hz: the regression says nothing beyond them. Until a
+motion has lasted some periods, f is near the reference frequency of 10 Hz.
 
-The paper gives the field alone, no current. The field against the current is the parameter ``B``:
-``B = [0, 0.3]`` is 0.3 T/A. The published sets take 0.588 T/A, which another paper computes for its
-own isolator (Li & Li, Section 4.2: 0.588 T in the first layer at 1 A). Give what your magnet has, and
-``current_range`` up to the current of 0.4 T, the largest field of the tests.
+The paper gives the field, but no current. The field against the current is the parameter ``B``:
+``B = [0, 0.3]`` is 0.3 T/A. The published sets take 0.588 T/A, the field that Li & Li (Section 4.2)
+compute for the first layer of their own isolator at 1 A. Give the field of your magnet, and a
+``current_range`` up to 0.4 T, the largest field of the tests.
 
 No linear device has such a stiffness: by causality, a loss of 1 N/mm from 6 to 20 Hz makes the
-storage grow by some 0.8 N/mm, four times the printed 0.2 N/mm. This one is not linear, since it
-adapts to the motion. It has no stored energy, and a stiffness that changes with the amplitude can
-do work.
+storage grow by 0.8 N/mm, four times the printed 0.2 N/mm. This device adapts to the motion and is
+not linear. It has no stored energy, and a stiffness that changes with the amplitude can do work.
+
+For a fit, hold ``B`` and ``tau``. The slopes need motions of several amplitudes and frequencies
+between the ends of the tests.
 """
 
 from typing import Any
@@ -41,15 +42,15 @@ FREQUENCIES = (LINEARISED_FREQUENCIES_HZ[0], LINEARISED_FREQUENCIES_HZ[-1])
 """Lowest and highest tested frequency, Hz."""
 
 REFERENCE_FREQUENCY = 10.0
-"""Frequency in Hz of which the law thinks until it has seen a motion."""
+"""Estimate of the frequency at rest, Hz."""
 
 TESLA_PER_AMPERE = 0.588
 """Li & Li, Section 4.2: field at 1 A in the first layer of another isolator."""
 
 AVERAGING_TIME = 1.0
-"""Default tau in s: six periods of the slowest test."""
+"""Default tau in s, six periods of the slowest test."""
 
-# share of the largest mean square below which a motion does not count
+# mean square added to both, over the square of the largest amplitude: sets the estimate at rest
 _REST = 1e-4
 
 
@@ -135,7 +136,7 @@ def sound() -> Device:
     Returns
     -------
     Device
-        That softens with the amplitude, as 47 of the 48 columns say.
+        It softens with the amplitude.
     """
     found = linearised_bouc_wen.regression(drop=[linearised_bouc_wen.CORRUPT])
     return _device(
@@ -150,7 +151,7 @@ def printed() -> Device:
     Returns
     -------
     Device
-        That stiffens with the amplitude, because of one corrupt column.
+        It stiffens with the amplitude, because of one corrupt column.
     """
     return _device(LINEARISED_REGRESSION_PRINTED, "second Eqs 10-11 as printed")
 

@@ -183,7 +183,8 @@ LINEARISED_REGRESSION_PRINTED = {
     "storage": {"A": 1.4147, "B": 3.700, "f": 0.01421, "constant": 5.3376},
     "loss": {"A": -0.825, "B": 0.6469, "f": 0.00109, "constant": 1.017441},
 }
-"""Linearised Bouc-Wen, second Eqs 10 and 11: N/mm over amplitude (mm), field (T), frequency (Hz)."""
+"""Linearised Bouc-Wen, second Eqs 10 and 11: N/mm over amplitude (mm), field (T) and frequency
+(Hz)."""
 
 LINEARISED_PARAMETERS: dict[str, tuple[tuple[tuple[float, ...], ...], ...]] = {
     "C": (

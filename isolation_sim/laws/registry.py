@@ -135,10 +135,10 @@ def law(name: str, parameters: str | Mapping[str, Coefficients] | None = None) -
     name : str
         Name of the law.
     parameters : str or mapping of str to float or sequence of float, optional
-        Name of a published set or condition; or numbers in SI units, constants or ascending powers of the
-        current in A. Numbers replace those of the default published set where the law has one,
-        and keep its range; a law without one needs all of its parameters. The default published
-        set if not given.
+        Name of a published set or condition; or numbers in SI units, constants or ascending powers
+        of the current in A. Numbers replace those of the default published set where the law has
+        one, and keep its range; a law without one needs all of its parameters. The default
+        published set if not given.
 
     Returns
     -------
