@@ -177,7 +177,8 @@ def _currents(device: Device) -> tuple[float, ...]:
     if not device.depends_on_current:
         return (0.0,)
     low, high = device.current_range
-    return tuple(i for i in CURRENTS if low <= i <= high) or (low, high)
+    inside = tuple(i for i in CURRENTS if low <= i <= high)
+    return inside if len(inside) > 1 else (low, high)
 
 
 def _draw(one: Law, folder: Path) -> str:

@@ -189,6 +189,16 @@ def test_corrupt_columns_say_so():
     every = {name.removesuffix("_0A") for name in at_0}
     assert flagged("hybrid") == at_0 | every | {"4mm_2Hz_1A", "4mm_4Hz_1A"}
     assert "outlier" in law("hybrid", "8mm_2Hz_0A").source
+    # the same device by Li & Li, Table 1
+    ratios = [
+        stiffness[0] / (alpha[0] * np.sinh(amplitude * beta[0]) / amplitude)
+        for amplitude, stiffness in published.LI_LI_STIFFNESS_N_PER_MM.items()
+        for alpha, beta in [
+            (table[amplitude, 1.0] for table in (published.YU_ALPHA_N, published.YU_BETA_PER_MM))
+        ]
+    ]
+    told = f"{1 / max(ratios):.1f} to {1 / min(ratios):.1f} times too stiff at 1 Hz"
+    assert told in law("hybrid", "4mm_1Hz_0A").source
 
 
 def test_refuses_a_condition_that_was_not_tested():
