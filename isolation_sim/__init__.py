@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .identification.fit import fit
     from .identification.fitted import Fit
     from .identification.loop_measures import loop_measures
-    from .laws import Device, available_laws, available_sets, law
+    from .laws import Device, available_conditions, available_laws, available_sets, law
     from .results import read_run, write_run
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
@@ -57,6 +57,7 @@ _HOMES = {
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
     "Structure": ".structures",
+    "available_conditions": ".laws",
     "available_controllers": "controllers",
     "available_laws": ".laws",
     "available_sets": ".laws",
@@ -96,6 +97,7 @@ __all__ = [
     "Scenario",
     "Sensors",
     "Structure",
+    "available_conditions",
     "available_controllers",
     "available_laws",
     "available_sets",

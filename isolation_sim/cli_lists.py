@@ -8,13 +8,27 @@ Rows = tuple[list[str], list[list[str]]]
 
 
 def _laws() -> Rows:
-    from .laws import LAWS, available_sets
+    from .laws import LAWS, available_conditions, available_sets
 
     entries = []
     for name, law in LAWS.items():
         parameters = ", ".join(f"{q.name} ({q.unit})" for q in law.parameters)
-        entries.append([name, law.title, ", ".join(available_sets(name)) or "none", parameters])
+        sets, conditions = list(available_sets(name)), available_conditions(name)
+        if conditions:
+            sets.append(f"{len(conditions)} single conditions (isolation-sim list sets)")
+        entries.append([name, law.title, ", ".join(sets) or "none", parameters])
     return ["law", "title", "published sets", "parameters"], entries
+
+
+def _sets() -> Rows:
+    from .laws import LAWS, available_conditions, available_sets, law
+
+    entries = [
+        [name, each, law(name, each).source]
+        for name in LAWS
+        for each in (*available_sets(name), *available_conditions(name))
+    ]
+    return ["law", "published set", "source"], entries
 
 
 def _controllers() -> Rows:
@@ -65,6 +79,7 @@ def _structures() -> Rows:
 
 SUBJECTS: dict[str, Callable[[], Rows]] = {
     "laws": _laws,
+    "sets": _sets,
     "controllers": _controllers,
     "records": _records,
     "effects": _effects,

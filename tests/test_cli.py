@@ -195,6 +195,7 @@ def test_new_does_not_overwrite_unless_told(here, call):
     ("subject", "shown"),
     [
         ("laws", "strain_stiffening"),
+        ("sets", "0.2T_0.1mm_20Hz"),
         ("controllers", "clipped_lqr"),
         ("records", "el_centro_1940_ns"),
         ("effects", "effect"),

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from ground_motions import STANDARD_GRAVITY, load_record
 from isolation_sim.errors import InputError
+from isolation_sim.laws import law
 from isolation_sim.scenario import Scenario, writer
 from isolation_sim.structures import reference_building, reference_isolators
 
@@ -177,6 +178,19 @@ def test_ground_is_processed_in_the_order_of_its_keys():
 def test_every_kind_of_motion_builds(ground):
     (record,) = Scenario.from_toml(f"[ground]\n{ground}").build().records
     assert record.pga > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "chosen"),
+    [("hybrid", "4mm_2Hz"), ("hybrid", "2mm_4Hz_3A"), ("linearised_bouc_wen", "0.4T_0.2mm_14Hz")],
+)
+def test_a_set_of_a_single_condition(name, chosen):
+    scenario = Scenario.from_toml(f'[isolator]\nlaw = "{name}"\nparameters = "{chosen}"')
+    reference = reference_isolators()
+    device = scenario.build().isolated.elements[0].device
+    assert device == law(name, chosen).scaled(reference.length, reference.force_scale)
+    assert chosen.split("_")[0].removesuffix("mm").removesuffix("T") in device.source
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
 
 
 def test_a_shear_building_with_elements():

@@ -10,7 +10,7 @@ import equations
 import numpy as np
 from markdown import display, figure, prose, table, written
 
-from isolation_sim import available_sets, fit, law
+from isolation_sim import available_conditions, available_sets, fit, law
 from isolation_sim.identification.campaign import Campaign, TestRun
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import LAWS, Device, Law
@@ -70,6 +70,7 @@ def _page(one: Law, loops: str) -> str:
         "## Quantities",
         _quantities(one),
         _sets(one),
+        _conditions(one),
     ])  # fmt: skip
 
 
@@ -138,6 +139,30 @@ def _sets(one: Law) -> str:
     return "\n\n".join(parts)
 
 
+def _conditions(one: Law) -> str:
+    """A row for each set of a single loading condition; those for every current stand apart."""
+    devices = {name: law(one.name, name) for name in available_conditions(one.name)}
+    if not devices:
+        return ""
+    every = [name for name, device in devices.items() if device.depends_on_current]
+    rows = [
+        (f"`{name}`", *(_number(p) for p in device.parameters_at(0.0)),
+         written(device.source.partition("; ")[2]))
+        for name, device in devices.items() if name not in every
+    ]  # fmt: skip
+    parts = [
+        "## Published sets of single loading conditions",
+        f"Source: {written(one.source)}. `parameters` of a device takes these names too; "
+        "the last column says which columns of the printed tables cannot be trusted.",
+        table(("set", *(f"${equations.symbol_latex(q.name)}$ ({q.unit})" for q in one.parameters),
+               "remark"), rows),
+    ]  # fmt: skip
+    if every:
+        names = ", ".join(f"`{name}`" for name in every)
+        parts.append(f"The same, linearly interpolated over the current: {names}.")
+    return "\n\n".join(parts)
+
+
 def _number(value: float) -> str:
     text = f"{value:.4g}"
     mantissa, _, power = text.partition("e")
@@ -152,7 +177,8 @@ def _currents(device: Device) -> tuple[float, ...]:
     if not device.depends_on_current:
         return (0.0,)
     low, high = device.current_range
-    return tuple(i for i in CURRENTS if low <= i <= high) or (low, high)
+    inside = tuple(i for i in CURRENTS if low <= i <= high)
+    return inside if len(inside) > 1 else (low, high)
 
 
 def _draw(one: Law, folder: Path) -> str:

@@ -16,6 +16,7 @@ _POWERS = {
     "J": (1, 1, 0, 0),
     "kg": (1, -1, 2, 0),
     "degC": (0, 0, 0, 0),
+    "T": (0, 0, 0, 0),
 }
 
 
@@ -32,8 +33,8 @@ def magnitude(
     Parameters
     ----------
     unit : str
-        SI unit made of N, m, s, A, J, kg and degC, such as ``"N s/m"``, ``"N/m^3"``, ``"1/m"`` or
-        ``"-"``; a degree counts as one.
+        SI unit made of N, m, s, A, J, kg, degC and T, such as ``"N s/m"``, ``"N/m^3"``, ``"1/m"``
+        or ``"-"``; a degree and a tesla count as one.
     force, length, time, current : float
         Sizes, N, m, s, A.
     exponents : mapping of str to float, optional

@@ -5,7 +5,7 @@ from .device import Device, Scaled
 from .law import Law, Quantity
 from .passive_switching import papers_rule, passive
 from .plain import from_dict, to_dict
-from .registry import LAWS, available_laws, available_sets, law
+from .registry import LAWS, available_conditions, available_laws, available_sets, law
 
 __all__ = [
     "LAWS",
@@ -14,6 +14,7 @@ __all__ = [
     "Law",
     "Quantity",
     "Scaled",
+    "available_conditions",
     "available_laws",
     "available_sets",
     "from_dict",

@@ -5,6 +5,7 @@ can follow. The sign of the velocity is therefore ``tanh(v / v_s)`` here, with t
 velocity ``v_s`` a declared parameter: 1 mm/s unless told otherwise.
 """
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from .published import (
     YU,
     YU_ALPHA_N,
     YU_BETA_PER_MM,
+    YU_DOUBTFUL,
     YU_GAMMA_N,
     YU_GENERALISED_PRINTED,
     YU_GENERALISED_REFITTED,
@@ -132,21 +134,33 @@ def condition(amplitude_mm: float, frequency_hz: float, current_A: float | None 
             "1, 2 or 4 Hz"
         )
     rows = {name: tuple(_SI[name] * c for c in table[key]) for name, table in _TABLES.items()}
-    source = f"{YU}, Tables 1-4 at {key[0]:g} mm, {key[1]:g} Hz"
+    source = f"Yu et al., Tables 1-4: {key[0]:g} mm, {key[1]:g} Hz"
     if current_A is None:
         added = {name: value * len(CURRENTS_A) for name, value in _ADDED.items()}
         current = CurrentDependence.table(CURRENTS_A, rows | added)
+        doubts = [YU_DOUBTFUL[*key, each] for each in CURRENTS_A if (*key, each) in YU_DOUBTFUL]
+        source = "; ".join([source, *doubts])
         return Device(LAW, current, (CURRENTS_A[0], CURRENTS_A[-1]), 1e-3 * key[0], source=source)
     if current_A not in CURRENTS_A:
         raise InputError(f"no test at {current_A:g} A; accepted: 0, 1, 2 or 3 A")
     column = CURRENTS_A.index(current_A)
     constants: dict[str, tuple[float, ...]] = {name: (row[column],) for name, row in rows.items()}
+    doubt = YU_DOUBTFUL.get((*key, float(current_A)))
     return Device(
         law=LAW,
         current=CurrentDependence.polynomial(constants | _ADDED),
         tested_deformation=1e-3 * key[0],
-        source=f"{source}, {current_A:g} A",
+        source=f"{source}, {current_A:g} A" + (f"; {doubt}" if doubt else ""),
     )
 
 
 SETS = {"generalised_printed": generalised_printed, "generalised_refitted": generalised_refitted}
+
+CONDITIONS = {
+    **{f"{A:g}mm_{f:g}Hz": partial(condition, A, f) for A, f in YU_ALPHA_N},
+    **{
+        f"{A:g}mm_{f:g}Hz_{current:g}A": partial(condition, A, f, current)
+        for A, f in YU_ALPHA_N
+        for current in CURRENTS_A
+    },
+}

@@ -14,6 +14,8 @@ one of them when fitting.
 """
 
 from collections.abc import Collection
+from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,8 +25,8 @@ from .current_dependence import CurrentDependence
 from .device import Device
 from .law import Law, Quantity, Spring
 from .published import (
-    LINEARISED,
     LINEARISED_AMPLITUDES_MM,
+    LINEARISED_DOUBTFUL,
     LINEARISED_FIELDS_T,
     LINEARISED_FREQUENCIES_HZ,
     LINEARISED_PARAMETERS,
@@ -139,8 +141,7 @@ def columns() -> dict[str, np.ndarray]:
         ``field_T``, ``amplitude_mm``, ``frequency_Hz``; ``C``, ``k1``, ``k2``, ``C_e``, ``k_e`` in
         N, mm, s; ``storage`` and ``loss`` in N/mm, with the paper's sign of k_e.
     """
-    keys = [(B, A, f) for B in LINEARISED_FIELDS_T for A in LINEARISED_AMPLITUDES_MM
-            for f in LINEARISED_FREQUENCIES_HZ]  # fmt: skip
+    keys = list(product(LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ))
     table = dict(zip(("field_T", "amplitude_mm", "frequency_Hz"), np.array(keys).T, strict=True))
     table |= {name: np.ravel(values) for name, values in LINEARISED_PARAMETERS.items()}
     C, k1, k2, C_e, k_e = (table[name] for name in LAW.parameter_names)
@@ -228,11 +229,14 @@ def condition(field_T: float, amplitude_mm: float, frequency_hz: float) -> Devic
         name: _SI[name] * LINEARISED_PARAMETERS[name][at[0]][at[1]][at[2]]
         for name in LAW.parameter_names
     }
+    where = f"{field_T:g} T, {amplitude_mm:g} mm, {frequency_hz:g} Hz"
+    source = f"dynamic stiffness of MR elastomers, Table 1: {where}"
+    doubt = LINEARISED_DOUBTFUL.get((field_T, amplitude_mm, frequency_hz))
     return Device(
         law=LAW,
         current=CurrentDependence.constant(values),
         tested_deformation=1e-3 * amplitude_mm,
-        source=f"{LINEARISED}, Table 1: {field_T:g} T, {amplitude_mm:g} mm, {frequency_hz:g} Hz",
+        source=f"{source}; {doubt}" if doubt else source,
     )
 
 
@@ -259,3 +263,10 @@ def field_0p4_tesla() -> Device:
 
 
 SETS = {"field_0_tesla": field_0_tesla, "field_0p4_tesla": field_0p4_tesla}
+
+CONDITIONS = {
+    f"{B:g}T_{A:g}mm_{f:g}Hz": partial(condition, B, A, f)
+    for B, A, f in product(
+        LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ
+    )
+}

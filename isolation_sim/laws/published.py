@@ -89,6 +89,19 @@ YU_SIGMA_SQUARED_MM2 = {
 }
 """Yu et al., Table 4: sigma squared in mm^2; (amplitude in mm, frequency in Hz) to a row."""
 
+YU_DOUBTFUL = {
+    **{
+        (amplitude, frequency, 0.0): "alpha at 0 A is 2.6 to 6.9 times too stiff at 1 Hz"
+        for amplitude, frequency in YU_ALPHA_N
+    },
+    (2.0, 4.0, 0.0): "alpha of 6.51 N at 0 A is an outlier",
+    (4.0, 2.0, 1.0): "alpha of 20.55 N at 1 A is an outlier",
+    (4.0, 4.0, 1.0): "alpha of 64.26 N at 1 A is an outlier",
+    (8.0, 2.0, 0.0): "alpha of 50.61 N at 0 A is an outlier",
+}
+"""Columns of Yu et al., Tables 1-4, that do not fit the others or Li & Li, Table 1 (same device):
+amplitude (mm), frequency (Hz), current (A)."""
+
 YU_GENERALISED_PRINTED = {
     "alpha": (35.42, 9.121),
     "beta": (0.4235, 0.0034),
@@ -157,6 +170,21 @@ LINEARISED = (
 LINEARISED_FIELDS_T = (0.0, 0.2, 0.3, 0.4)
 LINEARISED_AMPLITUDES_MM = (0.1, 0.15, 0.2)
 LINEARISED_FREQUENCIES_HZ = (6.0, 10.0, 14.0, 20.0)
+
+LINEARISED_DOUBTFUL = {
+    (0.2, 0.1, 20.0): "corrupt: K1 is 0.999958, about 6.2 beside it",
+    (0.3, 0.1, 14.0): "corrupt: a copy of 0 T",
+    (0.4, 0.2, 20.0): "not among the tests that the text lists",
+}
+"""Columns of ``LINEARISED_PARAMETERS`` that cannot be right: field (T), amplitude (mm), frequency
+(Hz)."""
+
+LINEARISED_REGRESSION_PRINTED = {
+    "storage": {"A": 1.4147, "B": 3.700, "f": 0.01421, "constant": 5.3376},
+    "loss": {"A": -0.825, "B": 0.6469, "f": 0.00109, "constant": 1.017441},
+}
+"""Linearised Bouc-Wen, second Eqs 10 and 11: N/mm over amplitude (mm), field (T) and frequency
+(Hz)."""
 
 LINEARISED_PARAMETERS: dict[str, tuple[tuple[tuple[float, ...], ...], ...]] = {
     "C": (
@@ -270,7 +298,4 @@ LINEARISED_PARAMETERS: dict[str, tuple[tuple[tuple[float, ...], ...], ...]] = {
         ),
     ),
 }
-"""Linearised Bouc-Wen, Table 1: N, mm, s; indexed by field, amplitude and frequency.
-
-The column at 0.2 T, 0.1 mm, 20 Hz is corrupt; 0.3 T, 0.1 mm, 14 Hz is a copy of 0 T; 0.4 T, 0.2 mm,
-20 Hz was never measured by the paper's own account."""
+"""Linearised Bouc-Wen, Table 1: N, mm, s; indexed by field, amplitude and frequency."""

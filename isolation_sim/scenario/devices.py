@@ -17,7 +17,8 @@ from .fields import Coefficients, Number, Positive, Section
 _Parameters = Annotated[
     str | Annotated[dict[str, Coefficients], Field(min_length=1)] | None,
     Field(
-        description="published set, or { name = SI number or [ascending powers of the current] }"
+        description="set (isolation-sim list sets), or { name = SI number or [ascending powers of "
+        "the current] }"
     ),
 ]
 _Range = Annotated[

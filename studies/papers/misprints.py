@@ -11,12 +11,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from isolation_sim.identification.sinusoidal import sinusoidal
-from isolation_sim.laws import hybrid
+from isolation_sim.laws import hybrid, law
 from isolation_sim.laws import linearised_bouc_wen as lbw
 
 from .paper_000 import changed
 from .search_002 import FAST
-from .table import Check, Verdict, equation, read, reading
+from .table import Check, Verdict, equation, found, read, reading
 
 
 def yu() -> Iterator[Check]:
@@ -47,16 +47,17 @@ def yu() -> Iterator[Check]:
         "%",
         read("1/N and a sum over the samples are printed for 1/2 at every displacement"),
     )
-    yield reading(
-        "LuGre force",
+    printed, meant = lugre_parameters_told_apart()
+    yield equation(
+        "LuGre force, parameters lost",
         "Eq 21",
-        Verdict.MISPRINT,
-        "the last y lacks its dot",
-        r"\frac{\beta}{\alpha} y + \frac{\varepsilon}{\alpha} y",
+        2 - printed,
+        "",
+        found("beta and epsilon both multiply y; with a dot on the last y {} of 2 count", meant),
     )
     peaks = [
-        float(np.max(sinusoidal(changed(law), [8e-3]).last_cycle(0)[2]))
-        for law in ("four_parameter", "strain_stiffening")
+        float(np.max(sinusoidal(changed(name), [8e-3]).last_cycle(0)[2]))
+        for name in ("four_parameter", "strain_stiffening")
     ]
     yield equation(
         "strain-stiffening force, peak at 8 mm, printed over meant",
@@ -65,6 +66,24 @@ def yu() -> Iterator[Check]:
         "%",
         read("alpha x³ is printed for alpha z³ of Eq 25; of 000's base model at 1 Hz"),
     )
+
+
+def lugre_parameters_told_apart() -> tuple[int, int]:
+    """Rank of the force's derivatives by beta and epsilon of the LuGre model over a loop.
+
+    Returns
+    -------
+    printed, meant : int
+        Of Eq 21 as printed, and with a dot on its last y.
+    """
+    numbers = {"k0": 2e4, "c0": 300.0, "alpha": 800.0, "beta": 5e4, "epsilon": 40.0, "F0": 0.0}
+    device = law("lugre", numbers)
+    motion = sinusoidal(device, 4e-3, cycles=2)
+    y = motion.states[:, 0]
+    (rate,) = device.rates(motion.displacement, motion.velocity, (y,), 0.0)
+    columns = [np.column_stack([y, other / np.max(np.abs(other))]) for other in (y, rate)]
+    printed, meant = (int(np.linalg.matrix_rank(each)) for each in columns)
+    return printed, meant
 
 
 def linearised_bouc_wen() -> Iterator[Check]:

@@ -53,6 +53,11 @@ NUMBERS = {
         "C": (300.0, 50.0), "k1": (1e4, 2e3), "k2": (80.0, 15.0), "C_e": (250.0, 0.0),
         "k_e": (12.0, 2.0),
     },
+    "dynamic_stiffness": {
+        "k_0": (1e4, 2e3), "k_A": (-3e6, 0.0), "k_B": (5e3, 0.0), "k_f": (60.0, 0.0),
+        "l_0": (2e3, 300.0), "l_A": (-1e6, 0.0), "l_B": (1e3, 0.0), "l_f": (8.0, 0.0),
+        "B": (0.15, 0.0), "tau": (0.3, 0.0),
+    },
     "lugre": {
         "k0": (1e4, 3e3), "c0": (300.0, 50.0), "alpha": (800.0, 0.0), "beta": (8e4, 1e4),
         "epsilon": (400.0, 50.0), "F0": (8.0, 1.0),
@@ -65,6 +70,11 @@ HELD = {
     "bouc_wen": {"A": 1.0},
     "improved_bouc_wen": {"alpha": 1.0},
     "linearised_bouc_wen": {"C_e": 250.0},
+    # the motion stays beyond the amplitudes between which this law tells one from another
+    "dynamic_stiffness": {
+        "k_A": -3e6, "k_B": 5e3, "k_f": 60.0, "l_A": -1e6, "l_B": 1e3, "l_f": 8.0, "tau": 0.3,
+        "B": 0.15,
+    },
 }
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from isolation_sim.errors import InputError
-from isolation_sim.laws import law, published
+from isolation_sim.laws import available_conditions, law, published
 from isolation_sim.laws.hybrid import condition
 
 
@@ -151,3 +151,58 @@ def test_conditions_hold_the_printed_rows():
 def test_conditions_that_were_not_tested(given):
     with pytest.raises(InputError, match="no test at"):
         condition(*given)
+
+
+def test_every_column_of_the_tables_is_a_set():
+    names = available_conditions("hybrid")
+    single = [name for name in names if name.endswith("A")]
+    assert (len(single), len(names) - len(single)) == (36, 9)
+    for (amplitude, frequency), alpha in published.YU_ALPHA_N.items():
+        widths = published.YU_SIGMA_SQUARED_MM2[amplitude, frequency]
+        every = law("hybrid", f"{amplitude:g}mm_{frequency:g}Hz")
+        assert every.current_range == (0.0, 3.0)
+        for current, force, width in zip(range(4), alpha, widths, strict=True):
+            one = law("hybrid", f"{amplitude:g}mm_{frequency:g}Hz_{current}A")
+            assert one == condition(amplitude, frequency, current)
+            assert one.parameters_at(0.0)[0] == force
+            assert one.parameters_at(0.0)[3] == pytest.approx(1e-6 * width)
+            assert every.parameters_at(current) == pytest.approx(one.parameters_at(0.0))
+    names = available_conditions("linearised_bouc_wen")
+    assert len(names) == 48
+    # row by row of the printed page: 0.4 T, 0.15 mm
+    printed = published.LINEARISED_PARAMETERS["k1"][3][1]
+    assert printed == (6.803768, 6.991248, 7.540305, 7.751187)
+    for frequency, k1 in zip((6, 10, 14, 20), printed, strict=True):
+        one = law("linearised_bouc_wen", f"0.4T_0.15mm_{frequency}Hz")
+        assert one.parameters_at(0.0)[1] == pytest.approx(1e3 * k1)
+    assert available_conditions("linear") == ()
+
+
+def test_corrupt_columns_say_so():
+    def flagged(name):
+        return {each for each in available_conditions(name) if ";" in law(name, each).source}
+
+    expected = {"0.2T_0.1mm_20Hz", "0.3T_0.1mm_14Hz", "0.4T_0.2mm_20Hz"}
+    assert flagged("linearised_bouc_wen") == expected
+    assert "corrupt" in law("linearised_bouc_wen", "0.2T_0.1mm_20Hz").source
+    at_0 = {f"{A}mm_{f}Hz_0A" for A in (2, 4, 8) for f in (1, 2, 4)}
+    every = {name.removesuffix("_0A") for name in at_0}
+    assert flagged("hybrid") == at_0 | every | {"4mm_2Hz_1A", "4mm_4Hz_1A"}
+    assert "outlier" in law("hybrid", "8mm_2Hz_0A").source
+    # the same device by Li & Li, Table 1
+    ratios = [
+        stiffness[0] / (alpha[0] * np.sinh(amplitude * beta[0]) / amplitude)
+        for amplitude, stiffness in published.LI_LI_STIFFNESS_N_PER_MM.items()
+        for alpha, beta in [
+            (table[amplitude, 1.0] for table in (published.YU_ALPHA_N, published.YU_BETA_PER_MM))
+        ]
+    ]
+    told = f"{1 / max(ratios):.1f} to {1 / min(ratios):.1f} times too stiff at 1 Hz"
+    assert told in law("hybrid", "4mm_1Hz_0A").source
+
+
+def test_refuses_a_condition_that_was_not_tested():
+    with pytest.raises(InputError, match="did you mean '2mm_1Hz_3A'"):
+        law("hybrid", "2mm_1Hz_3.5A")
+    with pytest.raises(InputError, match="unknown law"):
+        available_conditions("hybryd")

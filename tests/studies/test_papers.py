@@ -16,6 +16,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from isolation_sim.cli import app
+from isolation_sim.laws.published import LINEARISED_REGRESSION_PRINTED
+from studies.papers import paper_003
 from studies.papers.study import PAPERS, reproduce
 from studies.papers.table import (
     Alternative,
@@ -126,6 +128,11 @@ GATES = [
     ("002", "gamma, power 1", 26.557, 1e-4),
     ("002", "gamma, power 0", 5.248, 1e-4),
     ("002", "sigma_squared, power 0", 12.8058, 1e-5),
+    ("002", "K_eff over 000's, 0 A, least", 2.6, 2e-2),
+    ("002", "K_eff over 000's, 0 A, largest", 6.9, 1e-2),
+    ("002", "K_eff over 000's, 1 A, least", 1.43, 5e-3),
+    ("002", "K_eff over 000's, 1 A, largest", 1.73, 5e-3),
+    ("002", "K_eff over 000's, 2 and 3 A, largest", 1.10, 1e-2),
     ("002", "current of the largest gamma, printed", 2.73, 2e-3),
     ("002", "energy of a loop over 000's, least", 0.34, 2e-2),
     ("002", "energy of a loop over 000's, largest", 0.55, 1e-2),
@@ -198,7 +205,15 @@ def test_differences_of_errata(outcome, paper, what, percent, points):
         ("002", "beta, power 1", Verdict.MISPRINT),
         ("002", "least value of the test", Verdict.REPRODUCED),
         ("003", "G_real, A", Verdict.REPRODUCED),
+        ("002", "the best fly has the largest S", Verdict.WRONG),
+        ("002", "rand lies between 0 and 1", Verdict.WRONG),
+        ("002", "strain-stiffening force", Verdict.MISPRINT),
+        ("002", "LuGre", Verdict.MISPRINT),
+        ("002", "K_eff over that at the other frequencies, 2 mm, 4 Hz, 0 A", Verdict.CORRUPT),
         ("003", "storage grows with amplitude", Verdict.WRONG),
+        ("003", "tests listed of 0.4 T, 0.2 mm, 20 Hz", Verdict.CORRUPT),
+        ("003", "G_eq as printed", Verdict.MISPRINT),
+        ("003", "denominator of the fitness", Verdict.MISPRINT),
         ("003", "K1, 0.2 T", Verdict.CORRUPT),
     ],
 )
@@ -226,8 +241,24 @@ def test_stiffness_at_2_and_3_A_is_that_of_000(outcome):
 
 def test_a_scale_for_each_parameter_identifies_and_the_reciprocal_alone_does_not(outcome):
     left = {c.what: c.computed for c in outcome[0]["002"] if c.what.startswith("RMS left")}
-    assert left["RMS left by p = 1/D"] > 10
-    assert left["RMS left by p = scale/D"] < 0.01
+    assert left["RMS left by p = 1/D, as printed"] == pytest.approx(66, abs=4)
+    assert 10 < left["RMS left by p = 1/D within bounds"] < 30
+    assert left["RMS left by p = scale/D within bounds"] < 0.01
+
+
+def test_the_regression_of_the_device_is_the_printed_one():
+    for part, row in paper_003.PRINTED.items():
+        values = LINEARISED_REGRESSION_PRINTED[part]
+        assert {name: float(text) for name, text in row.items()} == values
+
+
+def test_the_corrupt_column_of_003_was_measured_well_and_printed_wrongly(outcome):
+    """Table 3 has the regression fit the measured loop of that column as well as all others."""
+    rows = {c.what: c for c in outcome[0]["003"] if c.what.startswith("fitness, ")}
+    corrupt = rows.pop("fitness, 0.2 T, 0.1 mm, 20 Hz")
+    assert corrupt.verdict is Verdict.CORRUPT and corrupt.computed < -400
+    assert len(rows) == 6
+    assert all(abs(row.computed - float(row.published)) < 2 for row in rows.values())
 
 
 def test_every_verdict_is_declared_and_every_row_is_complete(outcome):
