@@ -225,6 +225,7 @@ class _Work:
             if np.ptp(self.table.current) > 0
             else (-np.inf, np.inf),
             float(self.table.amplitude.max()),
+            float(self.table.current.max()),
             source=f"diagnosed from {self.table.name}",
         )
         fitted = model.unknowns.dependence(best.optimum.x[: model.n_law])

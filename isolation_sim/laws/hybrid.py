@@ -77,6 +77,7 @@ def _generalised(printed: dict[str, tuple[float, ...]], source: str) -> Device:
         # gamma's parabola peaks at 2.73-2.76 A: beyond the tested 3 A it only falls
         current_range=(0.0, 3.0),
         tested_deformation=8e-3,
+        tested_current=3.0,
         source=source,
     )
 
@@ -136,7 +137,8 @@ def condition(amplitude_mm: float, frequency_hz: float, current_A: float | None 
     if current_A is None:
         added = {name: value * len(CURRENTS_A) for name, value in _ADDED.items()}
         current = CurrentDependence.table(CURRENTS_A, rows | added)
-        return Device(LAW, current, (CURRENTS_A[0], CURRENTS_A[-1]), 1e-3 * key[0], source=source)
+        tested = (CURRENTS_A[0], CURRENTS_A[-1])
+        return Device(LAW, current, tested, 1e-3 * key[0], tested[-1], source=source)
     if current_A not in CURRENTS_A:
         raise InputError(f"no test at {current_A:g} A; accepted: 0, 1, 2 or 3 A")
     column = CURRENTS_A.index(current_A)

@@ -61,7 +61,9 @@ def test_a_loop_over_lanes_stays_one():
     assert "unsigned(" in body
 
 
-@pytest.mark.parametrize("index", ["-1", "STRIDE - 7", "0, -2", "SLOTS[0] - SLOTS[1]", "1 + -SLOTS[1]"])
+@pytest.mark.parametrize(
+    "index", ["-1", "STRIDE - 7", "0, -2", "SLOTS[0] - SLOTS[1]", "1 + -SLOTS[1]"]
+)
 def test_a_negative_index_is_refused(index):
     """As an unsigned number it would be near 2^64: outside every array, and nothing checks it."""
     text = TEXT.format(lanes=1).replace("w[at * LANES + lane]", f"w[{index}]")
