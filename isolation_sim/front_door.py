@@ -82,7 +82,8 @@ def compare(
     Returns
     -------
     Comparison
-        Its ``criteria``, ``energy`` and ``table()``.
+        Its ``criteria``, ``energy`` and ``table()``; ``diverged`` names the controllers without a
+        result.
 
     Raises
     ------
@@ -90,9 +91,9 @@ def compare(
         If a name or an argument cannot be used, two controllers share a name, or a current is
         refused.
     Diverged
-        If a response leaves the range of numbers or of the law; with the time and the cause.
+        If every response leaves the range of numbers or of the law; with the time and the cause.
     """
-    from .comparison import Comparison
+    from .comparison import simulated
 
     if isinstance(controllers, Mapping):
         named = {name: _controller(each) for name, each in controllers.items()}
@@ -109,9 +110,7 @@ def compare(
                 f"controllers are {names}; accepted: different names, or a mapping of names to "
                 "controllers"
             )
-    return Comparison(
-        {name: simulate(isolated, ground, each, **options) for name, each in named.items()}
-    )
+    return simulated(named, lambda name: simulate(isolated, ground, named[name], **options))
 
 
 def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
@@ -125,22 +124,23 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     Returns
     -------
     Comparison
+        Its ``diverged`` names the controllers without a result.
 
     Raises
     ------
     InputError
         Naming the file, the key, what was given and what is accepted.
     Diverged
-        If a response leaves the range of numbers or of the law; with the controller, the time and
-        the cause.
+        If every response leaves the range of numbers or of the law; with the first controller, the
+        time and the cause.
     """
-    from .comparison import Comparison
+    from .comparison import simulated
     from .scenario import Scenario
 
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    return Comparison({label: job.run(label) for label in job.controllers})
+    return simulated(job.controllers, job.run)
 
 
 def diagnose(

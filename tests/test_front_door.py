@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -98,3 +99,40 @@ def test_run_scenario_takes_an_object_or_a_path(tmp_path, isolated):
     by_object = iso.run_scenario(iso.Scenario.from_toml(text))
     assert by_path.criteria == by_object.criteria
     assert by_path.runs["passive_off"].time[-1] == pytest.approx(3.0)
+
+
+DIVERGING = """
+[ground]
+scale_factor = 100  # without current the isolators deform a hundred times further than tested
+stop_s = 3.0
+[[controller]]
+name = "passive_off"
+[[controller]]
+name = "passive_on"
+"""
+
+
+def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
+    path = tmp_path / "strong.toml"
+    path.write_text(DIVERGING)
+    found = iso.run_scenario(path)
+    assert list(found.runs) == ["passive_on"]
+    reason = r"strong.toml: controller 'passive_off': the run diverged at t = 1\.\d+ s: a device"
+    assert list(found.diverged) == ["passive_off"]
+    assert isinstance(found.diverged["passive_off"], iso.Diverged)
+    assert re.search(reason, str(found.diverged["passive_off"]))
+    assert re.search(f"passive_off has no result: .*{reason}", str(found))
+    run = found.runs["passive_on"]
+    again = iso.compare(run.isolated, run.records[0], ["passive_off", "passive_on"])
+    assert (list(again.runs), list(again.diverged)) == (["passive_on"], ["passive_off"])
+    assert again.criteria == found.criteria
+    report = iso.json_report(found)["diverged"]
+    assert report == [
+        {"controller": "passive_off", "reason": str(found.diverged["passive_off"])}
+    ]
+
+
+def test_if_every_controller_diverges_there_is_no_comparison():
+    text = DIVERGING.replace("100 ", "1000 ")
+    with pytest.raises(iso.Diverged, match="controller 'passive_off': the run diverged"):
+        iso.run_scenario(iso.Scenario.from_toml(text))
