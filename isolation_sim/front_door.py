@@ -172,8 +172,9 @@ def diagnose(
         extended one, where a cause was found; of a building record only if it is a scenario that
         describes the building.
     **options
-        ``progress`` (called with the name of what is being done), ``seed``; for campaigns also
-        ``current_degree`` and ``threads``.
+        ``progress`` (called with the name of what is being done); for campaigns and loop tables
+        also ``seed``, ``threads`` and ``current_degree``, the degree of the parameters'
+        polynomials of the current.
 
     Returns
     -------
@@ -183,7 +184,8 @@ def diagnose(
     Raises
     ------
     InputError
-        If the data cannot be read, a name is unknown, or the law cannot be fitted.
+        If the data cannot be read, a name is unknown, the law cannot be fitted, or
+        ``current_degree`` is given for a building record.
     """
     from .discrepancy.building import diagnose_building, read_building_record
     from .discrepancy.diagnose import diagnose as of_device
@@ -208,8 +210,14 @@ def diagnose(
                 f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
                 "scenario file that describes it"
             )
+        degree = options.pop("current_degree", None)
+        if degree is not None:
+            raise InputError(
+                f"{paths[0]}: current degree is {degree}, which has no meaning for a building "
+                "record: its isolator's numbers are the scenario's; accepted: none, or a campaign "
+                "or loop table, to which a law is fitted"
+            )
         isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
-        options.pop("current_degree", None)
         records = [read_building_record(path) for path in paths]
         found = diagnose_building(records, isolated, **options)
     if not (consequence and isinstance(scenario, Scenario)):

@@ -446,3 +446,13 @@ def test_no_colours_where_nobody_looks(here, call):
     (here / "short.toml").write_text(SHORT)
     _, out, err = call("run", "short.toml", "--no-figures")
     assert "\x1b" not in out + err
+
+
+def test_a_degree_of_the_current_is_refused_for_a_building_record(here, call):
+    (here / "record.csv").write_text("time_s,ground_acceleration_m_s2,base_acceleration_m_s2\n")
+    (here / "short.toml").write_text(SHORT)
+    arguments = ("record.csv", "--scenario", "short.toml", "--current-degree", "1")
+    code, out, err = call("diagnose", *arguments)
+    assert (code, out) == (2, "")
+    assert re.match("isolation-sim: record.csv: current degree is 1, which has no meaning", err)
+    assert not (here / "results").exists()
