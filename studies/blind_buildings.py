@@ -96,4 +96,5 @@ def main(share: float = 1.0) -> None:
 
 
 if __name__ == "__main__":
-    main(share_from("Diagnose blind building records and print how often the faults are found."))
+    help_text = "Diagnose blind building records and print how often the faults are found."
+    main(share_from("studies.blind_buildings", help_text))

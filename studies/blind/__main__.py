@@ -3,4 +3,5 @@
 from .study import main, share_from
 
 if __name__ == "__main__":
-    main(share_from("Diagnose blind device tests and print how often the causes are found."))
+    help_text = "Diagnose blind device tests and print how often the causes are found."
+    main(share_from("studies.blind", help_text))

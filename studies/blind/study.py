@@ -144,11 +144,13 @@ def main(share: float = 1.0) -> None:
     leave(lines, confusion_table(results))
 
 
-def share_from(description: str) -> float:
+def share_from(module: str, description: str) -> float:
     """Read the share of the cases from the command line.
 
     Parameters
     ----------
+    module : str
+        Name of the module that is run.
     description : str
         What the command does, for its help.
 
@@ -156,7 +158,7 @@ def share_from(description: str) -> float:
     -------
     float
     """
-    parser = argparse.ArgumentParser(description=description)
+    parser = argparse.ArgumentParser(f"python -m {module}", description=description)
     parser.add_argument(
         "share", metavar="SHARE", nargs="?", type=float, default=1.0,
         help="part of the cases to take, above 0 and up to 1 (the default)",

@@ -76,18 +76,18 @@ def test_the_blind_studies_start_from_an_installation(tmp_path):
             cwd=tmp_path, env=environment,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
-        assert "SHARE" in done.stdout
+        assert f"python -m {module} [-h] [SHARE]" in done.stdout
 
 
 @pytest.mark.parametrize("share", ["0", "2", "half"])
 def test_a_share_that_cannot_be_taken_is_refused(share, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["blind", share])
     with pytest.raises(SystemExit, match="2"):
-        share_from("Diagnose.")
+        share_from("studies.blind", "Diagnose.")
     assert share in capsys.readouterr().err.splitlines()[-1]
 
 
 def test_a_share_is_read_and_is_1_by_default(monkeypatch):
     for given, expected in (([], 1.0), (["0.25"], 0.25)):
         monkeypatch.setattr(sys, "argv", ["blind", *given])
-        assert share_from("Diagnose.") == expected
+        assert share_from("studies.blind", "Diagnose.") == expected
