@@ -37,10 +37,11 @@ def highest_tested(situation: Situation) -> NDArray:
 def within_tested(tested: NDArray, low: NDArray, high: NDArray) -> NDArray:
     """As ``highest_tested``, from the tested currents and the supply's limits, A."""
     highest = np.clip(tested, low, high)
-    for c in np.flatnonzero(np.isinf(highest)):
+    if np.isinf(highest).any():
         raise InputError(
-            f"nothing says how high the current of coil {c} may be; accepted: devices with a "
-            "tested current or a range of current, or a coil driver with a highest current"
+            f"nothing says how high the current of coil {np.argmax(np.isinf(highest))} may be; "
+            "accepted: devices with a tested current or a range of current, or a coil driver with "
+            "a highest current"
         )
     return highest
 
