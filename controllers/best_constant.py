@@ -109,7 +109,7 @@ class BestConstant(Held):
     )
     highest: float | None = setting(
         None,
-        "highest current tried; None for 3 A, the highest tested, within the supply's limits",
+        "highest current tried; None for the highest tested, within the supply's limits",
         Optional(Number()),
         "A",
     )

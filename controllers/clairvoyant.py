@@ -16,7 +16,7 @@ from isolation_sim.simulation.control import CoilDriver, Situation
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Trial
-from .open_loop import TESTED_CURRENT, OpenLoop
+from .open_loop import OpenLoop, highest_tested, lowest, within_tested
 from .passive_off import PassiveOff
 from .prescribed import Prescribed
 from .settings import Integer, Number, setting
@@ -242,12 +242,10 @@ def coil_table(situation: Situation) -> NDArray:
     numpy.ndarray, shape (n_channels, 5)
         The highest current is the highest tested one within the supply's limits.
     """
-    return _coils(situation.driver, situation.low, situation.high)
+    return _coils(situation.driver, lowest(situation), highest_tested(situation))
 
 
 def _coils(driver: CoilDriver, low: NDArray, high: NDArray) -> NDArray:
-    low = np.where(np.isfinite(low), low, 0.0)
-    high = np.clip(TESTED_CURRENT, low, high)
     initial = np.clip(0.0 if driver.initial is None else driver.initial, low, high)
     return np.column_stack(np.broadcast_arrays(driver.lag, driver.slew, low, high, initial))
 
@@ -258,7 +256,9 @@ def _limits(plant: Plant) -> NDArray:
     driver = plant.driver
     low = low if driver.low is None else np.full_like(low, driver.low)
     high = high if driver.high is None else np.full_like(high, driver.high)
-    return _coils(driver, low, high)
+    low = np.where(np.isfinite(low), low, 0.0)
+    tested = np.array([plant.isolated.tested_current(c) for c in range(len(low))])
+    return _coils(driver, low, within_tested(tested, low, high))
 
 
 def _simulated(plant: Plant, controller: OpenLoop) -> Run:

@@ -8,10 +8,8 @@ text is named by its content, so that nothing is compiled twice and nothing stal
 from __future__ import annotations
 
 import ast
-import hashlib
 import inspect
 import math
-import sys
 import textwrap
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -24,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
+from isolation_sim.generated import load_text
 from isolation_sim.laws.law import Law
 from isolation_sim.simulation.control import CompiledDecision, Situation
 
@@ -152,8 +151,6 @@ def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
 def _module(
     function: Callable, model: type[DeviceModel] | None, laws: tuple[Law, ...], n_channels: int
 ) -> ModuleType:
-    from isolation_sim.simulation.kernel import cache_folder, import_text
-
     parts: dict[str, str] = {}
     collect(function, parts, () if model is None else model.functions)
     if model is not None:
@@ -162,11 +159,8 @@ def _module(
         parts["devices"] = model.text(laws)
     entry = _ENTRY.format(function=function.__name__, n_channels=n_channels)
     text = "\n\n\n".join([_HEADER, *parts.values(), entry]) + "\n"
-    digest = hashlib.sha256(text.encode()).hexdigest()[:20]
-    name = f"decision_{digest}"
-    if laws and not (cache_folder() / f"{name}.py").exists():
-        print("compiling the controller for this law (once; about 4 s) ...", file=sys.stderr)
-    return import_text(name, text)
+    notice = "compiling the controller for this law (once; about 4 s) ..." if laws else ""
+    return load_text("decision", text, notice)
 
 
 def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()) -> None:

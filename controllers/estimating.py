@@ -7,6 +7,7 @@ from isolation_sim.structures import IsolatedStructure
 
 from .controller import Controller
 from .observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
+from .open_loop import highest_tested, lowest
 from .settings import Number, Optional, setting
 
 
@@ -52,5 +53,5 @@ class Estimating(Controller):
             situation.belief, situation.period,
             GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
             Noise(self.acceleration_noise, self.deformation_noise),
-            limits=(situation.low, situation.high),
+            limits=(lowest(situation), highest_tested(situation)),
         )  # fmt: skip

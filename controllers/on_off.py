@@ -74,7 +74,7 @@ class OnOff(CompiledController):
     rule: str = setting("stiffness", "which product decides", OneOf(tuple(RULES)))
     on: float | None = setting(
         None,
-        "current when on; None for 3 A, the highest tested, within the supply's limits",
+        "current when on; None for the highest tested, within the supply's limits",
         Optional(Number()),
         "A",
     )

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import Schedule, Situation
 
 from .controller import Controller
-
-TESTED_CURRENT = 3.0
-"""Highest current at which the published devices were tested, A."""
 
 
 def highest_tested(situation: Situation) -> NDArray:
@@ -27,8 +25,25 @@ def highest_tested(situation: Situation) -> NDArray:
     Returns
     -------
     numpy.ndarray, shape (n_channels,), A
+
+    Raises
+    ------
+    InputError
+        If neither the devices nor the supply say how high a current may be.
     """
-    return np.clip(TESTED_CURRENT, situation.low, situation.high)
+    return within_tested(situation.tested, situation.low, situation.high)
+
+
+def within_tested(tested: NDArray, low: NDArray, high: NDArray) -> NDArray:
+    """As ``highest_tested``, from the tested currents and the supply's limits, A."""
+    highest = np.clip(tested, low, high)
+    if np.isinf(highest).any():
+        raise InputError(
+            f"nothing says how high the current of coil {np.argmax(np.isinf(highest))} may be; "
+            "accepted: devices with a tested current or a range of current, or a coil driver with "
+            "a highest current"
+        )
+    return highest
 
 
 def lowest(situation: Situation) -> NDArray:

@@ -19,7 +19,7 @@ class PassiveOn(Held):
 
     amperes: float | None = setting(
         None,
-        "current to hold; None for 3 A, the highest tested, within the supply's limits",
+        "current to hold; None for the highest tested, within the supply's limits",
         Optional(Number()),
         "A",
     )

@@ -78,7 +78,7 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Compare the controllers of a scenario."""
-    from .comparison import Comparison
+    from .comparison import simulated
     from .results import ResultsFolder, file_name, json_text, write_comparison
     from .scenario import Scenario
 
@@ -86,36 +86,31 @@ def run(
     job = described.build()
     with ResultsFolder(out or Path("results") / file_name(described.name)) as folder:
         with progress(quiet, len(job.controllers) + 1) as step:
-            runs: dict[str, Run] = {}
-            diverged: list[Diverged] = []
-            for label in job.controllers:
+
+            def run_one(label: str) -> Run:
                 step(f"simulating {label}")
-                try:
-                    runs[label] = job.run(label)
-                except Diverged as error:
-                    diverged.append(error)
-            if not runs:
-                raise diverged[0]
-            comparison = Comparison(runs)
+                return job.run(label)
+
+            comparison = simulated(job.controllers, run_one)
             step("writing results")
             write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:
         page().print(comparison.table())
-        for label in runs:
+        for label in comparison.runs:
             if job.controllers[label].report is not None:
                 print(f"{label}: {job.controllers[label].report}")
     for warning in comparison.warnings():
         _messages.print(f"warning: {warning}", style="yellow", markup=False)
-    for divergence in diverged:
+    for divergence in comparison.diverged.values():
         _tell(divergence)
     where = _relative(folder.path)
     told = sys.stderr if as_json else sys.stdout
     if not quiet:
         print(f"report: {where / 'report.html'}", file=told)
     print(f"results: {where}", file=told)
-    if diverged:
+    if comparison.diverged:
         raise typer.Exit(1)
 
 

@@ -36,7 +36,10 @@ def diagnose(
         bool, typer.Option(help="Run the scenario's controllers with the old and extended law.")
     ] = True,
     current_degree: Annotated[
-        int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
+        int | None,
+        typer.Option(
+            help="Degree of the parameters' polynomials of the current; not for building records."
+        ),
     ] = None,
     out: Annotated[
         Path | None,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .criteria import criteria
-from .errors import InputError, unknown_name
+from .errors import Diverged, InputError, unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,11 +34,15 @@ class Comparison:
     reference : str, optional
         Name of the run that J1 to J9 refer to; ``"passive_off"`` by default, and without such a
         run there are no J1 to J9.
+    diverged : mapping of str to Diverged, optional
+        What ended the runs that have no result, by the name to print.
 
     Attributes
     ----------
     runs : dict of str to Run
         The runs.
+    diverged : dict of str to Diverged
+        Time and cause of the runs that diverged.
     reference : str or None
         Name of the run that J1 to J9 refer to.
 
@@ -49,12 +53,17 @@ class Comparison:
         them.
     """
 
-    def __init__(self, runs: Mapping[str, Run], reference: str | None = None):
+    def __init__(
+        self,
+        runs: Mapping[str, Run],
+        reference: str | None = None,
+        diverged: Mapping[str, Diverged] | None = None,
+    ):
         if not runs:
             raise InputError("a comparison needs one run or more; none given")
         if reference is not None and reference not in runs:
             raise unknown_name("reference run", reference, runs)
-        self.runs = dict(runs)
+        self.runs, self.diverged = dict(runs), dict(diverged or {})
         self.reference = UNCONTROLLED if reference is None and UNCONTROLLED in runs else reference
         (first, like), *others = self.runs.items()
         for name, run in others:
@@ -91,6 +100,16 @@ class Comparison:
         run = next(iter(self.runs.values()))
         motion = ", ".join(record.name for record in run.records)
         return f"{run.isolated.structure.name}, {motion}"
+
+    def failures(self) -> list[str]:
+        """Tell which runs diverged.
+
+        Returns
+        -------
+        list of str
+            A line a run: its name, the time and the cause.
+        """
+        return [f"{name} has no result: {error}" for name, error in self.diverged.items()]
 
     def warnings(self) -> list[str]:
         """Tell what a reader must know before trusting the numbers.
@@ -201,10 +220,41 @@ class Comparison:
     def __str__(self) -> str:
         from .reports.tables import as_text
 
-        return as_text(self.table())
+        return "\n".join([as_text(self.table()), *self.failures()])
 
     def __rich__(self) -> Table:
         return self.table()
+
+
+def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
+    """Compare runs; one that diverges does not keep the others from their results.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of the runs.
+    run : callable
+        Simulates the run of a name.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    Diverged
+        If every run diverged: the first one's.
+    """
+    runs: dict[str, Run] = {}
+    diverged: dict[str, Diverged] = {}
+    for name in names:
+        try:
+            runs[name] = run(name)
+        except Diverged as error:
+            diverged[name] = error
+    if diverged and not runs:
+        raise next(iter(diverged.values()))
+    return Comparison(runs, diverged=diverged)
 
 
 def json_report(comparison: Comparison) -> dict[str, Any]:
@@ -220,7 +270,8 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
     dict
         ``{"runs": [{"controller": ..., "criteria": {...}, "energy": {...}}, ...]}`` with the
         criteria of `isolation_sim.criteria.criteria` and, in ``energy``, ``closure_error`` and the
-        energies at the end of the run (J); plain floats.
+        energies at the end of the run (J); plain floats. ``"diverged": [{"controller": ...,
+        "reason": ...}, ...]`` lists the runs that have no result.
     """
     return {
         "runs": [
@@ -230,5 +281,9 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
                 "energy": comparison.energy[name],
             }
             for name in comparison.runs
-        ]
+        ],
+        "diverged": [
+            {"controller": name, "reason": str(error)}
+            for name, error in comparison.diverged.items()
+        ],
     }

@@ -82,7 +82,8 @@ def compare(
     Returns
     -------
     Comparison
-        Its ``criteria``, ``energy`` and ``table()``.
+        Its ``criteria``, ``energy`` and ``table()``; ``diverged`` names the controllers without a
+        result.
 
     Raises
     ------
@@ -90,9 +91,9 @@ def compare(
         If a name or an argument cannot be used, two controllers share a name, or a current is
         refused.
     Diverged
-        If a response leaves the range of numbers or of the law; with the time and the cause.
+        If every response leaves the range of numbers or of the law; with the time and the cause.
     """
-    from .comparison import Comparison
+    from .comparison import simulated
 
     if isinstance(controllers, Mapping):
         named = {name: _controller(each) for name, each in controllers.items()}
@@ -109,9 +110,7 @@ def compare(
                 f"controllers are {names}; accepted: different names, or a mapping of names to "
                 "controllers"
             )
-    return Comparison(
-        {name: simulate(isolated, ground, each, **options) for name, each in named.items()}
-    )
+    return simulated(named, lambda name: simulate(isolated, ground, named[name], **options))
 
 
 def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
@@ -125,22 +124,23 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     Returns
     -------
     Comparison
+        Its ``diverged`` names the controllers without a result.
 
     Raises
     ------
     InputError
         Naming the file, the key, what was given and what is accepted.
     Diverged
-        If a response leaves the range of numbers or of the law; with the controller, the time and
-        the cause.
+        If every response leaves the range of numbers or of the law; with the first controller, the
+        time and the cause.
     """
-    from .comparison import Comparison
+    from .comparison import simulated
     from .scenario import Scenario
 
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    return Comparison({label: job.run(label) for label in job.controllers})
+    return simulated(job.controllers, job.run)
 
 
 def diagnose(
@@ -172,8 +172,9 @@ def diagnose(
         extended one, where a cause was found; of a building record only if it is a scenario that
         describes the building.
     **options
-        ``progress`` (called with the name of what is being done), ``seed``; for campaigns also
-        ``current_degree`` and ``threads``.
+        ``progress`` (called with the name of what is being done); for campaigns and loop tables
+        also ``seed``, ``threads`` and ``current_degree``, the degree of the parameters'
+        polynomials of the current.
 
     Returns
     -------
@@ -183,7 +184,8 @@ def diagnose(
     Raises
     ------
     InputError
-        If the data cannot be read, a name is unknown, or the law cannot be fitted.
+        If the data cannot be read, a name is unknown, the law cannot be fitted, or
+        ``current_degree`` is given for a building record.
     """
     from .discrepancy.building import diagnose_building, read_building_record
     from .discrepancy.diagnose import diagnose as of_device
@@ -208,8 +210,14 @@ def diagnose(
                 f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
                 "scenario file that describes it"
             )
+        degree = options.pop("current_degree", None)
+        if degree is not None:
+            raise InputError(
+                f"{paths[0]}: current degree is {degree}, which has no meaning for a building "
+                "record: its isolator's numbers are the scenario's; accepted: none, or a campaign "
+                "or loop table, to which a law is fitted"
+            )
         isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
-        options.pop("current_degree", None)
         records = [read_building_record(path) for path in paths]
         found = diagnose_building(records, isolated, **options)
     if not (consequence and isinstance(scenario, Scenario)):

@@ -1,25 +1,27 @@
 """How often the diagnosis of a building record finds what an independent generator has hidden.
 
-Run it from a checkout with ``python -m studies.blind_buildings [SHARE]``, as ``studies.blind``,
-which asks the same of device tests. It writes ``results/blind/building_confusion.md`` and
-``building_rates.md``.
+Run it with ``python -m studies.blind_buildings [SHARE]``, as ``studies.blind``, which asks the
+same of device tests. It writes ``results/blind/building_confusion.md`` and ``building_rates.md``.
 """
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from .blind import diagnosed, leave, part
+from .blind import building_cases as blind
+from .blind.building_model import Building
+from .blind.building_score import BuildingScored, confusion_table, rates
+from .blind.buildings import DAMPING_RATIO, ISOLATOR
+from .blind.study import diagnosed, leave, part, share_from
 
 CLEAN, PAIRS = 60, 20
 
 
-def cases(share: float) -> list[Any]:
+def cases(share: float) -> list[blind.BuildingCase]:
     """List the blind cases.
 
     Parameters
@@ -29,20 +31,18 @@ def cases(share: float) -> list[Any]:
 
     Returns
     -------
-    list of tests.blind.building_cases.BuildingCase
+    list of BuildingCase
     """
-    from tests.blind import building_cases as blind
-
     listed = (blind.singles(), blind.clean(CLEAN), blind.pairs(PAIRS))
     return list(chain.from_iterable(part(every, share) for every in listed))
 
 
-def engineers(building: Any) -> Any:
+def engineers(building: Building) -> Any:
     """Build what an engineer knows of a blind building.
 
     Parameters
     ----------
-    building : tests.blind.building_model.Building
+    building : Building
         Without faults.
 
     Returns
@@ -50,7 +50,6 @@ def engineers(building: Any) -> Any:
     IsolatedStructure
     """
     import isolation_sim as iso
-    from tests.blind.buildings import DAMPING_RATIO, ISOLATOR
 
     structure = iso.shear_building(
         building.masses, building.stiffnesses, base_mass=building.base_mass,
@@ -60,20 +59,19 @@ def engineers(building: Any) -> Any:
     return structure.on(iso.law("bouc_wen", rows | {"F0": 0.0}))
 
 
-def scored(case: Any) -> Any:
+def scored(case: blind.BuildingCase) -> BuildingScored:
     """Make a case's record, diagnose it, and put the truth beside the outcome.
 
     Parameters
     ----------
-    case : tests.blind.building_cases.BuildingCase
+    case : BuildingCase
         The case.
 
     Returns
     -------
-    tests.blind.building_score.BuildingScored
+    BuildingScored
     """
     from isolation_sim.discrepancy.building import diagnose_building, read_building_record
-    from tests.blind.building_score import BuildingScored
 
     with tempfile.TemporaryDirectory() as folder:
         written = case.record.write(Path(folder) / "case")
@@ -91,8 +89,6 @@ def main(share: float = 1.0) -> None:
     share : float
         Of the cases, 0 to 1.
     """
-    from tests.blind.building_score import confusion_table, rates
-
     results, seconds = diagnosed(cases(share), scored)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     lines.append(f"- {len(results)} records, {seconds:.1f} s each")
@@ -100,4 +96,5 @@ def main(share: float = 1.0) -> None:
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0)
+    help_text = "Diagnose blind building records and print how often the faults are found."
+    main(share_from("studies.blind_buildings", help_text))

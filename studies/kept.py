@@ -13,7 +13,7 @@ from typing import Any
 
 import controllers
 import isolation_sim
-from isolation_sim.simulation.kernel import cache_folder
+from isolation_sim.generated import cache_folder
 from isolation_sim.whole_file import replacing
 
 

@@ -106,7 +106,7 @@ def test_json_is_the_report_and_nothing_else(here, call):
     code, out, err = call("run", "short.toml", "--json", "--no-figures")
     assert code == 0
     report = json.loads(out)
-    assert set(report) == {"runs"}
+    assert set(report) == {"runs", "diverged"} and report["diverged"] == []
     assert [run["controller"] for run in report["runs"]] == ["passive_off", "passive_on"]
     for run in report["runs"]:
         assert set(run) == {"controller", "criteria", "energy"}
@@ -154,7 +154,15 @@ def test_divergence_keeps_the_other_results(here, call, monkeypatch):
     (here / "short.toml").write_text(SHORT)
     code, out, err = call("run", "short.toml", "--json", "--no-figures")
     assert code == 1
-    assert [each["controller"] for each in json.loads(out)["runs"]] == ["passive_off"]
+    report = json.loads(out)
+    assert [each["controller"] for each in report["runs"]] == ["passive_off"]
+    reason = "short.toml: controller 'passive_on': the run diverged at t = 1 s"
+    assert report["diverged"] == [{"controller": "passive_on", "reason": reason}]
+    results = here / "results" / "short"
+    assert json.loads((results / "criteria.json").read_text()) == report
+    assert f"passive_on has no result: {reason}" in (results / "table.txt").read_text()
+    # as data of the page
+    assert "passive_on has no result: short.toml" in (results / "report.html").read_text()
     assert "isolation-sim: short.toml: controller 'passive_on': the run diverged at t = 1 s" in err
     assert (here / "results" / "short" / "passive_off.nc").exists()
 
@@ -439,3 +447,13 @@ def test_no_colours_where_nobody_looks(here, call):
     (here / "short.toml").write_text(SHORT)
     _, out, err = call("run", "short.toml", "--no-figures")
     assert "\x1b" not in out + err
+
+
+def test_a_degree_of_the_current_is_refused_for_a_building_record(here, call):
+    (here / "record.csv").write_text("time_s,ground_acceleration_m_s2,base_acceleration_m_s2\n")
+    (here / "short.toml").write_text(SHORT)
+    arguments = ("record.csv", "--scenario", "short.toml", "--current-degree", "1")
+    code, out, err = call("diagnose", *arguments)
+    assert (code, out) == (2, "")
+    assert re.match("isolation-sim: record.csv: current degree is 1, which has no meaning", err)
+    assert not (here / "results").exists()

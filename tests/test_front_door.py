@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
@@ -98,3 +99,61 @@ def test_run_scenario_takes_an_object_or_a_path(tmp_path, isolated):
     by_object = iso.run_scenario(iso.Scenario.from_toml(text))
     assert by_path.criteria == by_object.criteria
     assert by_path.runs["passive_off"].time[-1] == pytest.approx(3.0)
+
+
+DIVERGING = """
+[ground]
+scale_factor = 100  # without current the isolators deform a hundred times further than tested
+stop_s = 3.0
+[[controller]]
+name = "passive_off"
+[[controller]]
+name = "passive_on"
+"""
+
+
+def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
+    path = tmp_path / "strong.toml"
+    path.write_text(DIVERGING)
+    found = iso.run_scenario(path)
+    assert list(found.runs) == ["passive_on"]
+    reason = r"strong.toml: controller 'passive_off': the run diverged at t = 1\.\d+ s: a device"
+    assert list(found.diverged) == ["passive_off"]
+    assert isinstance(found.diverged["passive_off"], iso.Diverged)
+    assert re.search(reason, str(found.diverged["passive_off"]))
+    assert re.search(f"passive_off has no result: .*{reason}", str(found))
+    run = found.runs["passive_on"]
+    again = iso.compare(run.isolated, run.records[0], ["passive_off", "passive_on"])
+    assert (list(again.runs), list(again.diverged)) == (["passive_on"], ["passive_off"])
+    assert again.criteria == found.criteria
+    report = iso.json_report(found)["diverged"]
+    assert report == [
+        {"controller": "passive_off", "reason": str(found.diverged["passive_off"])}
+    ]
+
+
+def test_if_every_controller_diverges_there_is_no_comparison():
+    text = DIVERGING.replace("100 ", "1000 ")
+    with pytest.raises(iso.Diverged, match="controller 'passive_off': the run diverged"):
+        iso.run_scenario(iso.Scenario.from_toml(text))
+
+
+def test_a_degree_of_the_current_is_refused_where_it_has_no_meaning(tmp_path):
+    record = tmp_path / "record.csv"
+    record.write_text("time_s,ground_acceleration_m_s2,base_acceleration_m_s2\n0,0,0\n")
+    with pytest.raises(InputError, match="current degree is 1, which has no meaning") as told:
+        iso.diagnose(record, scenario=iso.Scenario(), current_degree=1)
+    assert str(record) in str(told.value) and "\n" not in str(told.value)
+    with pytest.raises(InputError, match="current degree is 0, which has no meaning"):
+        iso.diagnose([record], scenario=iso.Scenario(), current_degree=0)
+
+
+@pytest.mark.parametrize(("degree", "told"), [(2, "need 3 currents; the fitted rows have 2 "
+                                               r"\(0 to 3 A\)"), (-1, "accepted: 0 or more")])
+def test_a_degree_that_a_loop_table_does_not_determine_is_refused(tmp_path, degree, told):
+    table = tmp_path / "loops.csv"
+    rows = [f"{2 + k // 2},1,{3 * (k % 2)},{50 + k},0.1" for k in range(8)]
+    head = "amplitude_mm,frequency_Hz,current_A,effective_stiffness_N_per_mm,damping_ratio"
+    table.write_text("\n".join([head, *rows]) + "\n")
+    with pytest.raises(InputError, match=told):
+        iso.diagnose(table, law="kelvin_voigt", current_degree=degree)

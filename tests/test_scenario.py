@@ -401,3 +401,19 @@ def test_refused_when_built(text, told):
         Scenario.from_toml(text, source="job.toml").build()
     assert str(caught.value).startswith(f"job.toml: {told}")
     assert "\n" not in str(caught.value)
+
+
+def test_a_tested_current_of_the_isolator_is_the_highest_that_controllers_use():
+    text = """
+[isolator]
+tested_current_A = 1.5
+[ground]
+stop_s = 1.0
+[[controller]]
+name = "passive_on"
+"""
+    job = Scenario.from_toml(text).build()
+    assert job.isolated.tested_current() == 1.5
+    assert set(job.run("passive_on").current.ravel().tolist()) == {1.5}
+    published = Scenario.from_toml(text.replace("tested_current_A = 1.5", ""))
+    assert published.build().isolated.tested_current() == 3.0

@@ -103,7 +103,8 @@ class Observer(ABC):
     reference : float, optional
         Current at which isolators are linearised, A; the middle of the range by default.
     limits : array_like, shape (2, n_channels), optional
-        Lowest and highest current of each coil, A; the devices' by default.
+        Lowest and highest current of each coil, A; by default those at which the devices are
+        meaningful and, at most, were tested.
 
     Raises
     ------
@@ -127,12 +128,15 @@ class Observer(ABC):
         if not (np.isfinite(period) and period > 0):
             raise InputError(f"observer: period is {period} s; accepted: above 0")
         n = belief.n_channels
+        tested = np.array([belief.tested_current(c) for c in range(n)])
         if limits is None:
             limits = np.array([belief.current_range(c) for c in range(n)]).reshape(n, 2).T
+        else:
+            tested[:] = np.inf
         self.belief, self.period = belief, float(period)
         self.ground, self.noise = ground or GroundNoise(), noise or Noise()
         low, high = np.asarray(limits, float)
-        situation = Situation(belief, self.period, 0.0, low, high, self.outputs)
+        situation = Situation(belief, self.period, 0.0, low, high, tested, self.outputs)
         self.tracking = force_tracking(belief.elements, situation, self.devices)
         self.reference = self.tracking.reference(reference)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.typing import NDArray
 
 # places in the array of weights
@@ -105,6 +106,7 @@ def condense(
         hessian[width + side, width + side] = SMALL
 
     row = 0
+    by = np.empty(width)  # one output's derivatives, in its unit, by the unknowns
     for k in range(n_steps + 1):
         # what a later block does is not felt yet
         now = min(k, n_steps - 1)
@@ -114,7 +116,8 @@ def condense(
             unit = units[kind]
             value = y[k, o] / unit
             for j in range(active):
-                dy[k, o, j] *= (coils[j % n_channels, 3] - coils[j % n_channels, 2]) / unit
+                span = coils[j % n_channels, 3] - coils[j % n_channels, 2]
+                by[j] = dy[k, o, j] * (span / unit)
             weight = 0.0
             if kind == 0:
                 weight = weights[ON_DISPLACEMENT] / n_steps
@@ -126,10 +129,10 @@ def condense(
                 pull += weights[ON_END] * (value + resting[o] / unit)
             if weight > 0.0 and k > 0:
                 for a in range(active):
-                    slope = 2.0 * dy[k, o, a]
+                    slope = 2.0 * by[a]
                     gradient[a] += slope * pull
                     for b in range(a + 1):
-                        hessian[a, b] += slope * weight * dy[k, o, b]
+                        hessian[a, b] += slope * weight * by[b]
             if kind == 2 or weights[ON_PEAKS + kind] == 0.0:
                 continue
             level, more = levels[kind] / unit, 0.0
@@ -147,7 +150,7 @@ def condense(
                 for c in range(n_channels):
                     # a coil's current in its range moves by as much as its command in its own
                     for j in range(c, active, n_channels):
-                        slope = sign * dy[k, o, j] + more * past[now, c, j]
+                        slope = sign * by[j] + more * past[now, c, j]
                         rows[row, j] = slope
                         extreme += max(slope * upper[j], slope * lower[j])
                 if extreme > level:

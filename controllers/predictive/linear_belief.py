@@ -52,6 +52,7 @@ def spring_and_dashpot(
             law=LAW,
             current=CurrentDependence.table(currents.tolist(), numbers),
             current_range=element.device.current_range,
+            tested_current=element.device.tested_current,
             name=f"{element.device.name}, linearised",
         )
         elements.append(replace(element, device=device))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import sys
 from functools import lru_cache
 from types import ModuleType
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.criteria import quantity_rows
+from isolation_sim.generated import load_text
 from isolation_sim.laws.law import Law
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.structures import IsolatedStructure
@@ -405,8 +404,6 @@ def _square(rows: NDArray) -> NDArray:
 
 @lru_cache(maxsize=16)
 def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
-    from isolation_sim.simulation.kernel import cache_folder, import_text
-
     parts: dict[str, str] = {}
     collect(first_coefficient, parts)
     collect(polynomial, parts)
@@ -416,7 +413,5 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
         collect(function, parts)
     parts["device_side"] = side_text(laws, n_states)
     text = "\n\n\n".join([_HEADER, *parts.values(), _ENTRY]) + "\n"
-    name = f"prediction_{hashlib.sha256(text.encode()).hexdigest()[:20]}"
-    if not (cache_folder() / f"{name}.py").exists():
-        print("compiling the prediction for this law (once; about 15 s) ...", file=sys.stderr)
-    return import_text(name, text)
+    notice = "compiling the prediction for this law (once; about 15 s) ..."
+    return load_text("prediction", text, notice)

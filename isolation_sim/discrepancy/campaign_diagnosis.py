@@ -178,6 +178,7 @@ def _diagnosis(outcome: Outcome, seed: int) -> Diagnosis:
         current=final.model.unknowns.dependence(final.values[: final.model.n_law]),
         current_range=_range(data),
         tested_deformation=float(np.max(np.abs(data.x))),
+        tested_current=float(np.max(data.current)),
         source=f"diagnosed from {outcome.campaign.name}",
     )
     applied = [

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..effects import EFFECTS, Effect, extend
 from ..effects.effect import in_sentence
+from ..identification.current_basis import check_degree
 from ..identification.least_squares import Optimum
 from ..identification.multistart import different
 from ..identification.unknowns import Unknowns
@@ -90,6 +91,8 @@ class _Work:
         """Search with each degree of the current's influence, and tell of the better outcome."""
         currents = np.unique(self.table.current[~self.table.held_out])
         highest = min(len(currents) - 1, 2)
+        if degree is not None:
+            check_degree(self.table.name, "rows", degree, currents)
         degrees = range(min(1, highest), highest + 1) if degree is None else (degree,)
         bases = [self.base_of(device, currents, one) for one in degrees]
         outcomes = [(base, *self.extended(base)) for base in bases]
@@ -225,6 +228,7 @@ class _Work:
             if np.ptp(self.table.current) > 0
             else (-np.inf, np.inf),
             float(self.table.amplitude.max()),
+            float(self.table.current.max()),
             source=f"diagnosed from {self.table.name}",
         )
         fitted = model.unknowns.dependence(best.optimum.x[: model.n_law])

@@ -8,7 +8,6 @@ lag may be far shorter than a sample.
 
 from __future__ import annotations
 
-import hashlib
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -18,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect, Signals
+from ..generated import load_text
 from ..laws.emit import function_text, straight_line, symbols
-from ..simulation.kernel import import_text
 from .measured import Measured
 
 TEMPLATE = Path(__file__).with_name("stage_template.py")
@@ -112,8 +111,7 @@ def _width(effect: Effect, hook: str) -> int:
 
 @lru_cache(maxsize=256)
 def _compiled(effect: Effect) -> ModuleType:
-    text = _text(effect)
-    return import_text("effect_" + hashlib.sha256(text.encode()).hexdigest()[:20], text)
+    return load_text("effect", _text(effect))
 
 
 def _text(effect: Effect) -> str:

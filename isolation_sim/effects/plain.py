@@ -53,6 +53,8 @@ def device_section(device: Device, *comments: str) -> str:
         section["current_range_A"] = data["current_range"]
     if np.isfinite(data["tested_deformation"]):
         section["tested_deformation_m"] = data["tested_deformation"]
+    if np.isfinite(data["tested_current"]):
+        section["tested_current_A"] = data["tested_current"]
     section["length_scale"] = data["length"]
     section["force_scale"] = data["force_scale"]
     section["parameters"] = data["parameters"]

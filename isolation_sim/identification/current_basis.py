@@ -38,16 +38,21 @@ def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None)
     seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
     if degree is None:
         degree = min(len(seen) - 1, 2)
+    check_degree(campaign.name, "runs", degree, seen)
+    if degree + 1 == len(seen):
+        return seen
+    return np.linspace(seen[0], seen[-1], degree + 1) if degree else np.array([seen.mean()])
+
+
+def check_degree(name: str, data: str, degree: int, seen: NDArray) -> None:
+    """Refuse a degree that the currents seen in the fitted data do not determine."""
     if degree < 0:
         raise InputError(f"current degree is {degree}; accepted: 0 or more")
     if degree >= len(seen):
         raise InputError(
-            f"{campaign.name}: polynomials of degree {degree} in the current need {degree + 1} "
-            f"currents; the fitted runs have {len(seen)} ({seen.min():g} to {seen.max():g} A)"
+            f"{name}: polynomials of degree {degree} in the current need {degree + 1} "
+            f"currents; the fitted {data} have {len(seen)} ({seen.min():g} to {seen.max():g} A)"
         )
-    if degree + 1 == len(seen):
-        return seen
-    return np.linspace(seen[0], seen[-1], degree + 1) if degree else np.array([seen.mean()])
 
 
 def bernstein(currents: NDArray) -> NDArray:

@@ -196,6 +196,7 @@ class _Problem:
             current=self.unknowns.dependence(best.x),
             current_range=(low, high) if len(self.unknowns.currents) > 1 else (-np.inf, np.inf),
             tested_deformation=max(float(np.abs(run.displacement).max()) for run in runs),
+            tested_current=high,
             source=f"fitted to {self.campaign.name}",
             name=f"{self.law.name}, fitted",
         )

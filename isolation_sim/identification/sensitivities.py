@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,10 +11,10 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from ..generated import load_text, load_written
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from ..simulation.kernel import cache_folder, import_text
 
 TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
 
@@ -138,18 +137,9 @@ class Simulator:
 def compiled(law: Law) -> ModuleType:
     """Compiled simulation of a law under measured motion, with its derivatives."""
     mark = fingerprint(law)
-    text = None
     if mark is None:
-        text = _text(law)
-        digest = hashlib.sha256(text.encode())
-    else:
-        digest = hashlib.sha256(mark.encode())
-        for source in (TEMPLATE, Path(__file__)):
-            digest.update(source.read_bytes())
-    name = "device_" + digest.hexdigest()[:20]
-    if text is None and not (cache_folder() / f"{name}.py").exists():
-        text = _text(law)
-    return import_text(name, text)
+        return load_text("device", _text(law))
+    return load_written("device", mark, lambda: _text(law))
 
 
 def _text(law: Law) -> str:

@@ -34,6 +34,9 @@ class Device:
     tested_deformation : float, m
         Largest deformation of the tests behind the numbers, in the device's own scale; inf where
         there is none.
+    tested_current : float, A
+        Highest current of the tests behind the numbers, which ``current_range`` may exceed; inf
+        where there is none.
     length : float
         Deformation of the structure over that of the device.
     force_scale : float
@@ -54,6 +57,7 @@ class Device:
     current: CurrentDependence
     current_range: tuple[float, float] = (-np.inf, np.inf)
     tested_deformation: float = np.inf
+    tested_current: float = np.inf
     length: float = 1.0
     force_scale: float = 1.0
     source: str = ""
@@ -70,6 +74,7 @@ class Device:
             if what != "tested_deformation" and not np.isfinite(value):
                 raise InputError(f"{self.name}: {what} {value} must be finite")
             set_field(self, what, value)
+        set_field(self, "tested_current", _tested(self.name, self.tested_current))
         self._check_bounds()
 
     def _check_bounds(self) -> None:
@@ -338,6 +343,16 @@ def _positive(name: str, what: str, value: Any) -> float:
         number = np.nan
     if not number > 0:
         raise InputError(f"{name}: {what} is {value!r}; accepted: a number above zero")
+    return number
+
+
+def _tested(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if np.isnan(number):
+        raise InputError(f"{name}: tested_current is {value!r}; accepted: a number of amperes")
     return number
 
 

@@ -78,6 +78,7 @@ def generalised() -> Device:
         current=CurrentDependence.polynomial(rows | {"gap_epsilon": (EPSILON_FINITE_ELEMENTS,)}),
         current_range=inner.current_range,
         tested_deformation=inner.tested_deformation,
+        tested_current=inner.tested_current,
         source=f"{inner.source}; gap_epsilon from Section 4.2",
     )
 

@@ -79,6 +79,7 @@ def _generalised(printed: dict[str, tuple[float, ...]], source: str) -> Device:
         # gamma's parabola peaks at 2.73-2.76 A: beyond the tested 3 A it only falls
         current_range=(0.0, 3.0),
         tested_deformation=8e-3,
+        tested_current=3.0,
         source=source,
     )
 
@@ -140,7 +141,8 @@ def condition(amplitude_mm: float, frequency_hz: float, current_A: float | None 
         current = CurrentDependence.table(CURRENTS_A, rows | added)
         doubts = [YU_DOUBTFUL[*key, each] for each in CURRENTS_A if (*key, each) in YU_DOUBTFUL]
         source = "; ".join([source, *doubts])
-        return Device(LAW, current, (CURRENTS_A[0], CURRENTS_A[-1]), 1e-3 * key[0], source=source)
+        tested = (CURRENTS_A[0], CURRENTS_A[-1])
+        return Device(LAW, current, tested, 1e-3 * key[0], tested[-1], source=source)
     if current_A not in CURRENTS_A:
         raise InputError(f"no test at {current_A:g} A; accepted: 0, 1, 2 or 3 A")
     column = CURRENTS_A.index(current_A)

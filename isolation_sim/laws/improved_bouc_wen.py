@@ -108,6 +108,7 @@ def table_4() -> Device:
         current=CurrentDependence.table(TAO_CURRENTS_A, rows),
         current_range=(TAO_CURRENTS_A[0], TAO_CURRENTS_A[-1]),
         tested_deformation=1e-3,
+        tested_current=TAO_CURRENTS_A[-1],
         source=f"{TAO}, Table 4; identified at 1 mm, 0.5 Hz",
     )
 

@@ -14,9 +14,10 @@ from .law import Law
 from .registry import LAWS
 
 _KEYS = (
-    "law parameters current_breaks current_range tested_deformation length force_scale source name"
+    "law parameters current_breaks current_range tested_deformation tested_current length "
+    "force_scale source name"
 ).split()
-_SCALARS = ("tested_deformation", "length", "force_scale", "source", "name")
+_SCALARS = ("tested_deformation", "tested_current", "length", "force_scale", "source", "name")
 
 
 def to_dict(device: Device) -> dict[str, Any]:
@@ -31,8 +32,9 @@ def to_dict(device: Device) -> dict[str, Any]:
     -------
     dict
         ``law``, ``name``, ``source``, ``current_range`` (A), ``tested_deformation`` (m),
-        ``length``, ``force_scale``, ``parameters`` (name to ascending powers of the current in A),
-        and for piecewise dependences ``current_breaks`` (A), with one such list a piece.
+        ``tested_current`` (A), ``length``, ``force_scale``, ``parameters`` (name to ascending
+        powers of the current in A), and for piecewise dependences ``current_breaks`` (A), with one
+        such list a piece.
     """
     dependence = device.current
     rows = np.moveaxis(dependence.coefficients, 1, 0)

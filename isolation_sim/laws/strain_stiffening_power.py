@@ -122,6 +122,7 @@ def generalised() -> Device:
         ),
         current_range=(0.0, -alpha / slope),
         tested_deformation=8e-3,
+        tested_current=3.0,
         source=f"{LI_LI}, Table 2; tested at 0-3 A, 2-8 mm",
     )
 

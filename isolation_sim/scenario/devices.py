@@ -61,6 +61,9 @@ class _Device(Section):
     tested_deformation_m: Annotated[
         Positive | None, Field(description="of one device; the set's")
     ] = None
+    tested_current_A: Annotated[
+        Number | None, Field(description="highest of the tests behind the numbers; the set's")
+    ] = None
     length_scale: Annotated[
         Positive | None,
         Field(description="deformation here over the tested device's; reference building: 10"),
@@ -94,6 +97,8 @@ class _Device(Section):
             device = replace(device, current_range=(low, high))
         if self.tested_deformation_m is not None:
             device = replace(device, tested_deformation=self.tested_deformation_m)
+        if self.tested_current_A is not None:
+            device = replace(device, tested_current=self.tested_current_A)
         if self.switching == "passive":
             if self.effect:
                 raise InputError(
@@ -180,6 +185,7 @@ class Belief(Section):
             # another law brings its own numbers, their range and what acts around it
             changes |= {"law": self.law, "parameters": self.parameters, "effect": None}
             changes |= {"current_range_A": None, "tested_deformation_m": None}
+            changes |= {"tested_current_A": None}
         elif isinstance(self.parameters, dict) and isinstance(isolator.parameters, dict):
             changes |= {"parameters": {**isolator.parameters, **self.parameters}}
         elif self.parameters is not None:

@@ -174,6 +174,8 @@ class Situation:
         Length of the run, s.
     low, high : (n_channels,) array
         Limits of the supply, A.
+    tested : (n_channels,) array
+        Highest current at which the plant's devices were tested, A; inf where nobody says.
     outputs : tuple of str
         Names of what it will be given, in order: its ``measures``, then the coil currents.
     driver : CoilDriver
@@ -189,6 +191,7 @@ class Situation:
     duration: float
     low: NDArray
     high: NDArray
+    tested: NDArray
     outputs: tuple[str, ...]
     driver: CoilDriver = field(default_factory=CoilDriver)
     delays: tuple[float, float] = (0.0, 0.0)

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import gc
-import hashlib
-import importlib.util
-import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -15,10 +12,9 @@ from types import ModuleType
 
 import numpy as np
 
-from ..laws import emit
+from ..generated import load_text, load_written
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from ..whole_file import replacing
 from .element_code import COMMON, NODES, ElementCode
 from .smaller_text import smaller_text
 
@@ -59,13 +55,6 @@ DISPATCHED = (
     ("probe", "", ""),
 )
 
-# whatever decides on the text besides the laws
-_WRITERS = ("kernel", "element_code", "smaller_text", "slots", "vector", "foreign_call")
-_SOURCES = (
-    *TEMPLATES, TABLES_TEMPLATE, Path(emit.__file__),
-    *(Path(__file__).with_name(f"{name}.py") for name in _WRITERS),
-)
-
 
 def polynomials(*nodes: float) -> tuple[tuple[float, ...], ...]:
     """Ascending coefficients of the polynomials that are 1 at one node and 0 at the others."""
@@ -74,14 +63,6 @@ def polynomials(*nodes: float) -> tuple[tuple[float, ...], ...]:
 
 _used: set[str] = set()
 _loaded: dict[tuple, ModuleType] = {}
-
-
-def cache_folder() -> Path:
-    """Folder of the generated modules: ISOLATION_SIM_CACHE, else the user's cache folder."""
-    given = os.environ.get("ISOLATION_SIM_CACHE")
-    if given:
-        return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "isolation_sim"
 
 
 def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared: bool) -> str:
@@ -170,7 +151,7 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
             "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])
         )
 
-    return _module("tables", (n_elements, n_ground, table_lanes), text)
+    return load_written("tables", (n_elements, n_ground, table_lanes), text)
 
 
 def _assigned(constants: dict[str, object]) -> str:
@@ -191,42 +172,17 @@ def load(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool = False) -
     shared = shared and lanes > 1
     key = (tuple(laws), n_ground, lanes, shared)
     if key not in _loaded:
+
+        def text() -> str:
+            return kernel_text(laws, n_ground, lanes, shared)
+
         marks = [fingerprint(law) for law in laws]
         if None in marks:
-            text = kernel_text(laws, n_ground, lanes, shared)
-            digest = hashlib.sha256(text.encode()).hexdigest()
-            _loaded[key] = import_text(f"kernel_{digest[:20]}", text)
+            _loaded[key] = load_text("kernel", text())
         else:
-            distinct = [laws.index(law) for law in laws]
-            _loaded[key] = _module(
-                "kernel", (marks, distinct, n_ground, lanes, shared),
-                lambda: kernel_text(laws, n_ground, lanes, shared),
-            )  # fmt: skip
+            content = (marks, [laws.index(law) for law in laws], n_ground, lanes, shared)
+            _loaded[key] = load_written("kernel", content, text)
     return _loaded[key]
-
-
-def _module(kind: str, content: tuple, text: Callable[[], str]) -> ModuleType:
-    """Import a module named by what decides on its text, which is only made if it is not there."""
-    digest = hashlib.sha256(repr(content).encode())
-    for source in _SOURCES:
-        digest.update(source.read_bytes())
-    name = f"{kind}_{digest.hexdigest()[:20]}"
-    return import_text(name, None if (cache_folder() / f"{name}.py").exists() else text())
-
-
-def import_text(name: str, text: str | None) -> ModuleType:
-    """Write a module into the cache folder, unless it is there, and import it."""
-    path = cache_folder() / f"{name}.py"
-    if text is not None and not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as unfinished:
-            unfinished.write_text(text)
-    spec = importlib.util.spec_from_file_location(f"isolation_sim_{name}", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @contextmanager

@@ -124,7 +124,8 @@ def prepared(
     coils = _coils(isolated, driver)
     if belief is None:
         belief = _by_papers_rule(isolated)
-    situation = _situation(belief, records, controller, coils, driver, delays)
+    tested = np.array([isolated.tested_current(c) for c in range(len(coils))])
+    situation = _situation(belief, records, controller, coils, tested, driver, delays)
     controller.prepare(situation, trial)
     controller.reset(situation)
     schedule = controller.schedule(situation)
@@ -196,6 +197,7 @@ def _situation(
     records: tuple[Record, ...],
     controller: Control,
     coils: NDArray,
+    tested: NDArray,
     driver: CoilDriver,
     delays: tuple[float, float],
 ) -> Situation:
@@ -209,6 +211,7 @@ def _situation(
         duration=record.dt * (len(record.acceleration) - 1),
         low=coils[:, 2],
         high=coils[:, 3],
+        tested=tested,
         outputs=(
             *controller.measures(belief), *(f"coil{c}_current_A" for c in range(len(coils)))
         ),

@@ -31,6 +31,11 @@ def smaller_text(text: str) -> str:
     -------
     str
         Source that computes the same.
+
+    Raises
+    ------
+    ValueError
+        If an array has a negative constant index: unsigned, it would be beyond the array's end.
     """
     tree = ast.parse(text)
     constants = {}
@@ -116,6 +121,9 @@ class _Fold(ast.NodeTransformer):
 
 
 def _integer(node: ast.expr) -> int | None:
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        value = _integer(node.operand)
+        return None if value is None else -value
     return node.value if isinstance(node, ast.Constant) and type(node.value) is int else None
 
 
@@ -136,6 +144,11 @@ class _UnsignedIndices(ast.NodeTransformer):
         self.generic_visit(node)
         if isinstance(node.value, ast.Name) and node.value.id.islower():
             parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            if any((_integer(part) or 0) < 0 for part in parts):
+                raise ValueError(
+                    f"internal error: negative index in {ast.unparse(node)}; accepted in the "
+                    "text of a kernel: indices from 0"
+                )
             parts = [
                 part
                 if isinstance(part, ast.Constant)

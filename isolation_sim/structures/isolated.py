@@ -154,6 +154,28 @@ class IsolatedStructure:
             raise InputError(f"the devices on channel {channel} have no current in common")
         return low, high
 
+    def tested_current(self, channel: int = 0) -> float:
+        """Highest current at which every device that follows a channel's current was tested.
+
+        Parameters
+        ----------
+        channel : int, default 0
+            Coil channel.
+
+        Returns
+        -------
+        float, A
+            inf where no device says.
+        """
+        return min(
+            (
+                element.device.tested_current
+                for element in self.elements
+                if element.channel == channel and element.device.depends_on_current
+            ),
+            default=np.inf,
+        )
+
     def element(self, name: str) -> Element:
         """Return an element by name.
 

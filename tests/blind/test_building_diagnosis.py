@@ -6,11 +6,16 @@ import pickle
 
 import pytest
 
+from studies.blind.building_cases import BuildingCase, all_forms, clean, pairs, singles
+from studies.blind.building_score import (
+    BuildingScored,
+    answer,
+    confusion_table,
+    rates,
+    storey_right,
+)
+from studies.blind.score import NOTHING
 from studies.blind_buildings import scored
-
-from .building_cases import BuildingCase, all_forms, clean, pairs, singles
-from .building_score import BuildingScored, answer, confusion_table, rates, storey_right
-from .score import NOTHING
 
 
 def test_the_storey_that_lost_stiffness_is_named_first():

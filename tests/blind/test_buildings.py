@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import sawtooth
 
-from . import building_model as model
-from .buildings import (
+from studies.blind import building_model as model
+from studies.blind.buildings import (
     CHANNELS,
     DAMPING_RATIO,
     Fault,

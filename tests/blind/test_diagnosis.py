@@ -7,8 +7,7 @@ import pytest
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.scenario import Scenario
-
-from .cases import CATALOGUE, Case, clean, outside, several
+from studies.blind.cases import CATALOGUE, Case, clean, outside, several
 
 SINGLES = {
     "coulomb_friction": "bristles",

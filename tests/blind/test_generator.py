@@ -11,13 +11,12 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 from isolation_sim.identification.campaign import read_campaign
-
-from . import cases
-from .campaign import make_campaign, true_form_error
-from .devices import BASES, perturbed
-from .effect import FORMS, STAGES
-from .motion import RATE, Run, full_programme, motions, quick_programme, random, steps
-from .response import Gauge, Hidden, Unreachable, respond
+from studies.blind import cases
+from studies.blind.campaign import make_campaign, true_form_error
+from studies.blind.devices import BASES, perturbed
+from studies.blind.effect import FORMS, STAGES
+from studies.blind.motion import RATE, Run, full_programme, motions, quick_programme, random, steps
+from studies.blind.response import Gauge, Hidden, Unreachable, respond
 
 CATALOGUE = """current_lag field_saturation magnetic_remanence field_gap_coupling stress_softening
 amplitude_softening self_heating ambient_temperature tension_compression_asymmetry force_offset

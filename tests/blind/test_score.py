@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from .cases import Truth
-from .score import Rate, Scored, confusion_table, median_held_out_ratio, rates
+from studies.blind.cases import Truth
+from studies.blind.score import Rate, Scored, confusion_table, median_held_out_ratio, rates
 
 
 def truth(*effects, forms=("any",), strengths=(1.0,), depends_on=(), tolerated=()):

@@ -441,6 +441,18 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
     assert np.abs(moved).max() > 0.1
 
 
+def test_a_programme_leaves_the_prediction_as_it_is(started):
+    """Two programmes of one prediction are the same, and derivatives stay in m/A and m/s^2/A."""
+    p = predicted(started)
+    given = [array.copy() for array in (p.y, p.dy, p.past)]
+    found = [condensed(p, 1.0, np.zeros((3, 6, 2)), np.ones(8), np.zeros(8)) for _ in range(2)]
+    for array, before in zip((p.y, p.dy, p.past), given, strict=True):
+        assert np.array_equal(array, before)
+    (first, count), (second, again) = found
+    assert count == again
+    assert all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
+
+
 def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
     weights, unseen = np.zeros(8), np.zeros((3, 6, 2))
     weights[2] = 0.7

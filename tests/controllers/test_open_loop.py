@@ -1,12 +1,17 @@
 """Commands known before the run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from controllers import controller
+from controllers.clairvoyant import Plant, _limits
 from isolation_sim.errors import InputError
+from isolation_sim.laws import LAWS, available_sets, law
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import reference_building
 
 STATES = {"y_m": 0, "z_m": 1}
 
@@ -46,6 +51,66 @@ def test_passive_currents(isolated, record):
     assert held(controller("passive_on"), driver=CoilDriver(high=2.0)) == {2.0}
     assert held(controller("passive_on", amperes=4)) == {4.0}
     assert held(controller("constant")) == {1.5}
+
+
+def spring(current_range=(-np.inf, np.inf), tested=np.inf, stiffness=(1.5e7, 1e6)):
+    device = law("linear", {"k": stiffness})
+    return replace(device, current_range=current_range, tested_current=tested)
+
+
+def springs(*arguments, **options):
+    return reference_building().on(spring(*arguments, **options))
+
+
+@pytest.mark.parametrize(
+    ("plant", "driver", "expected"),
+    [
+        (springs(tested=1.25), None, 1.25),
+        (springs((0.0, 5.0), tested=2.0), None, 2.0),
+        (springs((0.0, 5.0)), None, 5.0),
+        (springs(tested=2.0), CoilDriver(high=0.5), 0.5),
+        (springs(tested=2.0), CoilDriver(low=2.5, high=4.0), 2.5),
+        (springs(), CoilDriver(high=4.0), 4.0),
+        # the least of two devices on a coil; what the current does not change has no say
+        (
+            springs(tested=2.0)
+            .with_element(spring(tested=1.5), "storey1", 0)
+            .with_element(spring(tested=0.5, stiffness=1e6), "storey2", 0),
+            None,
+            1.5,
+        ),
+    ],
+)
+def test_the_highest_tested_current_is_the_devices(plant, driver, expected, record):
+    run = simulate(plant, record.cut(0.0, 0.5), controller("passive_on"), driver=driver)
+    assert set(run.current.ravel().tolist()) == {expected}
+    driver = driver or CoilDriver()
+    assert _limits(Plant(plant, (record,), driver))[:, 3].tolist() == [expected]
+
+
+def test_a_belief_does_not_change_what_was_tested(record):
+    """How far the devices were tested is a fact of theirs, whatever law is believed of them."""
+    run = simulate(
+        springs(tested=1.25), record.cut(0.0, 0.5), controller("passive_on"), belief=springs()
+    )
+    assert set(run.current.ravel().tolist()) == {1.25}
+
+
+@pytest.mark.parametrize("name", ["passive_on", "best_constant", "on_off", "clipped_lqr", "mpc"])
+def test_a_device_that_was_never_tested_has_no_highest_current(name, record):
+    with pytest.raises(InputError, match="nothing says how high the current of coil 0 may be"):
+        simulate(springs(), record, controller(name))
+
+
+def test_published_sets_know_their_tested_currents():
+    tested = {
+        (name, one): device.tested_current
+        for name in LAWS
+        for one in available_sets(name)
+        if (device := law(name, one)).depends_on_current
+    }
+    assert tested.pop(("improved_bouc_wen", "table_4")) == 2.5
+    assert len(tested) >= 5 and set(tested.values()) == {3.0}
 
 
 def test_a_current_that_is_asked_for_is_not_quietly_changed(isolated, record):

@@ -3,8 +3,6 @@
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
 
 import pytest
 
@@ -90,18 +88,3 @@ def test_compiling_is_said_once_and_only_when_it_happens(processes):
 
 def test_nothing_unfinished_is_left_in_the_cache(processes):
     assert not list(processes[0].rglob(".*"))
-
-
-def test_threads_that_write_the_same_module_at_once_all_find_it(tmp_path, monkeypatch):
-    monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path))
-    n, text = 8, "# padding\n" * 20_000 + "VALUE = 3\n"
-    barrier = Barrier(n)
-
-    def value(name):
-        barrier.wait()
-        return kernel.import_text(name, text).VALUE
-
-    with ThreadPoolExecutor(n) as pool:
-        for k in range(10):
-            assert list(pool.map(value, [f"same_{k}"] * n)) == [3] * n
-    assert not list(tmp_path.rglob(".*"))

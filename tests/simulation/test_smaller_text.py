@@ -59,3 +59,13 @@ def test_a_loop_over_lanes_stays_one():
     assert body.count("for lane in range(4)") == 2
     assert "20.0" in body and "10.0" not in body
     assert "unsigned(" in body
+
+
+@pytest.mark.parametrize(
+    "index", ["-1", "STRIDE - 7", "0, -2", "SLOTS[0] - SLOTS[1]", "1 + -SLOTS[1]"]
+)
+def test_a_negative_index_is_refused(index):
+    """As an unsigned number it would be near 2^64: outside every array, and nothing checks it."""
+    text = TEXT.format(lanes=1).replace("w[at * LANES + lane]", f"w[{index}]")
+    with pytest.raises(ValueError, match=r"negative index in w\[.*-\d\]; accepted"):
+        smaller_text(text)

@@ -211,7 +211,8 @@ def _tests(
         tests.append((label, replace(record, ground=record.ground.scaled(factor))))
     if comparison.model.device.depends_on_current:
         low, high = comparison.model.nominal.current_range()
-        for current in (max(low, 0.0), min(high, 3.0)):
+        high = min(high, comparison.model.nominal.tested_current())
+        for current in filter(np.isfinite, (max(low, 0.0), high)):
             held = replace(record, current=np.full(len(record.ground), current))
             tests.append((f"the same ground motion with {current:g} A held", held))
     return tests

@@ -55,7 +55,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
     look = looks(list(runs))
     left, right = _sides(comparison)
     key, ledgers = energies(runs)
-    warnings = tuple(comparison.warnings())
+    warnings = (*comparison.failures(), *comparison.warnings())
     sections = [
         Section("Verdict", [
             Prose(verdict(comparison), "verdict"),

@@ -1,7 +1,7 @@
 """Diagnosis of building records: named causes, their numbers, and silence where nothing is wrong.
 
 The records are made by the project's own engine with a cause put in by hand: what is tested here is
-the inference. Records from an independent generator are in ``tests/blind``.
+the inference. Records from an independent generator (``studies/blind``) are in ``tests/blind``.
 """
 
 from __future__ import annotations

@@ -80,6 +80,7 @@ def ease(u: np.ndarray) -> np.ndarray:
 
 
 def sine(amplitude: float, frequency: float) -> Signal:
+    """Sinusoid (Hz) that grows from rest within half a second."""
     return lambda t: amplitude * ease(t / 0.5) * np.sin(2 * np.pi * frequency * t)
 
 
@@ -116,6 +117,7 @@ def hold(amplitude: float, duration: float) -> Signal:
 
 
 def steady(current: float) -> Signal:
+    """Constant current, A."""
     return lambda t: np.full_like(t, current)
 
 

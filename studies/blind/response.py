@@ -34,6 +34,7 @@ class Hidden:
         return cls(chosen, chosen.build(rng))
 
     def __call__(self, situation: Situation):
+        """Apply the effect."""
         return self.action(self.strength, situation)
 
 
@@ -82,6 +83,7 @@ class Gauge:
 
     @cached_property
     def clean(self) -> np.ndarray:
+        """Force without noise, N."""
         return self.force(self.device, self.before)
 
     @cached_property

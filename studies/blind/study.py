@@ -1,14 +1,14 @@
 """How often the diagnosis finds what an independent generator has hidden: the confusion matrix.
 
-Run it from a checkout with ``python -m studies.blind [SHARE]``: the generator is part of the tests.
-A share below 1 takes every so many cases. It prints the rates with Wilson's 95 % intervals and
-writes ``results/blind/confusion.md`` and ``rates.md``.
+Run it with ``python -m studies.blind [SHARE]``. A share below 1 takes every so many cases. It
+prints the rates with Wilson's 95 % intervals and writes ``results/blind/confusion.md`` and
+``rates.md``.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -17,11 +17,15 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from . import cases as blind
+from .campaign import true_form_error
+from .score import Scored, confusion_table, median_held_out_ratio, rates
+
 RESULTS = Path("results/blind")
 CLEAN, PAIRS, TRIPLES, WRONG = 100, 60, 40, 20
 
 
-def cases(share: float) -> list[Any]:
+def cases(share: float) -> list[blind.Case]:
     """List the blind cases.
 
     Parameters
@@ -31,10 +35,8 @@ def cases(share: float) -> list[Any]:
 
     Returns
     -------
-    list of tests.blind.cases.Case
+    list of Case
     """
-    from tests.blind import cases as blind
-
     kinds = (
         blind.singles(), blind.clean(CLEAN), blind.outside(), blind.several(2, PAIRS),
         blind.several(3, TRIPLES), blind.wrong_law(WRONG),
@@ -84,21 +86,19 @@ def diagnosed(listed: Sequence[Any], scored: Callable[[Any], Any]) -> tuple[list
     return results, (time.perf_counter() - begin) / len(listed)
 
 
-def scored(case: Any) -> Any:
+def scored(case: blind.Case) -> Scored:
     """Make a case's data, diagnose them, and put the truth beside the outcome.
 
     Parameters
     ----------
-    case : tests.blind.cases.Case
+    case : Case
         The case.
 
     Returns
     -------
-    tests.blind.score.Scored
+    Scored
     """
     from isolation_sim.discrepancy.diagnose import diagnose
-    from tests.blind.campaign import true_form_error
-    from tests.blind.score import Scored
 
     campaign = case.campaign()
     with tempfile.TemporaryDirectory() as folder:
@@ -136,8 +136,6 @@ def main(share: float = 1.0) -> None:
     share : float
         Of the cases, 0 to 1.
     """
-    from tests.blind.score import confusion_table, median_held_out_ratio, rates
-
     results, seconds = diagnosed(cases(share), scored)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     ratio = median_held_out_ratio(results)
@@ -146,5 +144,26 @@ def main(share: float = 1.0) -> None:
     leave(lines, confusion_table(results))
 
 
-if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0)
+def share_from(module: str, description: str) -> float:
+    """Read the share of the cases from the command line.
+
+    Parameters
+    ----------
+    module : str
+        Name of the module that is run.
+    description : str
+        What the command does, for its help.
+
+    Returns
+    -------
+    float
+    """
+    parser = argparse.ArgumentParser(f"python -m {module}", description=description)
+    parser.add_argument(
+        "share", metavar="SHARE", nargs="?", type=float, default=1.0,
+        help="part of the cases to take, above 0 and up to 1 (the default)",
+    )  # fmt: skip
+    share: float = parser.parse_args().share
+    if not 0 < share <= 1:
+        parser.error(f"SHARE is {share:g}; accepted: above 0, up to 1")
+    return share

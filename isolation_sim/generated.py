@@ -1,0 +1,190 @@
+"""Generated modules: named by all that decides on their text, kept in the cache folder.
+
+A name must change with everything that its module depends on, since a module that is found under
+its name is used as it is. The source files are found by following imports, so that a writer cannot
+forget one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import re
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+
+from .whole_file import replacing
+
+UNUSED_DAYS = 60.0
+"""Days without use after which a generated module is removed."""
+_PACKAGE = Path(__file__).parent
+_NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
+# in code and in text that a writer holds as a string alike
+_IMPORTS = re.compile(
+    r"^[ \t]*(?:from[ \t]+(\.*[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]+)|import[ \t]+([\w., ]+))",
+    re.MULTILINE,
+)
+
+
+def cache_folder() -> Path:
+    """Folder of the generated modules: ISOLATION_SIM_CACHE, else the user's cache folder."""
+    given = os.environ.get("ISOLATION_SIM_CACHE")
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "isolation_sim"
+
+
+def load_text(kind: str, text: str, notice: str = "") -> ModuleType:
+    """Load a module by its text; ``notice`` goes to stderr where it is not there yet."""
+    return _load(name_of_text(kind, text), lambda: text, notice)
+
+
+def load_written(kind: str, content: object, write: Callable[[], str]) -> ModuleType:
+    """Load a module by what its text is written from; the text is made only if it is not there.
+
+    ``content``: what ``write`` depends on besides source files; equal contents have equal ``repr``.
+    """
+    return _load(name_of_content(kind, content, write), write)
+
+
+def name_of_text(kind: str, text: str) -> str:
+    """Name by the text and by the sources of what it imports."""
+    return _name(kind, [text.encode(), *map(_content, sorted(_closure(_imported(text, None))))])
+
+
+def name_of_content(kind: str, content: object, write: Callable[[], str]) -> str:
+    """Name by the content, by all sources of its writer, and by the CasADi that it traces with."""
+    sources = map(_content, sources_of(write))
+    return _name(kind, [repr(content).encode(), version("casadi").encode(), *sources])
+
+
+def sources_of(write: Callable[[], str]) -> list[Path]:
+    """Files that a writer's text depends on: its own and, of the package, all that it imports."""
+    return sorted(_closure({Path(write.__code__.co_filename)}))
+
+
+def _name(kind: str, parts: list[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(hashlib.sha256(part).digest())
+    return f"{kind}_{digest.hexdigest()[:20]}"
+
+
+@lru_cache
+def _content(path: Path) -> bytes:
+    return path.read_bytes()
+
+
+def _closure(found: set[Path]) -> set[Path]:
+    """These files, all of the package that they import, and the templates that they complete."""
+    waiting = list(found)
+    while waiting:
+        path = waiting.pop()
+        text = _content(path).decode()
+        new = _imported(text, path)
+        if "_template.py" in text:
+            new |= set(path.parent.glob("*_template.py"))
+        waiting += new - found
+        found = found | new
+    return found
+
+
+def _imported(text: str, path: Path | None) -> set[Path]:
+    """Files of the package that a text imports; relative names are relative to its path."""
+    found = set()
+    for origin, members, modules in _IMPORTS.findall(text):
+        if modules:
+            places = [(name.split(" as ")[0].strip(), "") for name in modules.split(",")]
+        else:
+            names = (name.split(" as ")[0].strip() for name in members.strip("() \n").split(","))
+            places = [(origin, name) for name in names if name]
+        for module, member in places:
+            folder = _place(module, path)
+            if folder is not None:
+                found |= set(_files(folder, member))
+    return found
+
+
+def _place(module: str, path: Path | None) -> Path | None:
+    """Path of a module of the package, without its suffix."""
+    dotted = module.lstrip(".")
+    up = len(module) - len(dotted)
+    if up == 0:
+        first, *rest = dotted.split(".")
+        return _PACKAGE.joinpath(*rest) if first == _PACKAGE.name else None
+    if path is None or _PACKAGE not in path.parents:
+        return None
+    return path.parents[up - 1].joinpath(*filter(None, dotted.split(".")))
+
+
+def _files(module: Path, member: str) -> Iterator[Path]:
+    """File that an imported name is from: a module of that name, else the module it is in."""
+    for stem in (module / member, module) if member else (module,):
+        for file in (stem.with_suffix(".py"), stem / "__init__.py"):
+            if file.is_file():
+                yield file
+                return
+
+
+def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
+    """Write a module into the cache folder, unless it is there, and import it."""
+    path = cache_folder() / f"{name}.py"
+    if not _mark_used(path):
+        if notice:
+            print(notice, file=sys.stderr)
+        _write(path, write())
+        _remove_unused(path.parent)
+    try:
+        return _import(path)
+    except FileNotFoundError:  # another process has just removed it, as unused
+        _write(path, write())
+        return _import(path)
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as unfinished:
+        unfinished.write_text(text)
+
+
+def _import(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"isolation_sim_{path.stem}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _mark_used(path: Path) -> bool:
+    """Whether a file is there; then its time of access is now."""
+    try:
+        # the time of modification stays: Numba takes compiled code for stale by it
+        os.utime(path, ns=(time.time_ns(), path.stat().st_mtime_ns))
+    except FileNotFoundError:
+        return False
+    except OSError:  # a folder that may only be read
+        return path.exists()
+    return True
+
+
+def _remove_unused(folder: Path) -> None:
+    """Remove generated modules that no process has loaded for long, and their compiled code."""
+    oldest = time.time() - 86400 * UNUSED_DAYS
+    removed = set()
+    for path in folder.glob("*.py"):
+        with suppress(OSError):  # another process may remove the same ones
+            if _NAME.fullmatch(path.stem) and path.stat().st_atime < oldest:
+                path.unlink()
+                removed.add(path.stem)
+    for path in (folder / "__pycache__").glob("*") if removed else ():
+        with suppress(OSError):
+            if path.name.split(".")[0] in removed:
+                path.unlink()
