@@ -34,34 +34,43 @@ def summary(
     Returns
     -------
     dict of str to (n_lanes,) array
-        Keys and units as in ``isolation_sim.criteria.criteria``, without J1 to J9.
+        Keys and units as in ``isolation_sim.criteria.criteria``, without ratios.
     """
     own = work.module.TABLE_LANES
-    per_lane = [_quantities(plant) for plant in plants[:own]]
-    names, sizes, n_directions, _ = per_lane[0]
-    table = np.stack([rows for *_, rows in per_lane], axis=-1)
-    peak, total = np.zeros((2, sum(sizes), len(plants)))
+    items, n_items, n_directions, _ = _quantities(plants[0])
+    table = np.stack([_quantities(plant)[-1] for plant in plants[:own]], axis=-1)
+    peak, total = np.zeros((2, n_items, len(plants)))
     work.summarise(_motion_rows(modes[:own]), table, n_directions, peak, total)
-    ends = np.cumsum([0, *sizes])
-    items = list(zip(names, ends[:-1], ends[1:], strict=True))
     return {
-        f"{kind}_{name}": np.sqrt(np.max(squares[low:high], axis=0, initial=0.0))
+        f"{kind}_{name}": np.sqrt(np.max(squares[list(numbers)], axis=0, initial=0.0))
         for kind, squares in (("peak", peak), ("rms", total))
-        for name, low, high in items
+        for name, numbers in items
     }
+
+
+def summary_key(isolated: IsolatedStructure) -> tuple:
+    """Return what structures of one block must have in common: names and items of criteria."""
+    return _quantities(isolated)[:2]
 
 
 @lru_cache(maxsize=256)
 def _quantities(
     isolated: IsolatedStructure,
-) -> tuple[tuple[str, ...], tuple[int, ...], int, NDArray]:
-    """Names of a structure's criteria, their numbers of items, and the kernel's rows for them."""
+) -> tuple[tuple[tuple[str, tuple[int, ...]], ...], int, int, NDArray]:
+    """Criteria by name with their items' numbers, how many items, directions, the kernel's rows."""
     from ..criteria import quantity_rows
 
     outputs = modes_for(isolated)[1]
     rows = quantity_rows(isolated, outputs.names)
-    table = _packed(np.concatenate(list(rows.values())), outputs)
-    return tuple(rows), tuple(map(len, rows.values())), len(isolated.structure.directions), table
+    # an item of several criteria, such as a floor's acceleration, is followed once
+    numbers: dict[bytes, int] = {}
+    items = tuple(
+        (name, tuple(numbers.setdefault(item.tobytes(), len(numbers)) for item in own))
+        for name, own in rows.items()
+    )
+    distinct = np.frombuffer(b"".join(numbers)).reshape(len(numbers), *rows["drift_m"].shape[1:])
+    n_directions = len(isolated.structure.directions)
+    return items, len(numbers), n_directions, _packed(distinct, outputs)
 
 
 def _packed(rows: NDArray, outputs: Outputs) -> NDArray:
