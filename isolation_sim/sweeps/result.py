@@ -80,7 +80,8 @@ class Sweep:
 
         columns = list(self.table.columns)
         found = columns[columns.index(_ACCOUNT[-1]) + 1 :]
-        unknown = [name for name in geometric_names() if self.table[name].isna().all()]
+        geometric = [name for name in geometric_names() if name in found]
+        unknown = [name for name in geometric if self.table[name].isna().all()]
         return tuple(name for name in found if name not in unknown)
 
     @cached_property
