@@ -1,24 +1,35 @@
 """Criteria of a run: peaks, RMS values and the nine of the smart base-isolated benchmark.
 
 The benchmark's criteria, with a hat for the uncontrolled structure, norms of vectors over the
-directions of ground motion, f a floor and t the time (dimensionless, less is better but for J9):
+directions of ground motion, f a floor above the base, h a storey's height, i an isolator, k a
+control device and t the time (dimensionless, less is better but for J9):
 
-    J1 = max_t |V0| / max_t |V0^|              base shear, at the isolation level
-    J2 = max_t |V1| / max_t |V1^|              structural shear, in the first storey
-    J3 = max_t |d| / max_t |d^|                base displacement
-    J4 = max_tf |drift_f| / max_tf |drift_f^|  storey drift
-    J5 = max_tf |a_f| / max_tf |a_f^|          absolute floor acceleration
-    J6 = max_t |F| / max_t |V0|                device force over base shear, controlled structure
-    J7 = rms |d| / rms |d^|                    base displacement
-    J8 = max_f rms |a_f| / max_f rms |a_f^|    absolute floor acceleration
-    J9 = dissipated energy / input energy      of the controlled structure
+    J1 = max_t |V0| / max_t |V0^|                base shear, at the isolation level
+    J2 = max_t |V1| / max_t |V1^|                structural shear, in the first storey
+    J3 = max_ti |d_i| / max_ti |d_i^|            displacement of the isolators
+    J4 = max_tf |drift_f/h_f| / max_tf |...^|    storey drift over storey height
+    J5 = max_tf |a_f| / max_tf |a_f^|            absolute floor acceleration, without the base
+    J6 = max_t |sum_k F_k| / max_t |V0|          device force over base shear, controlled structure
+    J7 = max_i rms |d_i| / max_i rms |d_i^|      displacement of the isolators
+    J8 = max_f rms |a_f| / max_f rms |a_f^|      absolute floor acceleration, without the base
+    J9 = sum_k int F_k v_k dt / int V0 v_g dt    work on the devices over input energy
 
-Three things are adapted here. The benchmark's devices stand beside bearings; a magnetorheological
+J3 and J7 look at the isolators' positions in plan, which move further than the base's centre where
+the base rotates. A structure without ``isolator_positions`` has its isolators at the base's dofs. A
+structure without ``heights`` has storeys of equal height, which cancels in J4.
+
+Two things are adapted here. The benchmark's devices stand beside bearings; a magnetorheological
 isolator is bearing and damper in one, so that F in J6 is the isolators' whole force, and J6 is 1
-where nothing else carries the building. J9 counts what the devices dissipated by the end of the
-record, where the benchmark integrates their force over their velocity: the two differ by the energy
-that a spring still holds and by the work of changing the current; for a law without a stored energy
-the two are one. The uncontrolled structure is the same one with its coils off.
+where nothing else carries the building. For the same reason J9 counts the isolators' elastic energy
+at the end of the record. The uncontrolled structure is the same one with its coils off.
+
+Five ratios of the same kind look at the base's centre, at drifts in m and at all levels with the
+base, and one at what the devices dissipated:
+
+    normalised_peak_base_displacement, normalised_rms_base_displacement
+    normalised_peak_drift
+    normalised_peak_floor_acceleration, normalised_rms_floor_acceleration
+    normalised_device_dissipation = dissipated energy / input energy, relative motion
 
 Source: S. Narasimhan, S. Nagarajaiah, E. A. Johnson and H. P. Gavin, "Smart base-isolated benchmark
 building. Part I: problem definition", Structural Control and Health Monitoring 13 (2006) 573-588.
@@ -40,14 +51,23 @@ if TYPE_CHECKING:
     from .structures import IsolatedStructure, Structure
 
 _RATIOS = {
-    "J1": "peak_base_shear_N",
-    "J2": "peak_structural_shear_N",
-    "J3": "peak_base_displacement_m",
-    "J4": "peak_drift_m",
-    "J5": "peak_floor_acceleration_m_s2",
-    "J7": "rms_base_displacement_m",
-    "J8": "rms_floor_acceleration_m_s2",
+    "J1": ("peak_base_shear_N",),
+    "J2": ("peak_structural_shear_N",),
+    "J3": ("peak_isolator_displacement_m", "peak_base_displacement_m"),
+    "J4": ("peak_drift_ratio", "peak_drift_m"),
+    "J5": ("peak_superstructure_acceleration_m_s2",),
+    "J7": ("rms_isolator_displacement_m", "rms_base_displacement_m"),
+    "J8": ("rms_superstructure_acceleration_m_s2",),
+    "normalised_peak_base_displacement": ("peak_base_displacement_m",),
+    "normalised_peak_drift": ("peak_drift_m",),
+    "normalised_peak_floor_acceleration": ("peak_floor_acceleration_m_s2",),
+    "normalised_rms_base_displacement": ("rms_base_displacement_m",),
+    "normalised_rms_floor_acceleration": ("rms_floor_acceleration_m_s2",),
 }
+"""Criteria whose ratio to the uncontrolled structure's is taken: the first that both have."""
+
+GEOMETRIC = ("isolator_displacement_m", "drift_ratio")
+"""Quantities of a structure whose isolator positions or storey heights are known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +85,8 @@ class Response:
         Displacement of the base relative to the ground, m; one column a slab.
     floor_acceleration : (..., n, n_levels) array
         Absolute acceleration of the base and the floors, m/s^2.
+    superstructure_acceleration : (..., n, n_floors) array
+        Absolute acceleration of the floors above the base, m/s^2.
     drift : (..., n, n_storeys) array
         Storey drifts, m.
     base_shear : (..., n) array
@@ -73,6 +95,10 @@ class Response:
         Shear that the superstructure puts on the base, N.
     isolator_force : (..., n) array
         Resultant of the isolators' forces, N.
+    isolator_displacement : (..., n, n_isolators) array, optional
+        Displacement of the isolators relative to the ground, m.
+    drift_ratio : (..., n, n_storeys) array, optional
+        Storey drifts over storey heights.
 
     Raises
     ------
@@ -83,19 +109,26 @@ class Response:
     time: NDArray
     base_displacement: NDArray
     floor_acceleration: NDArray
+    superstructure_acceleration: NDArray
     drift: NDArray
     base_shear: NDArray
     structural_shear: NDArray
     isolator_force: NDArray
+    isolator_displacement: NDArray | None = None
+    drift_ratio: NDArray | None = None
 
     def __post_init__(self) -> None:
         n = len(self.time)
         if n < 2:
             raise InputError(f"criteria need two samples or more; {n} given")
         for name, axis in (
-            ("base_displacement", -2), ("floor_acceleration", -2), ("drift", -2),
-            ("base_shear", -1), ("structural_shear", -1), ("isolator_force", -1),
+            ("base_displacement", -2), ("floor_acceleration", -2),
+            ("superstructure_acceleration", -2), ("drift", -2), ("base_shear", -1),
+            ("structural_shear", -1), ("isolator_force", -1), ("isolator_displacement", -2),
+            ("drift_ratio", -2),
         ):
+            if getattr(self, name) is None:
+                continue
             shape = np.shape(getattr(self, name))
             if len(shape) < -axis or shape[axis] != n:
                 raise InputError(f"{name} has shape {shape}; accepted: {n} samples on axis {axis}")
@@ -119,8 +152,11 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     -------
     dict of str to float
         ``peak_`` and ``rms_`` of ``base_displacement_m``, ``floor_acceleration_m_s2`` (absolute,
-        base included), ``drift_m``, ``base_shear_N``, ``structural_shear_N`` and
-        ``isolator_force_N``; with a reference also ``J1`` to ``J9`` (dimensionless).
+        base included), ``superstructure_acceleration_m_s2`` (without the base), ``drift_m``,
+        ``base_shear_N``, ``structural_shear_N`` and ``isolator_force_N``; of
+        ``isolator_displacement_m`` where the isolators' positions are known, and of
+        ``drift_ratio`` (drift over height) where the storeys' heights are. With a reference also
+        ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring (dimensionless).
 
     Raises
     ------
@@ -139,10 +175,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
             f"{run.controller!r}: {_names(reference)} instead of {_names(run)}"
         )
     uncontrolled = values if reference is run else reference.criteria
-    energy = run.energy
-    ratios = benchmark_criteria(
-        values, uncontrolled, energy.device_dissipation_J[-1], energy.input_J[-1]
-    )
+    ratios = benchmark_criteria(values, uncontrolled, run.energy.final)
     return values | {key: float(value) for key, value in ratios.items()}
 
 
@@ -157,7 +190,7 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
     Returns
     -------
     dict of str to array
-        Keys as in `criteria`, without J1 to J9; each has the leading axes' shape. A quantity
+        Keys as in `criteria`, without the ratios; each has the leading axes' shape. A quantity
         without columns, such as the drift of a structure without storeys, is 0.
 
     Notes
@@ -167,15 +200,20 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
     quantities = {
         "base_displacement_m": response.base_displacement,
         "floor_acceleration_m_s2": response.floor_acceleration,
+        "superstructure_acceleration_m_s2": response.superstructure_acceleration,
         "drift_m": response.drift,
         "base_shear_N": np.asarray(response.base_shear)[..., np.newaxis],
         "structural_shear_N": np.asarray(response.structural_shear)[..., np.newaxis],
         "isolator_force_N": np.asarray(response.isolator_force)[..., np.newaxis],
+        "isolator_displacement_m": response.isolator_displacement,
+        "drift_ratio": response.drift_ratio,
     }
     time = np.asarray(response.time)
     duration = time[-1] - time[0]
     peaks, rms = {}, {}
     for key, values in quantities.items():
+        if values is None:
+            continue
         peaks[f"peak_{key}"] = np.max(np.abs(values), axis=(-2, -1), initial=0.0)
         mean_square = np.trapezoid(np.square(values), time, axis=-2) / duration
         rms[f"rms_{key}"] = np.sqrt(np.max(mean_square, axis=-1, initial=0.0))
@@ -185,34 +223,38 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
 def benchmark_criteria(
     controlled: Mapping[str, ArrayLike],
     uncontrolled: Mapping[str, ArrayLike],
-    dissipated: ArrayLike,
-    supplied: ArrayLike,
+    energy: Mapping[str, ArrayLike] | None = None,
 ) -> dict[str, NDArray]:
-    """J1 to J9 from peaks, RMS values and energies; the module's docstring defines them.
+    """J1 to J9 and the normalised ratios; the module's docstring defines them.
 
     Parameters
     ----------
     controlled, uncontrolled : mapping of str to array_like
-        Criteria of both structures, as `response_criteria` returns them.
-    dissipated : array_like, J
-        Energy that the devices of the controlled structure dissipated.
-    supplied : array_like, J
-        Energy that the ground motion put into the controlled structure. Reckoned with the motion
-        relative to the ground it is the benchmark's, the integral of base shear over ground
-        displacement, as soon as the ground is at rest.
+        Criteria of both structures, as `response_criteria` returns them; not a number where one is
+        not known.
+    energy : mapping of str to array_like, optional, J
+        Energies of the controlled structure at the end, named as in ``Ledger``. Without them there
+        are no ratios of energies.
 
     Returns
     -------
     dict of str to array
-        J1 to J9, dimensionless; not a number where the divisor is 0.
+        Dimensionless; not a number where the divisor is 0.
     """
-    fractions = {
-        key: (controlled[name], uncontrolled[name]) for key, name in _RATIOS.items()
-    } | {
-        "J6": (controlled["peak_isolator_force_N"], controlled["peak_base_shear_N"]),
-        "J9": (dissipated, supplied),
-    }
-    return {key: _ratio(*fractions[key]) for key in sorted(fractions)}
+    nothing = np.full(np.shape(controlled["peak_base_shear_N"]), np.nan)
+    found = {}
+    for key, names in _RATIOS.items():
+        found[key] = nothing
+        for name in names:
+            ratio = _ratio(controlled.get(name, nothing), uncontrolled.get(name, nothing))
+            found[key] = np.where(np.isnan(found[key]), ratio, found[key])
+    found["J6"] = _ratio(controlled["peak_isolator_force_N"], controlled["peak_base_shear_N"])
+    if energy is not None:
+        found["J9"] = _ratio(energy["control_device_work_J"], energy["absolute_input_J"])
+        found["normalised_device_dissipation"] = _ratio(
+            energy["device_dissipation_J"], energy["input_J"]
+        )
+    return {key: found[key] for key in sorted(found)}
 
 
 def response_of(run: Run) -> Response:
@@ -236,10 +278,13 @@ def response_of(run: Run) -> Response:
         time=run.time,
         base_displacement=moved["base_displacement_m"],
         floor_acceleration=moved["floor_acceleration_m_s2"],
+        superstructure_acceleration=moved["superstructure_acceleration_m_s2"],
         drift=moved["drift_m"],
         base_shear=moved["base_shear_N"][:, 0],
         structural_shear=moved["structural_shear_N"][:, 0],
         isolator_force=moved["isolator_force_N"][:, 0],
+        isolator_displacement=moved.get("isolator_displacement_m"),
+        drift_ratio=moved.get("drift_ratio"),
     )
 
 
@@ -248,8 +293,9 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
 
     A floor's acceleration, the base's displacement and a storey's drift are vectors over the
     directions of ground motion, taken at the dofs that the ground moves: the floors' centres.
-    Rotations count through the forces only. The isolator force is that of the elements with a coil
-    that hold the structure to the ground; of all that hold it where none has a coil.
+    Rotations count through the forces and the isolators' displacements only. The isolator force is
+    that of the elements with a coil that hold the structure to the ground; of all that hold it
+    where none has a coil.
 
     Parameters
     ----------
@@ -263,6 +309,7 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     dict of str to (n_items, n_directions, n_outputs) array
         Keys as in `criteria`, without ``peak_`` and ``rms_``; an item is a slab, level or storey,
         and its quantity the norm of its rows times the outputs. Rows that are not needed are 0.
+        Of the isolators only the outermost are there: none moves further than one of these.
     """
     structure = isolated.structure
     n_directions = len(structure.directions)
@@ -284,21 +331,30 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     force = picked(isolated.element_names, "force_N")
     base = np.array(structure.base, dtype=int)
     slabs = base[_by_direction(structure.influence[base])]
-    # how far each element deforms when the structure moves rigidly against the ground
-    holding = isolated.element_rows @ structure.influence
+    levels, storeys = level_dofs(structure), storey_rows(structure)
+    above = ~np.isin(levels, base).any(axis=1)
+    holding = isolated.holding
     driven = np.array([e.channel is not None for e in isolated.elements], dtype=bool)
     if np.any(holding[driven]):
         holding = holding * driven[:, np.newaxis]
-    return {
+    found = {
         "base_displacement_m": items(displacement[slabs]),
-        "floor_acceleration_m_s2": items(acceleration[level_dofs(structure)]),
-        "drift_m": items(drift[storey_rows(structure)]),
+        "floor_acceleration_m_s2": items(acceleration[levels]),
+        "superstructure_acceleration_m_s2": items(acceleration[levels[above]]),
+        "drift_m": items(drift[storeys]),
         "base_shear_N": -(structure.base_shear_rows(above_base=False) @ acceleration)[np.newaxis],
         "structural_shear_N": -(structure.base_shear_rows(above_base=True) @ acceleration)[
             np.newaxis
         ],
         "isolator_force_N": (holding.T @ force)[np.newaxis],
     }
+    if structure.isolator_positions is not None:
+        rows = structure.isolator_rows[_outermost(structure.isolator_positions)]
+        found["isolator_displacement_m"] = rows @ displacement
+    if structure.heights is not None:
+        by_height = drift / structure.heights[:, np.newaxis]
+        found["drift_ratio"] = items(by_height[storeys])
+    return found
 
 
 def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
@@ -361,6 +417,16 @@ def _by_direction(moved: NDArray) -> NDArray:
     if shared or len({len(column) for column in columns}) > 1:
         return np.flatnonzero(moved.any(axis=1))[:, np.newaxis]
     return np.stack(columns, axis=1)
+
+
+def _outermost(positions: NDArray) -> NDArray:
+    """Corners of the convex hull: a rigid slab moves no point further than one of these."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.sort(ConvexHull(positions).vertices)
+    except (QhullError, ValueError):  # in one line, or too few
+        return np.arange(len(positions))
 
 
 def _norm(vectors: NDArray) -> NDArray:

@@ -81,7 +81,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         Table: each controller's score as it should be, with each trouble alone, and at its worst.
     """
     runs = swept(plan(short), folder, step).table
-    runs["score"] = (runs["J3"] + runs["J5"]) / 2
+    peaks = ["normalised_peak_base_displacement", "normalised_peak_floor_acceleration"]
+    runs["score"] = runs[peaks].mean(axis=1)
     over = runs.groupby(["switching", "controller", "delay_s", "believed"])
     scores = over["score"].median()
     names = [name for name in runs["controller"].unique() if name not in PASSIVE]

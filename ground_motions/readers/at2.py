@@ -15,11 +15,16 @@ from ground_motions.units import STANDARD_GRAVITY
 
 _HEADER_LINES = 10
 # "NPTS=   5372, DT=   .0100 SEC," (NGA-West2) and "4000   0.0100   NPTS, DT" (1990s).
-_NPTS_DT = (
-    re.compile(r"NPTS\s*=\s*(?P<npts>[^\s,]+)[\s,]+DT\s*=\s*(?P<dt>[^\s,]+)", re.IGNORECASE),
-    re.compile(r"^\s*(?P<npts>\d+)[\s,]+(?P<dt>[^\s,]+)[\s,]+NPTS\s*,\s*DT", re.IGNORECASE),
+_NPTS = re.compile(r"\bNPTS\s*[=:]\s*(?P<npts>[^\s,]+)", re.IGNORECASE)
+_DT = re.compile(r"\bDT\s*[=:]\s*(?P<dt>[^\s,]+?)(?:S|SEC)?(?=[\s,]|$)", re.IGNORECASE)
+_BOTH = re.compile(r"^\s*(?P<npts>\d+)[\s,]+(?P<dt>[^\s,]+)[\s,]+NPTS\s*,\s*DT", re.IGNORECASE)
+# "UNITS OF G" and "Units: g" declare a unit, whatever it is; "UNITS G" does if the unit is known.
+# "Unit 4 Power Plant" and "COMMUNITY" are parts of a station's name.
+_DECLARED = re.compile(
+    r"\bUNITS?\s*(?:\b(?:OF|IN|ARE)\b|:|=)\s*(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE
 )
-_UNIT = re.compile(r"UNITS?\s*(?:OF|:|=)?\s*(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE)
+_BARE = re.compile(r"\bUNITS\s+(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE)
+_KNOWN = re.compile(r"G(?:/10)?|GALS?|(?:MM|CM|M|IN|FT)/S.*", re.IGNORECASE)
 _OTHER_SERIES = re.compile(r"\b(?P<kind>VELOCITY|DISPLACEMENT)\s+TIME", re.IGNORECASE)
 
 
@@ -29,8 +34,9 @@ def read_at2(path: str | Path) -> Record:
     Parameters
     ----------
     path : str or Path
-        The file: a header with the units (g) and the line of NPTS and DT, in the NGA-West2 or
-        the older form, then NPTS numbers in any number of columns.
+        The file, UTF-8 or Latin-1: a header with the units (g) and the line of NPTS and DT, in
+        the NGA-West2 or the older form, then NPTS numbers in any number of columns. The units
+        are declared as in ``UNITS OF G`` or ``Units: g``; a station's "Unit 4" declares none.
 
     Returns
     -------
@@ -72,14 +78,15 @@ def read_at2(path: str | Path) -> Record:
 def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:
     """Return the number of header lines, NPTS, and DT in s."""
     for number, line in enumerate(lines[:_HEADER_LINES], start=1):
-        match = next((m for pattern in _NPTS_DT if (m := pattern.search(line))), None)
-        if match is None:
+        match = _BOTH.search(line)
+        count, step = (match, match) if match else (_NPTS.search(line), _DT.search(line))
+        if count is None or step is None:
             continue
         place = f"{path}, line {number}"
-        if not match["npts"].isdecimal():
-            raise GroundMotionError(place, f"NPTS {shown(match['npts'])}", "a whole number")
-        dt = parse_number(match["dt"], f"{place}, DT")
-        return number, int(match["npts"]), positive(f"{place}, DT (s)", dt)
+        if not count["npts"].isdecimal():
+            raise GroundMotionError(place, f"NPTS {shown(count['npts'])}", "a whole number")
+        dt = parse_number(step["dt"], f"{place}, DT")
+        return number, int(count["npts"]), positive(f"{place}, DT (s)", dt)
     raise GroundMotionError(
         f"{path}, lines 1 to {min(_HEADER_LINES, len(lines))}",
         "no number of points and step",
@@ -88,19 +95,26 @@ def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:
 
 
 def _check_units(header: list[str], path: str | Path, accepted: str) -> None:
+    """Refuse a header that declares a unit other than g, or none, or another series."""
+    declared = []
     for number, line in enumerate(header, start=1):
         series = _OTHER_SERIES.search(line)
         if series:
             raise GroundMotionError(
                 f"{path}, line {number}", f"a {series['kind'].lower()} time series", accepted
             )
-        unit = _UNIT.search(line)
-        if unit:
-            if unit["unit"].upper() != "G":
-                raise GroundMotionError(
-                    f"{path}, line {number}", f"units {shown(unit['unit'])}", accepted
-                )
-            return
-    raise GroundMotionError(
-        f"{path}, lines 1 to {len(header)}", "no units", "a header line with 'UNITS OF G'"
-    )
+        declared += [(number, match["unit"]) for match in _DECLARED.finditer(line)]
+        declared += [
+            (number, match["unit"])
+            for match in _BARE.finditer(line)
+            if _KNOWN.fullmatch(match["unit"])
+        ]
+    # "Fire Unit of Hollister" declares nothing where a unit stands elsewhere
+    known = [(number, unit) for number, unit in declared if _KNOWN.fullmatch(unit)]
+    for number, unit in known or declared:
+        if unit.upper() != "G":
+            raise GroundMotionError(f"{path}, line {number}", f"units {shown(unit)}", accepted)
+    if not declared:
+        raise GroundMotionError(
+            f"{path}, lines 1 to {len(header)}", "no units", "a header line with 'UNITS OF G'"
+        )

@@ -23,8 +23,8 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     Parameters
     ----------
     path : str or Path
-        Comma-separated UTF-8 text: a line of column names, then numbers. Lines that start with
-        ``#`` and blank lines are skipped. A column ``time_s`` gives the step.
+        Comma-separated text, UTF-8 or Latin-1: a line of column names, then numbers. Lines
+        that start with ``#`` and blank lines are skipped. A column ``time_s`` gives the step.
     column : str, optional
         Name of the acceleration column, ending in its unit: ``_m_s2``, ``_cm_s2``, ``_mm_s2``,
         ``_gal`` or ``_g``. May be left out where one column alone has such a name, or one alone

@@ -9,7 +9,9 @@ from ground_motions.errors import GroundMotionError
 
 
 def read_lines(path: str | Path) -> list[str]:
-    """Return the lines of a UTF-8 text file that holds something.
+    """Return the lines of a text file that holds something.
+
+    The text is UTF-8, or Latin-1 where it is not.
 
     Parameters
     ----------
@@ -26,7 +28,7 @@ def read_lines(path: str | Path) -> list[str]:
     GroundMotionError
         If the file is missing, unreadable, not text, or empty.
     """
-    accepted = "a UTF-8 text file"
+    accepted = "a file of UTF-8 text, or Latin-1"
     try:
         raw = Path(path).read_bytes()
     except FileNotFoundError:
@@ -36,10 +38,8 @@ def read_lines(path: str | Path) -> list[str]:
         raise GroundMotionError(str(path), f"unreadable ({reason})", accepted) from None
     try:
         text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise GroundMotionError(
-            f"{path}, byte {error.start}", f"byte 0x{raw[error.start]:02x}", accepted
-        ) from None
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
     if "\0" in text:
         raise GroundMotionError(f"{path}, byte {raw.index(0)}", "binary content", accepted)
     if not text.strip():

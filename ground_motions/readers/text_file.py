@@ -22,8 +22,8 @@ def read_text(
     Parameters
     ----------
     path : str or Path
-        UTF-8 text; columns parted by blanks, commas or semicolons. Blank lines and lines that
-        start with ``#`` or ``%`` are skipped.
+        Text, UTF-8 or Latin-1; columns parted by blanks, commas or semicolons. Blank lines and
+        lines that start with ``#`` or ``%`` are skipped.
     unit : str
         Unit of the accelerations: ``m/s2``, ``g``, ``cm/s2``, ``gal`` or ``mm/s2``.
     dt : float, optional

@@ -33,6 +33,8 @@ CASES = {
 DIGITS = 3
 """After the point, of J: controllers that are alike in these share a rank."""
 
+_BASE, _FLOOR = "normalised_peak_base_displacement", "normalised_peak_floor_acceleration"
+
 
 @dataclass(frozen=True)
 class Performance:
@@ -43,7 +45,7 @@ class Performance:
     peak_base_displacement_m, peak_floor_acceleration_m_s2 : float
         As in ``isolation_sim.criteria``.
     J : float
-        Mean of J3 and J5: both peaks over those with the coils off, on the same plant.
+        Mean of both peaks over those with the coils off, on the same plant.
     rank : int
         Place among the controllers by ``J``, 1 the best.
     """
@@ -185,7 +187,7 @@ def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
     if off is None:
         return ranked
     numbers = {name: criteria(run, off) for name, run in runs.items() if run is not None}
-    scores = {name: round((n["J3"] + n["J5"]) / 2, DIGITS) for name, n in numbers.items()}
+    scores = {name: round((n[_BASE] + n[_FLOOR]) / 2, DIGITS) for name, n in numbers.items()}
     for name, found in numbers.items():
         ranked[name] = Performance(
             peak_base_displacement_m=found["peak_base_displacement_m"],

@@ -19,7 +19,7 @@ HEADINGS = (
 )  # fmt: skip
 NOTE = (
     "Old: all by the law that was judged. New: the building on the extended law, its controllers "
-    "designed with the old one. New design: all by the extended law. J: mean of J3 and J5, both "
+    "designed with the old one. New design: all by the extended law. J: mean of both "
     "peaks over those with the coils off. Rank: by J."
 )
 

@@ -36,8 +36,11 @@ class Row(NamedTuple):
 
 _RESPONSE = {
     "base_displacement_m": "base displacement",
+    "isolator_displacement_m": "isolator displacement",
     "floor_acceleration_m_s2": "floor acceleration",
+    "superstructure_acceleration_m_s2": "floor accel. above base",
     "drift_m": "storey drift",
+    "drift_ratio": "storey drift over height",
     "base_shear_N": "base shear",
     "structural_shear_N": "structural shear",
     "isolator_force_N": "isolator force",
@@ -49,13 +52,13 @@ _GROUPS = {
     "Benchmark": [
         Row("J1", "J1 peak base shear"),
         Row("J2", "J2 peak structural shear"),
-        Row("J3", "J3 peak base displacement"),
-        Row("J4", "J4 peak storey drift"),
+        Row("J3", "J3 peak isolator displacement"),
+        Row("J4", "J4 peak storey drift ratio"),
         Row("J5", "J5 peak floor acceleration"),
         Row("J6", "J6 device / base shear"),
-        Row("J7", "J7 RMS base displacement"),
+        Row("J7", "J7 RMS isolator displacement"),
         Row("J8", "J8 RMS floor acceleration"),
-        Row("J9", "J9 dissipated / input energy", max),
+        Row("J9", "J9 device work / input energy", max),
     ],
     # an account, not a score: no entry is the best
     "Energy at the end": [

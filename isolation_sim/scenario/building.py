@@ -61,7 +61,13 @@ class MatricesFile(Section):
     """Matrices in a NumPy .npz file: M (kg), C (N s/m), K (N/m), base included."""
 
     kind: Literal["matrices"] = "matrices"
-    file: Annotated[InputPath, Field(description=".npz; optional arrays: influence, base")]
+    file: Annotated[
+        InputPath,
+        Field(
+            description=".npz; optional arrays: influence, base, storey_heights_m, "
+            "isolator_positions_m"
+        ),
+    ]
     dof_names: Annotated[list[str] | None, Field(description="one a row of the matrices")] = None
     directions: Annotated[
         list[str] | None, Field(description="directions of ground motion; one [[ground]] each")

@@ -23,7 +23,7 @@ from .control import CoilDriver, Control, Sensors
 from .plan import Lane, Plan
 from .result import Run
 from .run import check_options, prepared, simulate
-from .summary import summary
+from .summary import summary, summary_key
 
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
@@ -198,7 +198,8 @@ def _blocks(
         if lane.schedule is None and lane.compiled is None:
             alone.append(k)
             continue
-        key = (lane.key, id(lane.isolated) if alike else None)
+        own = id(lane.isolated) if alike else summary_key(lane.isolated)
+        key = (lane.key, own)
         waiting[key].append((k, lane))
         if len(waiting[key]) == LANES:
             yield waiting.pop(key)

@@ -47,6 +47,12 @@ class Ledger:
         Energy lost in the devices.
     field_work_J : (n_samples,) array
         Work that changing the current did on the devices' stored energy.
+    control_device_work_J : (n_samples,) array
+        Work of the structure on its control devices: int sum_k F_k v_k dt. These are the elements
+        with a coil; where none has one, all that hold the structure to the ground.
+    absolute_input_J : (n_samples,) array
+        Work of the ground on the structure, absolute motion: int V_0^T v_g dt with the base shear
+        V_0. It is ``input_J`` wherever the ground is at rest.
     closure_error : float
         Largest mismatch of the balance over the peak of the input.
     """
@@ -59,6 +65,8 @@ class Ledger:
     device_stored_J: NDArray
     device_dissipation_J: NDArray
     field_work_J: NDArray
+    control_device_work_J: NDArray
+    absolute_input_J: NDArray
     closure_error: float
 
     @property
@@ -88,7 +96,8 @@ def ledger(run: Run) -> Ledger:
     n = structure.n_dofs
     shapes = run.modes.shapes
     n_points = len(run.grid.time)
-    power = np.zeros((3, len(pieces.first)))  # input, damping, device loss
+    power = np.zeros((4, len(pieces.first)))  # input, damping, device loss, control devices
+    controls = run.isolated.control_devices
     field_work = np.zeros(len(pieces.first))
     for c, weight in pieces.quadrature():
         z, states, current, rate, ground = pieces.at(c)
@@ -98,21 +107,22 @@ def ledger(run: Run) -> Ledger:
         power[1] += weight * np.einsum("ti,ij,tj->t", velocity, structure.damping, velocity)
         for e, element in enumerate(run.isolated.elements):
             x, v = ((z @ row).real for row in run.modes.deformation[e])
-            loss, field = _device_powers(element, x, v, states[e], current, rate)
+            total, loss, field = _device_powers(element, x, v, states[e], current, rate)
             power[2] += weight * loss
+            power[3] += weight * total * controls[e]
             field_work += weight * field
     power *= pieces.length
     field_work *= pieces.length
-    totals = np.zeros((4, n_points))
+    totals = np.zeros((5, n_points))
     for k, values in enumerate((*power, field_work)):
         totals[k, 1:] = np.cumsum(np.bincount(pieces.interval, values, minlength=n_points - 1))
     stored, jumps = _stored(run)
-    totals[3] += np.cumsum(jumps)
+    totals[4] += np.cumsum(jumps)
     state = run.modal @ np.concatenate([shapes.real, -shapes.imag], axis=1).T
     q, v = state[:, :n], state[:, n:]
     kinetic = 0.5 * np.einsum("ti,ij,tj->t", v, structure.mass, v)
     strain = 0.5 * np.einsum("ti,ij,tj->t", q, structure.stiffness, q)
-    total_in, damping, loss, field = totals
+    total_in, damping, loss, on_controls, field = totals
     mismatch = total_in + field - (kinetic + strain + stored + damping + loss)
     samples = run.grid.samples
     return Ledger(
@@ -124,14 +134,25 @@ def ledger(run: Run) -> Ledger:
         device_stored_J=stored[samples],
         device_dissipation_J=loss[samples],
         field_work_J=field[samples],
+        control_device_work_J=on_controls[samples],
+        absolute_input_J=total_in[samples] + _carried(run, v[samples]),
         closure_error=float(np.abs(mismatch).max() / max(np.abs(total_in).max(), 1e-300)),
     )
 
 
+def _carried(run: Run, velocity: NDArray) -> NDArray:
+    """Kinetic energy of the absolute motion beyond that of the relative motion, J."""
+    structure = run.isolated.structure
+    inertia = structure.mass @ structure.influence
+    ground = np.stack([record.velocity for record in run.records], axis=1)
+    momentum = velocity @ inertia + 0.5 * ground @ (structure.influence.T @ inertia)
+    return np.einsum("td,td->t", momentum, ground)
+
+
 def _device_powers(
     element, x: NDArray, v: NDArray, states: tuple, current: NDArray, rate: NDArray
-) -> tuple[NDArray, NDArray]:
-    """Loss and field power of one device, in the structure's scale, W."""
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Whole, lost and field power of one device, in the structure's scale, W."""
     device = element.device
     i = current[:, element.channel] if element.channel is not None else np.zeros_like(x)
     di = rate[:, element.channel] if element.channel is not None else np.zeros_like(x)
@@ -139,7 +160,7 @@ def _device_powers(
     scale = device.force_scale * device.length
     power = device.law.force(x, v, states, parameters) * v
     if not device.stores_energy:
-        return scale * power, np.zeros_like(x)
+        return scale * power, scale * power, np.zeros_like(x)
     by_x, by_states, by_current = energy_gradients(device.law, device.current, x, states, i)
     rates = device.law.rates(x, v, states, parameters)
     stored_rate = by_x * v + sum(g * r for g, r in zip(by_states, rates, strict=True))
@@ -148,7 +169,7 @@ def _device_powers(
     if device.law.field_power is not None:
         within = device.law.field_power(x, states, parameters)
         field, loss = field + within, loss + within
-    return scale * loss, scale * field
+    return scale * power, scale * loss, scale * field
 
 
 def _stored(run: Run) -> tuple[NDArray, NDArray]:

@@ -32,31 +32,36 @@ def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, N
     Returns
     -------
     dict of str to (n_lanes,) array
-        Keys and units as in ``isolation_sim.criteria.criteria``, without J1 to J9.
+        Keys and units as in ``isolation_sim.criteria.criteria``, without ratios.
     """
     quantities = _quantities(tuple(plants[: work.module.TABLE_LANES]))
     fast = np.flatnonzero(quantities.fastest * work.grid.longest > RESOLVED)
-    ends = quantities.ends
     peak, total = work.summarise(
-        quantities.rows, ends[-1], quantities.n_directions, fast, quantities.moduli[:, fast]
-    )
-    items = list(zip(quantities.names, ends[:-1], ends[1:], strict=True))
-    found = {f"peak_{name}": peak[a:b].max(axis=0, initial=0.0) for name, a, b in items}
-    for name, a, b in items:
-        found[f"rms_{name}"] = np.sqrt(total[a:b].max(axis=0, initial=0.0))
+        quantities.rows, quantities.n_items, quantities.n_directions, fast,
+        quantities.moduli[:, fast],
+    )  # fmt: skip
+    found = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in quantities.items}
+    for name, own in quantities.items:
+        found[f"rms_{name}"] = np.sqrt(total[own].max(axis=0, initial=0.0))
     return found
+
+
+def summary_key(isolated: IsolatedStructure) -> tuple:
+    """Return what structures of one block must have in common: names and items of criteria."""
+    items = _rows(isolated)[0]
+    return tuple((name, tuple(numbers)) for name, numbers in items)
 
 
 class _Quantities(NamedTuple):
     """Quantities of some lanes' structures, as the kernel takes them.
 
-    names, and the ends of each one's items in a row of all; rows: the kernel's blocks, flat;
-    moduli: of the rows over the modes, (n_items, n_modes, lanes); fastest: angular frequency of
-    each mode, of the lane where it is highest, rad/s.
+    items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
+    rows over the modes, (n_items, n_modes, lanes); fastest: angular frequency of each mode, of the
+    lane where it is highest, rad/s.
     """
 
-    names: tuple[str, ...]
-    ends: list[int]
+    items: tuple[tuple[str, list[int]], ...]
+    n_items: int
     n_directions: int
     rows: NDArray
     moduli: NDArray
@@ -67,31 +72,38 @@ class _Quantities(NamedTuple):
 def _quantities(plants: tuple[IsolatedStructure, ...]) -> _Quantities:
     """Quantities of structures that go side by side."""
     per_lane = [_rows(plant) for plant in plants]
-    names, sizes = per_lane[0][:2]
-    rows, moduli = (np.stack([one[k] for one in per_lane], axis=-1) for k in (2, 3))
+    rows, moduli = (np.stack([one[k] for one in per_lane], axis=-1) for k in (1, 2))
     speeds = [np.abs(modes_for(plant)[0].eigenvalues.imag) for plant in plants]
-    ends = np.cumsum([0, *sizes]).tolist()
     n_directions = len(plants[0].structure.directions)
-    return _Quantities(names, ends, n_directions, rows.ravel(), moduli, np.max(speeds, axis=0))
+    return _Quantities(
+        per_lane[0][0], len(moduli), n_directions, rows.ravel(), moduli, np.max(speeds, axis=0)
+    )
 
 
 @lru_cache(maxsize=256)
 def _rows(
     isolated: IsolatedStructure,
-) -> tuple[tuple[str, ...], tuple[int, ...], NDArray, NDArray]:
-    """Names of a structure's quantities, their numbers of items; rows, and moduli, of the items."""
+) -> tuple[tuple[tuple[str, list[int]], ...], NDArray, NDArray]:
+    """Names of a structure's quantities with their items' numbers; rows, and moduli, of items."""
     from ..criteria import quantity_rows
 
     modes, outputs = modes_for(isolated)
     named = quantity_rows(isolated, outputs.names)
-    rows = np.concatenate(list(named.values())) @ outputs.rows
+    # an item of several quantities, such as a floor's acceleration, is followed once
+    numbers: dict[bytes, int] = {}
+    items = tuple(
+        (name, [numbers.setdefault(item.tobytes(), len(numbers)) for item in own])
+        for name, own in named.items()
+    )
+    shape = len(numbers), *named["drift_m"].shape[1:]
+    rows = np.frombuffer(b"".join(numbers)).reshape(shape) @ outputs.rows
     # the kernel's forces are those beyond the reference springs and dashpots
     n = modes.eigenvalues.size
     deformation, velocity = np.moveaxis(_real(modes.deformation), 1, 0)
     reference = modes.stiffness[:, None] * deformation + modes.damping[:, None] * velocity
     rows[..., : 2 * n] += rows[..., 2 * n : 2 * n + len(reference)] @ reference
     moduli = np.hypot(rows[..., :n], rows[..., n : 2 * n]).sum(axis=1)
-    return tuple(named), tuple(map(len, named.values())), _packed(rows), moduli
+    return items, _packed(rows), moduli
 
 
 def _packed(rows: NDArray) -> NDArray:

@@ -128,6 +128,24 @@ class IsolatedStructure:
         rows = [element.direction for element in self.elements]
         return np.array(rows).reshape(len(rows), self.structure.n_dofs)
 
+    @property
+    def control_devices(self) -> np.ndarray:
+        """Whether each element is a control device, shape (n_elements,) of bool.
+
+        Those are the elements with a coil; where none has one, all that hold the structure to the
+        ground.
+        """
+        driven = np.array([element.channel is not None for element in self.elements], dtype=bool)
+        return driven if driven.any() else np.any(self.holding, axis=1)
+
+    @property
+    def holding(self) -> np.ndarray:
+        """Deformation of each element when the structure moves rigidly against the ground.
+
+        Shape (n_elements, n_directions); zero for an element inside the structure.
+        """
+        return self.element_rows @ self.structure.influence
+
     def current_range(self, channel: int = 0) -> tuple[float, float]:
         """Currents at which every device on a channel is meaningful.
 

@@ -16,6 +16,7 @@ from .structure import Structure
 
 _REQUIRED = ("M", "C", "K")
 _OPTIONAL = ("influence", "base")
+_GEOMETRY = {"storey_heights_m": "heights", "isolator_positions_m": "isolator_positions"}
 
 
 def from_matrices(
@@ -29,6 +30,7 @@ def from_matrices(
     storeys: Sequence[str] | None = None,
     directions: Sequence[str] | None = None,
     heights: Any = None,
+    isolator_positions: Any = None,
     name: str = "structure",
 ) -> Structure:
     """Structure from matrices that include the base, in coordinates relative to the ground.
@@ -55,7 +57,10 @@ def from_matrices(
     directions : sequence of str, optional
         Names of the directions of ground motion; ``x``, ``y``, ``z``, … by default.
     heights : array_like, shape (n_storeys,), optional, m
-        Storey heights.
+        Storey heights, one a drift row.
+    isolator_positions : array_like, shape (n_isolators, 2), optional, m
+        Plan positions x, y of the isolators from the point of the slab that the base's dofs move:
+        for a base of three dofs, along x, along y and in rotation from x to y.
     name : str, default "structure"
         Name to print.
 
@@ -99,6 +104,7 @@ def from_matrices(
         storeys=tuple(default_storeys if storeys is None else storeys),
         directions=tuple(directions),
         heights=heights,
+        isolator_positions=isolator_positions,
         name=name,
     )
 
@@ -133,8 +139,9 @@ def from_fixed_base(
     shaken : sequence of int, optional
         Dofs of the base along which the ground moves; all by default.
     **labels
-        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``, ``name`` as in
-        ``from_matrices``, for the base's dofs followed by the superstructure's.
+        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``,
+        ``isolator_positions``, ``name`` as in ``from_matrices``, for the base's dofs followed by
+        the superstructure's.
 
     Returns
     -------
@@ -179,11 +186,12 @@ def read_matrices(path: str | Path, **labels: Any) -> Structure:
     ----------
     path : str or pathlib.Path
         File with the arrays ``M`` (kg), ``C`` (N s/m) and ``K`` (N/m), each (n, n), and optionally
-        ``influence`` (n, n_directions) and ``base`` (dof numbers); see ``from_matrices``. Other
-        arrays are left alone.
+        ``influence`` (n, n_directions), ``base`` (dof numbers), ``storey_heights_m`` (n_storeys)
+        and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are left
+        alone.
     **labels
-        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``, ``name`` as in
-        ``from_matrices``.
+        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``,
+        ``isolator_positions``, ``name`` as in ``from_matrices``.
 
     Returns
     -------
@@ -195,18 +203,20 @@ def read_matrices(path: str | Path, **labels: Any) -> Structure:
         Naming the file, the array and what is accepted.
     """
     arrays = _read_npz(Path(path))
+    accepted = (*_OPTIONAL, *_GEOMETRY)
     for key in _REQUIRED:
         if key not in arrays:
             raise InputError(
                 f"{path}: array {key!r} is missing; needed: {', '.join(_REQUIRED)}, optional: "
-                f"{', '.join(_OPTIONAL)}; the file holds: {', '.join(sorted(arrays)) or 'nothing'}"
+                f"{', '.join(accepted)}; the file holds: {', '.join(sorted(arrays)) or 'nothing'}"
             )
     for key in arrays:
-        near = difflib.get_close_matches(key, _OPTIONAL, n=1, cutoff=0.75)
+        near = difflib.get_close_matches(key, accepted, n=1, cutoff=0.75)
         if near and near[0] not in arrays:
             raise InputError(f"{path}: array {key!r} looks like {near[0]!r} misspelt; rename it")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
-    labels = {"name": Path(path).stem, **labels}
+    geometry = {label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays}
+    labels = {"name": Path(path).stem, **geometry, **labels}
     try:
         return from_matrices(arrays["M"], arrays["C"], arrays["K"], **optional, **labels)
     except InputError as error:

@@ -47,13 +47,17 @@ class Structure:
         Directions of ground motion, one a column of ``influence``.
     heights : numpy.ndarray or None, shape (n_storeys,), m
         Storey heights, one a drift row, where they are known.
+    isolator_positions : numpy.ndarray or None, shape (n_isolators, 2), m
+        Plan positions x, y of the isolators, from the point of the slab that the base's dofs move,
+        where they are known.
     name : str
         Name to print.
 
     Raises
     ------
     InputError
-        If shapes disagree, a number is not finite, or the mass is not positive definite.
+        If shapes disagree, a number is not finite, the mass is not positive definite, or isolator
+        positions are given for a base other than one slab that moves along x and y and rotates.
     """
 
     mass: np.ndarray
@@ -66,6 +70,7 @@ class Structure:
     storeys: tuple[str, ...]
     directions: tuple[str, ...] = ("x",)
     heights: np.ndarray | None = None
+    isolator_positions: np.ndarray | None = None
     name: str = "structure"
 
     def __post_init__(self) -> None:
@@ -82,6 +87,8 @@ class Structure:
         put("drift_rows", matrix("drift_rows", self.drift_rows, (len(self.storeys), n)))
         if self.heights is not None:
             put("heights", matrix("heights", self.heights, (len(self.storeys),)))
+            if np.any(self.heights <= 0):
+                raise InputError(f"heights are {self.heights.tolist()} m; accepted: above zero")
         put("base", tuple(int(i) for i in self.base))
         check_matrices(self.mass, self.stiffness, self.names)
         if len(set(self.base)) < len(self.base) or not all(0 <= i < n for i in self.base):
@@ -90,6 +97,10 @@ class Structure:
             values = getattr(self, what)
             if len(set(values)) < len(values):
                 raise InputError(f"{what} of {self.name} hold a name twice: {', '.join(values)}")
+        if self.isolator_positions is not None:
+            places = np.asarray(self.isolator_positions)
+            put("isolator_positions", matrix("isolator_positions", places, (len(places), 2)))
+            self._plan_dofs()
 
     @property
     def n_dofs(self) -> int:
@@ -105,6 +116,39 @@ class Structure:
     def total_mass(self) -> float:
         """Mass that moves with the ground in the first direction, kg."""
         return float(self.influence[:, 0] @ self.mass @ self.influence[:, 0])
+
+    @property
+    def isolator_rows(self) -> np.ndarray:
+        """Rows that turn displacements into those of the isolators along x and y.
+
+        A slab that rotates by a small angle moves its point (x, y) by -y and x times the angle,
+        which counts from x to y.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_isolators, 2, n)
+            Without rows where ``isolator_positions`` are not known.
+        """
+        if self.isolator_positions is None:
+            return np.zeros((0, 2, self.n_dofs))
+        along_x, along_y, rotation = self._plan_dofs()
+        rows = np.zeros((len(self.isolator_positions), 2, self.n_dofs))
+        rows[:, 0, along_x] = rows[:, 1, along_y] = 1.0
+        rows[:, 0, rotation] = -self.isolator_positions[:, 1]
+        rows[:, 1, rotation] = self.isolator_positions[:, 0]
+        return rows
+
+    def _plan_dofs(self) -> tuple[int, int, int]:
+        """Dofs of the base along x, along y and in rotation."""
+        moved = [tuple(self.influence[dof]) for dof in self.base]
+        wanted = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
+        if sorted(moved) != sorted(wanted):
+            raise InputError(
+                f"isolator_positions of {self.name} need a base of three dofs, along x, along y "
+                f"and in rotation, shaken along x and y; its influence there is {moved}"
+            )
+        x, y, rotation = (self.base[moved.index(row)] for row in wanted)
+        return x, y, rotation
 
     def base_shear_rows(self, above_base: bool = True) -> np.ndarray:
         """Rows that turn absolute accelerations into the base shear.
@@ -178,6 +222,7 @@ class Structure:
             stiffness=self.stiffness[block],
             influence=self.influence[kept],
             base=(),
+            isolator_positions=None,
             names=tuple(self.names[i] for i in kept),
             drift_rows=self.drift_rows[:, kept],
             name=f"{self.name}, fixed base",

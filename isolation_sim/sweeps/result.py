@@ -75,9 +75,14 @@ class Sweep:
 
     @cached_property
     def criteria(self) -> tuple[str, ...]:
-        """Columns of results, energies included."""
+        """Columns of results, energies included; those of geometry where it is known."""
+        from .rows import geometric_names
+
         columns = list(self.table.columns)
-        return tuple(columns[columns.index(_ACCOUNT[-1]) + 1 :])
+        found = columns[columns.index(_ACCOUNT[-1]) + 1 :]
+        geometric = [name for name in geometric_names() if name in found]
+        unknown = [name for name in geometric if self.table[name].isna().all()]
+        return tuple(name for name in found if name not in unknown)
 
     @cached_property
     def controllers(self) -> tuple[str, ...]:
@@ -98,7 +103,7 @@ class Sweep:
     def best(
         self, criterion: str = "peak_floor_acceleration_m_s2", count: int = 5
     ) -> pandas.DataFrame:
-        """Return the runs with the best criterion: the lowest, but the highest J9.
+        """Return the runs with the best criterion: the lowest, but the highest of a gain.
 
         Parameters
         ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ..comparison import UNCONTROLLED
-from ..criteria import Response, benchmark_criteria, response_criteria
+from ..criteria import GEOMETRIC, Response, benchmark_criteria, response_criteria
 from ..simulation.ledger import Ledger
 
 if TYPE_CHECKING:
@@ -25,15 +26,26 @@ FORMAT: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 
 @cache
 def criteria_names() -> tuple[str, ...]:
-    """Names of a run's criteria, without J1 to J9.
+    """Names of a run's criteria, without ratios.
 
     Returns
     -------
     tuple of str
     """
-    nothing = np.zeros((2, 1))
-    still = Response(np.arange(2.0), nothing, nothing, nothing, *np.zeros((3, 2)))
+    nothing = np.zeros((2, 2))
+    per_item = (field.name for field in fields(Response))
+    still = Response(**{name: nothing for name in per_item} | {"time": np.arange(2.0)})
     return tuple(response_criteria(still))
+
+
+def geometric_names() -> tuple[str, ...]:
+    """Names of the criteria that only a structure of known geometry has.
+
+    Returns
+    -------
+    tuple of str
+    """
+    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in GEOMETRIC)
 
 
 def _energy_names() -> tuple[str, ...]:
@@ -42,8 +54,9 @@ def _energy_names() -> tuple[str, ...]:
 
 
 def _ratio_names(energy: bool) -> tuple[str, ...]:
-    # J9 is a ratio of energies
-    return tuple(f"J{k}" for k in range(1, 10 if energy else 9))
+    one = dict.fromkeys(criteria_names(), 1.0)
+    names = ("control_device_work_J", "absolute_input_J", "device_dissipation_J", "input_J")
+    return tuple(benchmark_criteria(one, one, dict.fromkeys(names, 1.0) if energy else None))
 
 
 def energy_record(run: Run) -> dict[str, float]:
@@ -69,9 +82,9 @@ def result_names(controllers: Sequence[str], energy: bool) -> tuple[str, ...]:
     Parameters
     ----------
     controllers : sequence of str
-        Labels of the controllers; J1 to J8 are there if one is ``passive_off``.
+        Labels of the controllers; ratios are there if one is ``passive_off``.
     energy : bool
-        Whether the ledger, and J9 with it, is wanted.
+        Whether the ledger, and ratios of energies with it, is wanted.
 
     Returns
     -------
@@ -157,14 +170,13 @@ def table_bytes(
 def _ratios(
     results: Mapping[str, np.ndarray], reference: int, n_controllers: int
 ) -> dict[str, np.ndarray]:
-    """J1 to J8, and J9 where there are energies, against the uncontrolled run of each case."""
+    """Ratios to the uncontrolled run of each case; those of energies where there are energies."""
     by_case = {name: values.reshape(-1, n_controllers) for name, values in results.items()}
     uncontrolled = {name: values[:, [reference]] for name, values in by_case.items()}
-    nothing = np.nan * by_case["peak_drift_m"]
-    energies = [
-        by_case.get(f"energy_{name}", nothing) for name in ("device_dissipation_J", "input_J")
-    ]
-    return {
-        name: values.ravel()
-        for name, values in benchmark_criteria(by_case, uncontrolled, *energies).items()
+    energy = {
+        name.removeprefix("energy_"): values
+        for name, values in by_case.items()
+        if name.startswith("energy_")
     }
+    ratios = benchmark_criteria(by_case, uncontrolled, energy or None)
+    return {name: values.ravel() for name, values in ratios.items()}

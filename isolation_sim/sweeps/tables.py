@@ -55,7 +55,7 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
     medians = sweep.table.groupby("controller", sort=False)[list(sweep.criteria)].median()
     rows = []
     for name in sweep.criteria:
-        if name.startswith("energy_"):
+        if name.startswith(("energy_", "normalised_")):
             continue
         unit, factor = unit_of(name)
         values = [float(value) * factor for value in medians[name]]
@@ -64,7 +64,7 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
 
 
 def is_gain(criterion: str) -> bool:
-    """Whether more of a criterion is better: J9 is the energy that the devices take out.
+    """Whether more of a criterion is better: of those of the energy that the devices take out.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def is_gain(criterion: str) -> bool:
     -------
     bool
     """
-    return criterion == "J9"
+    return criterion in ("J9", "normalised_device_dissipation")
 
 
 def heading(criterion: str) -> str:

@@ -161,7 +161,7 @@ def test_a_folder(tmp_path, refused):
 @pytest.mark.parametrize(
     ("content", "parts"),
     [
-        (b"time_s,x_g\n0,\xff\xfe\n", ("byte 13", "0xff", "UTF-8")),
+        (b"time_s,x_g\n0,\xff\xfe\n1,0\n", ("line 2, column x_g", "a finite number")),
         (b"time_s,x_g\n\0\0\0\0", ("byte 11", "binary", "UTF-8")),
     ],
 )
@@ -170,6 +170,12 @@ def test_binary_files(tmp_path, refused, content, parts):
     path.write_bytes(content)
     with refused(path, *parts):
         read_csv(path)
+
+
+def test_latin_1_in_a_comment(tmp_path):
+    path = tmp_path / "tunnel.csv"
+    path.write_bytes("# Túnel de Güejar\ntime_s,x_g\n0,0\n0.1,1\n".encode("latin-1"))
+    assert read_csv(path).dt == 0.1
 
 
 @pytest.mark.parametrize("name", BENCHMARK)

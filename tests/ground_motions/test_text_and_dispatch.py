@@ -76,6 +76,12 @@ def test_bad_text_is_refused(text, refused, content, options, parts):
         read_text(path, **options)
 
 
+def test_latin_1_in_the_lines_above_the_numbers(tmp_path):
+    path = tmp_path / "rock.txt"
+    path.write_bytes("Estación El Peñón\n% Túnel\n1\n2\n".encode("latin-1"))
+    assert read_text(path, "g", 0.1, skip_lines=1).dt == 0.1
+
+
 def test_read_goes_by_suffix(text, tmp_path):
     record = el_centro_1940()
     path = write_csv(record, tmp_path / "a.CSV")

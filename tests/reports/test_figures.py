@@ -123,7 +123,7 @@ def test_a_structure_without_elements(ground):
     run = SimpleNamespace(
         isolated=isolated, records=(ground,), time=ground.time, controller="none", values=values,
         outputs=SimpleNamespace(names=names), current=np.zeros((n, 0)),
-        energy=Ledger(ground.time, *np.zeros((7, n)), closure_error=0.0),
+        energy=Ledger(ground.time, *np.zeros((9, n)), closure_error=0.0),
     )
     figure = figures.run_figure(run)
     check(figure)

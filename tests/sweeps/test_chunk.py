@@ -41,7 +41,8 @@ def test_a_row_is_the_single_run_of_its_case(mixed, together):
             at = (together["case"] == number) & (together["controller"] == record["controller"])
             (row,) = together[at].to_dict("records")
             names = set(record) & set(row) - {"controller"}
-            assert len(names) == 20  # six peaks, six RMS values, J1 to J8
+            # seven peaks, seven RMS values, J1 to J8 and five normalised ratios
+            assert len(names) == 27
             assert {name: row[name] for name in names} == {name: record[name] for name in names}
 
 

@@ -44,7 +44,7 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
         Of all runs that ended well; where they are too many for a page, of every so many cases
         and of those that are best by the criterion.
     """
-    names = [name for name in sweep.criteria if not name.startswith("energy_")]
+    names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]
     kept, every = _kept(sweep, runs, criterion, len(names))
@@ -55,6 +55,8 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
     order = [k for k in range(1, len(fields)) if len(described[k]["groups"]) > 1]
     pair = [*order, 0][:2] if order else []
     against = names.index(_AGAINST) if _AGAINST in names else 0
+    # the floors above the base are mostly those of all levels
+    paths = [name for name in names if name.startswith("peak_") and "superstructure" not in name]
     data = {
         "fields": described,
         "controller": 0,
@@ -64,7 +66,7 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
              "values": _packed(kept[name] * unit_of(name)[1])}
             for name in names
         ],
-        "paths": [k for k, name in enumerate(names) if name.startswith("peak_")],
+        "paths": [names.index(name) for name in paths],
         "cases": _packed(kept["case"]),
         "criterion": names.index(criterion),
         "against": against,
