@@ -20,45 +20,8 @@ if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
 
 
-def peak_base_displacement(run: Run) -> float:
-    """Largest displacement of the base relative to the ground.
-
-    Parameters
-    ----------
-    run : Run
-        A finished run.
-
-    Returns
-    -------
-    float, m
-        Over all base dofs and samples.
-    """
-    structure = run.isolated.structure
-    return _peak(run, [f"{structure.names[i]}_displacement_m" for i in structure.base])
-
-
-def peak_floor_acceleration(run: Run) -> float:
-    """Largest absolute acceleration of any level, the base included.
-
-    Parameters
-    ----------
-    run : Run
-        A finished run.
-
-    Returns
-    -------
-    float, m/s^2
-        Over all dofs and samples.
-    """
-    return _peak(run, [f"{dof}_acceleration_m_s2" for dof in run.isolated.structure.names])
-
-
-def _peak(run: Run, outputs: list[str]) -> float:
-    return max(float(np.abs(run.output(name)).max()) for name in outputs)
-
-
 def weighted_peak(run: Run, off: Run) -> float:
-    """Both peaks, each relative to its value without current, added.
+    """Peak base displacement and peak floor acceleration over those without current, added.
 
     Parameters
     ----------
@@ -72,14 +35,15 @@ def weighted_peak(run: Run, off: Run) -> float:
     float
         2 where the current changes nothing.
     """
-    peaks = (peak_base_displacement, peak_floor_acceleration)
-    return sum(peak(run) / peak(off) for peak in peaks)
+    return sum(run.criteria[peak] / off.criteria[peak] for peak in PEAKS)
 
+
+PEAKS = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
 
 CRITERIA: dict[str, Callable[[Run, Run], float]] = {
     "weighted_peak": weighted_peak,
-    "peak_base_displacement_m": lambda run, off: peak_base_displacement(run),
-    "peak_floor_acceleration_m_s2": lambda run, off: peak_floor_acceleration(run),
+    PEAKS[0]: lambda run, off: run.criteria[PEAKS[0]],
+    PEAKS[1]: lambda run, off: run.criteria[PEAKS[1]],
 }
 """What ``best_constant`` can minimise, from a run and the run without current."""
 

@@ -21,6 +21,7 @@ from .settings import Integer, Number, OneOf, Optional, setting
 
 if TYPE_CHECKING:
     from .predictive.prediction import Prediction
+from .predictive.running_peaks import RunningPeaks
 
 _STOPPING = 0.35
 """Time in which the ground comes to rest after the horizon, while the building floats on, s."""
@@ -244,7 +245,7 @@ class MPC(Estimating):
             longest = 0.005 if self.preview else 0.01
         self.prediction = Prediction(belief, coils, self.step, self.block, longest)
         p = self.prediction
-        n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 2 + n_steps * len(coils)
+        n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 4 + n_steps * len(coils)
         self._programme = (
             np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), np.zeros(n + most),
             np.zeros(n + most),
@@ -281,7 +282,8 @@ class MPC(Estimating):
         self.commands = np.tile(coils[:, 4], (n_steps, 1))
         self._last: tuple[float, NDArray, NDArray] | None = None
         self._states = p.initial_states()
-        self._peaks, self._strongest = np.zeros(2), 0.0
+        self._seen, self._strongest = RunningPeaks(p.n_displacements, p.n_accelerations), 0.0
+        self._jumps = bool(np.any((coils[:, 0] == 0) & np.isinf(coils[:, 1])))
         self._uncontrolled = Uncontrolled(belief, coils, self.step, longest)
         self.report = Report()
 
@@ -292,6 +294,7 @@ class MPC(Estimating):
         if self._last is not None:
             self.commands[:-1] = self.commands[1:]
         z, states, coil = self._now(t, np.array(measurement, dtype=float))
+        self._seen.follow(p.outputs(z, states, coil))
         plan = self.commands.copy()
         for _ in range(self.iterations):
             p.predict(z, states, coil, plan, self._ground.path[self._n_late * p.n_sub :])
@@ -313,6 +316,8 @@ class MPC(Estimating):
             self.report.late += 1
         else:
             self.commands = plan
+        if self._jumps:
+            self._seen.change(p.outputs(z, states, self.commands[0]))
         if self._n_late:
             self._given = np.concatenate([self._given[1:], self.commands[:1]])
         return self.commands[0].copy()
@@ -349,19 +354,19 @@ class MPC(Estimating):
         """Changes of the blocks, (n_blocks, n_channels), A; None if there is no usable solution."""
         p = self.prediction
         n_d, n_a = p.n_displacements, p.n_accelerations
-        self._peaks = np.maximum(self._peaks, p.largest(0))
         known = self._ground.known
         strongest = np.abs(self._ground.acceleration[:known]).max()
         self._strongest = max(self._strongest, strongest, 1e-3)
         least = self.least_peak * self._strongest / np.array([self.frequency**2, 1.0])
         scale = np.maximum(self._uncontrolled.peaks, least)
-        levels = np.maximum(self._peaks, scale * [self.displacement_level, self.acceleration_level])
+        unavoidable = scale * [self.displacement_level, self.acceleration_level]
+        levels = np.maximum(self._seen.peaks, unavoidable)
         self.units = np.array([*scale, scale[0] * self.frequency])
         # relative to ground that stops, a floating base has the ground's velocity on top of its own
         lost = self._stop * p.along @ self._ground.velocity
         resting = np.concatenate([-_STOPPING * lost, np.zeros(n_a), lost])
         count = p.module.programme(
-            (p.y, p.dy, p.past), plan, before, p.block, self.coils, self.step, (n_d, n_a),
+            p.results, plan, before, p.block, self.coils, self.step, (n_d, n_a),
             self.units, levels, (max(known - self._n_late, 1), self.margin * self._ground.strays),
             self._weights, resting, self._programme,
         )  # fmt: skip

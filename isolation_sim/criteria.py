@@ -137,9 +137,9 @@ class Response:
 def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     """Criteria of a run.
 
-    Peaks are the largest absolute values at the record's samples, just after the current changed
-    where it did. RMS values are roots of the
-    mean square over the record's duration, the largest of all floors, storeys or slabs.
+    Peaks are the largest absolute values of the continuous response: on both sides of every change
+    of current, and inside the integration's steps. RMS values are roots of the mean square over the
+    record's duration, the largest of all floors, storeys or slabs.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ def condense(
     Parameters
     ----------
     prediction : tuple
-        ``Prediction.y``, ``dy`` and ``past``.
+        ``Prediction.results``.
     commands : numpy.ndarray, shape (n_steps, n_channels), A
         Commands predicted with.
     before : numpy.ndarray, shape (n_channels,), A
@@ -62,7 +62,7 @@ def condense(
     int
         Number of rows in use.
     """
-    y, dy, past = prediction
+    y, dy, past, y_before, dy_before = prediction
     hessian, gradient, rows, upper, lower = programme
     n_displacements, n_accelerations = sizes
     known, clear = margins
@@ -144,21 +144,28 @@ def condense(
                 for c in range(n_channels):
                     span = coils[c, 3] - coils[c, 2]
                     level -= more * (past[now, c, width] - coils[c, 2]) / span
-            # only what some admissible change can bring above the level
-            for sign in (1.0, -1.0):
-                extreme = sign * value
-                for c in range(n_channels):
-                    # a coil's current in its range moves by as much as its command in its own
-                    for j in range(c, active, n_channels):
-                        slope = sign * by[j] + more * past[now, c, j]
-                        rows[row, j] = slope
-                        extreme += max(slope * upper[j], slope * lower[j])
-                if extreme > level:
-                    for j in range(active, n):
-                        rows[row, j] = 0.0
-                    rows[row, width + kind] = -1.0
-                    upper[n + row], lower[n + row] = level - sign * value, -1e30
-                    row += 1
+            # a jump of the current shows in the accelerations alone
+            for moment in range(2 if kind == 1 and len(y_before) > 0 else 1):
+                if moment == 1:
+                    value = y_before[k, o] / unit
+                    for j in range(active):
+                        span = coils[j % n_channels, 3] - coils[j % n_channels, 2]
+                        by[j] = dy_before[k, o, j] * (span / unit)
+                # only what some admissible change can bring above the level
+                for sign in (1.0, -1.0):
+                    extreme = sign * value
+                    for c in range(n_channels):
+                        # a coil's current in its range moves by as much as its command in its own
+                        for j in range(c, active, n_channels):
+                            slope = sign * by[j] + more * past[now, c, j]
+                            rows[row, j] = slope
+                            extreme += max(slope * upper[j], slope * lower[j])
+                    if extreme > level:
+                        for j in range(active, n):
+                            rows[row, j] = 0.0
+                        rows[row, width + kind] = -1.0
+                        upper[n + row], lower[n + row] = level - sign * value, -1e30
+                        row += 1
     for a in range(width):
         for b in range(a):
             hessian[b, a] = hessian[a, b]

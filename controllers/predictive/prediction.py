@@ -37,8 +37,9 @@ OPTIONS = dict(error_model="numpy", fastmath={"contract", "reassoc"})
 plain = njit(**OPTIONS)'''
 
 _ENTRY = """@njit(cache=True, **OPTIONS)
-def run(z, s, i, commands, block, ground, plant, work, y, dy, past):
-    predict(z, s, i, commands, block, ground, plant, work, y, dy, past)
+def run(z, s, i, commands, block, ground, plant, work, results):
+    y, dy, past, y_before, dy_before = results
+    predict(z, s, i, commands, block, ground, plant, work, y, dy, past, y_before, dy_before)
 
 
 @njit(cache=True, **OPTIONS)
@@ -110,6 +111,9 @@ class Prediction:
         Their derivatives by the commands, per A.
     past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
         Derivatives of the coil currents at the steps' beginnings, and these currents (A).
+    results : tuple
+        ``y``, ``dy``, ``past``, and the first two just before the coils without lag take their
+        next commands, empty where there are none.
     n_displacements, n_accelerations : int
         Numbers of such outputs.
     along : numpy.ndarray, shape (n_displacements, n_directions)
@@ -141,7 +145,7 @@ class Prediction:
         keep = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
         coil_keep = np.array([[k, self.n_sub, h] for k in keep])
         self.strength = np.ones(n_devices)
-        references = np.stack([modes.stiffness, modes.damping], axis=1)
+        self._references = references = np.stack([modes.stiffness, modes.damping], axis=1)
         self.plant = (
             np.stack([grown.real, grown.imag]),
             np.ascontiguousarray(carried.force.sum(axis=2).T),
@@ -162,6 +166,9 @@ class Prediction:
         self.y = np.zeros((n_steps + 1, n_outputs))
         self.dy = np.zeros((n_steps + 1, n_outputs, width))
         self.past = np.zeros((n_steps, len(coils), width + 1))
+        n_before = n_steps + 1 if np.any(coils[:, 0] == 0) else 0
+        before = np.zeros((n_before, n_outputs)), np.zeros((n_before, n_outputs, width))
+        self.results = (self.y, self.dy, self.past, *before)
         self._scratch = np.zeros(5 * max(n_states, 1))
         self.module = _module(self.model.laws, n_states)
 
@@ -269,9 +276,8 @@ class Prediction:
         """
         assert len(ground) == len(self.block) * self.n_sub + 1
         self.module.run(
-            z, states, i, commands, self.block, ground, self.plant, self.work, self.y, self.dy,
-            self.past,
-        )  # fmt: skip
+            z, states, i, commands, self.block, ground, self.plant, self.work, self.results
+        )
 
     def between(self, samples: NDArray) -> NDArray:
         """Ground acceleration at the substeps' ends, on lines from one sample to the next.
@@ -314,21 +320,6 @@ class Prediction:
         z, _, states, _, i, *_ = self.work[0]
         return z.copy(), states.copy(), i.copy()
 
-    def largest(self, k: int) -> NDArray:
-        """Largest displacement of a base and largest acceleration at one point of the horizon.
-
-        Parameters
-        ----------
-        k : int
-            Which point; 0 is the present.
-
-        Returns
-        -------
-        numpy.ndarray, shape (2,), m and m/s^2
-        """
-        y, n = np.abs(self.y[k]), self.n_displacements
-        return np.array([y[:n].max(), y[n : n + self.n_accelerations].max()])
-
     def forces(self, z: NDArray, states: NDArray, i: NDArray) -> NDArray:
         """Forces of the devices as the law has them, without their ``strength``.
 
@@ -345,6 +336,23 @@ class Prediction:
         force = np.zeros(len(states))
         self.module.forces(z, states, i, self.plant, self.work[-1], force)
         return force * self.numbers[:, FORCE_SCALE]
+
+    def outputs(self, z: NDArray, states: NDArray, i: NDArray) -> NDArray:
+        """Outputs of one instant, as the columns of ``y``.
+
+        Parameters
+        ----------
+        z, states, i : numpy.ndarray
+            As of ``predict``.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_outputs,)
+        """
+        on_modes, on_force = self.plant[-1]
+        force = self.forces(z, states, i) / self.numbers[:, FORCE_SCALE] * self.strength
+        force -= (self._references * (self.rows @ z)).sum(axis=1)
+        return on_modes @ z + on_force @ force
 
     def pulses(self, current: NDArray, reach: int) -> NDArray:
         """Accelerations that answer to a pulse of the ground's, from rest, at held currents.

@@ -149,9 +149,35 @@ def believed_forces(
         force[e] = side[0]
 
 
+def observe(
+    rows: tuple, z: NDArray, dz: NDArray, force: NDArray, dforce: NDArray, y: NDArray,
+    dy: NDArray, width: int,
+) -> None:  # fmt: skip
+    """Outputs of one instant, (n_outputs,), and their derivatives, from modes and forces."""
+    on_modes, on_force = rows
+    n_modes = len(z) // 2
+    for o in range(len(on_modes)):
+        value = motion_of(on_modes[o], z, n_modes)
+        for e in range(len(force)):
+            value += on_force[o, e] * force[e]
+        y[o] = value
+        dy[o, :] = 0.0
+        for m in range(2 * n_modes):
+            weight = on_modes[o, m]
+            if weight != 0.0:
+                for j in range(width):
+                    dy[o, j] += weight * dz[m, j]
+        for e in range(len(force)):
+            weight = on_force[o, e]
+            if weight != 0.0:
+                for j in range(width):
+                    dy[o, j] += weight * dforce[e, j]
+
+
 def predict(
     z: NDArray, s: NDArray, i: NDArray, commands: NDArray, block: NDArray, ground: NDArray,
-    plant: tuple, work: tuple, y: NDArray, dy: NDArray, past: NDArray,
+    plant: tuple, work: tuple, y: NDArray, dy: NDArray, past: NDArray, y_before: NDArray,
+    dy_before: NDArray,
 ) -> None:  # fmt: skip
     """Predict outputs over the horizon and differentiate them by the blocks of commands.
 
@@ -179,12 +205,14 @@ def predict(
         Their derivatives; the result.
     past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
         Coil currents at the steps' beginnings: derivatives, then values; the result.
+    y_before, dy_before : numpy.ndarray
+        As ``y`` and ``dy``, just before the coils without lag take their next commands; empty
+        where there are none. The result.
     """
     decay, held, sloped, moved, _, _, _, _, _, coil_keep, outputs = plant
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
     dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
-    on_modes, on_force = outputs
     n_modes, n_channels = decay.shape[1], len(i)
     n_steps, n_devices, n_states = len(commands), len(held), s.shape[1]
     everything = dy.shape[2]
@@ -198,6 +226,9 @@ def predict(
         last = min(k, n_steps - 1)
         # later blocks have no effect yet
         width = (block[last] + 1) * n_channels
+        if len(y_before) > 0:
+            devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width)
+            observe(outputs, za, dza, f0, df0, y_before[k], dy_before[k], width)
         for c in range(n_channels):
             keep = coil_keep[c, 0]
             if k < n_steps:
@@ -210,22 +241,7 @@ def predict(
         for sub in range(n_sub):
             devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width)
             if sub == 0:
-                for o in range(len(on_modes)):
-                    value = motion_of(on_modes[o], za, n_modes)
-                    for e in range(n_devices):
-                        value += on_force[o, e] * f0[e]
-                    y[k, o] = value
-                    dy[k, o, :] = 0.0
-                    for m in range(2 * n_modes):
-                        weight = on_modes[o, m]
-                        if weight != 0.0:
-                            for j in range(width):
-                                dy[k, o, j] += weight * dza[m, j]
-                    for e in range(n_devices):
-                        weight = on_force[o, e]
-                        if weight != 0.0:
-                            for j in range(width):
-                                dy[k, o, j] += weight * df0[e, j]
+                observe(outputs, za, dza, f0, df0, y[k], dy[k], width)
                 if k == n_steps:
                     return
             carry(decay, za, zb, n_modes)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from isolation_sim.structures import IsolatedStructure
 
 from .prediction import Prediction
+from .running_peaks import RunningPeaks
 
 
 class Uncontrolled:
@@ -24,10 +25,6 @@ class Uncontrolled:
     longest : float, s
         Longest substep of the integration.
 
-    Attributes
-    ----------
-    peaks : numpy.ndarray, shape (2,)
-        Largest displacement of a base (m) and largest acceleration (m/s^2) so far.
     """
 
     def __init__(self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float):
@@ -36,7 +33,12 @@ class Uncontrolled:
         self._z: NDArray = np.zeros(self._model.rows.shape[-1])
         self._states = self._model.initial_states()
         self._ground: NDArray | None = None
-        self.peaks = np.zeros(2)
+        self._seen = RunningPeaks(self._model.n_displacements, self._model.n_accelerations)
+
+    @property
+    def peaks(self) -> NDArray:
+        """Largest displacement of a base (m) and acceleration (m/s^2) so far, shape (2,)."""
+        return self._seen.peaks
 
     def follow(self, ground: NDArray, strength: NDArray) -> None:
         """Go on to the last known sample of the ground motion.
@@ -60,5 +62,5 @@ class Uncontrolled:
             self._z, self._states, _ = p.carried(
                 self._z, self._states, self._low, self._low[np.newaxis], path[k : k + n + 1]
             )
-            self.peaks = np.maximum(self.peaks, p.largest(1))
+            self._seen.follow(p.y[1])
         self._ground = ground[-1].copy()

@@ -64,7 +64,8 @@ class WholeRecord:
     The modes are carried exactly from sample to sample, with each device's force a quadratic
     through the ends and the middle of the interval; device states are collocated on the same
     points (Lobatto IIIA, fourth order); coil currents follow their commands in closed form. Laws
-    are traced from their one definition. Peaks are taken at the samples, as criteria are.
+    are traced from their one definition. Peaks are taken on both sides of every change of current
+    and at three instants of every interval; what lies in between is left to the certificate.
 
     Parameters
     ----------
@@ -189,6 +190,20 @@ class WholeRecord:
         scaled = casadi.vertcat(*[d / casadi.DM(self.scale[k]) for d, k in defects])
         return casadi.Function("step", list(at.values()), [scaled])
 
+    def _inside(self, var: Mapping[str, Any], ground: Any, tau: float) -> tuple[Any, Any]:
+        """Modes and forces at a fraction tau of every interval, (2 n_modes, n), (n_elements, n)."""
+        import casadi
+
+        step = propagator(self.modes, self.dt, tau * self.dt, 3)
+        moved = casadi.mtimes(casadi.sparsify(casadi.DM(step.decay)), var["z"][:, :-1])
+        for k, name in enumerate(("first", "middle", "last")):
+            moved += casadi.mtimes(casadi.DM(step.force[:, :, k]), var[name])
+        for k, a in enumerate((ground[:, :-1], ground[:, 1:])):
+            moved += casadi.mtimes(casadi.DM(step.ground[:, :, k]), a)
+        early, late = 1.0 - tau, 2.0 * tau - 1.0
+        force = -early * late * var["first"] + 4.0 * early * tau * var["middle"]
+        return moved, force + tau * late * var["last"]
+
     def _rows(self, quantity: str) -> tuple[NDArray, NDArray]:
         """Rows of a quantity's items over the modes and over the devices' forces beyond reference.
 
@@ -219,18 +234,21 @@ class WholeRecord:
         after = [var[k][:, 1:] for k in "zsi"]
         a = casadi.DM(self.ground)
         defects = self._step.map(n)(*before, *after, a[:, :-1], a[:, 1:])
-        within = []
+        within: list[Any] = []
+        # before a change of current, after the last one, and between them
+        sides = [(var["z"][:, 1:], var["last"]), (var["z"][:, :-1], var["first"])]
+        sides += [self._inside(var, a, tau) for tau in (0.25, 0.5, 0.75)]
         for k, quantity in enumerate(self.quantities):
             on_modes, on_force = self._rows(quantity)
-            force = casadi.horzcat(var["first"], var["last"][:, -1])
-            for item in range(len(on_modes)):
-                value = casadi.mtimes(casadi.DM(on_modes[item]), var["z"])
-                value += casadi.mtimes(casadi.DM(on_force[item]), force)
-                value /= self.peaks_of_start[k]
-                if len(on_modes[item]) == 1:
-                    within += [(peaks[k] - value).T, (peaks[k] + value).T]
-                else:
-                    within.append((peaks[k] ** 2 - casadi.sum1(value**2)).T)
+            for z, force in sides if on_force.any() else sides[:1]:
+                for item in range(len(on_modes)):
+                    value = casadi.mtimes(casadi.DM(on_modes[item]), z)
+                    value += casadi.mtimes(casadi.DM(on_force[item]), force)
+                    value /= self.peaks_of_start[k]
+                    if len(on_modes[item]) == 1:
+                        within += [(peaks[k] - value).T, (peaks[k] + value).T]
+                    else:
+                        within.append((peaks[k] ** 2 - casadi.sum1(value**2)).T)
         driven = np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist()
         for c in driven:
             lag, slew = self.coils[c, :2]

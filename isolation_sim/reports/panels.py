@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..criteria import columns, level_dofs, response_of, storey_rows
+from ..criteria import columns, level_dofs, storey_rows
 from ..errors import unknown_name
 from .style import line_styles
 
@@ -193,10 +193,8 @@ def acceleration_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
     """
     structure = next(iter(runs.values())).isolated.structure
     dofs = level_dofs(structure)
-    _envelope(axes, {
-        name: np.max(np.abs(response_of(run).floor_acceleration), axis=0)
-        for name, run in runs.items()
-    }, np.arange(len(dofs)))
+    peaks = {name: run.peaks["floor_acceleration_m_s2"] for name, run in runs.items()}
+    _envelope(axes, peaks, np.arange(len(dofs)))
     labels = [structure.names[dof] for dof in dofs[:, 0]]
     _height_ticks(axes, np.arange(len(dofs)), without_direction(labels, structure.directions))
     axes.set_xlabel("Peak abs. acceleration (m/s²)")
@@ -217,9 +215,7 @@ def drift_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
     rows = storey_rows(structure)
     # a storey lies between the levels that it ties
     height = np.arange(len(rows)) + 0.5
-    _envelope(axes, {
-        name: 1e3 * np.max(np.abs(response_of(run).drift), axis=0) for name, run in runs.items()
-    }, height)
+    _envelope(axes, {name: 1e3 * run.peaks["drift_m"] for name, run in runs.items()}, height)
     labels = [structure.storeys[row] for row in rows[:, 0]]
     _height_ticks(axes, height, without_direction(labels, structure.directions))
     axes.set_ylim(-0.25, len(rows) + 0.25)

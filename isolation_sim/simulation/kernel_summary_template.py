@@ -10,7 +10,8 @@ densely: the modes are propagated exactly under the step's own force polynomial.
 
 CANDIDATES = 128  # kept per lane before they are evaluated
 BEND = 0.14  # rise above both ends, over change of slope times interval; a parabola has 1/16
-PER_RADIAN = 4.0  # points of a dense evaluation, by the fastest mode
+BULGE = 1.25  # largest distance of a force from its chord, over that in the middle
+PER_RADIAN = 6.0  # points of a dense evaluation, by the fastest mode
 FIRST_LOOK = 5  # every so many points are looked at first, to know about how large the peaks are
 NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the next interval
 FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
@@ -24,7 +25,7 @@ KINDS = SLOPES + 3
 @njit(cache=True, nogil=True, **OPTIONS)
 def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_directions, fast,
               fast_rows, ground, z, forces, steps, levels, first_step, modes, points, inputs,
-              present, found, found_bounds, n_found, items, space, integral, phi, track):
+              present, bulges, found, found_bounds, n_found, items, space, integral, phi, track):
     """Peaks and mean squares over the duration, lane by lane.
 
     quantity_rows: the quantities as blocks of eight rows over the modes' real and imaginary parts,
@@ -66,7 +67,8 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                 for e in range(N_ELEMENTS):
                     own = (point * N_ELEMENTS + e) * FORCES * LANES
                     for lane in range(LANES):
-                        if forces[own + BEFORE * LANES + lane] != forces[own + AFTER * LANES + lane]:
+                        at_end = forces[own + BEFORE * LANES + lane]
+                        if forces[own + AFTER * LANES + lane] != at_end:
                             before = POINTS * ROWS
                 if before != after:
                     undo_changes(inputs, after, before, quantity_rows, block * size, n_modes,
@@ -80,9 +82,14 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                     if fast.shape[0] > 0:
                         add_fast_modes(track, at, block * per_block, n_items, fast, fast_rows, z,
                                        point * row, n_pad)
-                    if near > 0 and point > 1 and bound_inside(
-                        track, at, (point - 1) % 3, BEND * lengths[point - 2]
-                    ):
+                    exceeded = False
+                    if near > 0 and point > 1:
+                        find_bulges(bulges, point - 2, windows, window_of, levels, first_step,
+                                    forces, steps, n_pad)
+                        exceeded = bound_inside(
+                            track, at, (point - 1) % 3, BEND * lengths[point - 2], quantity_rows,
+                            block * size, n_items, n_directions, n_modes, bulges)
+                    if exceeded:
                         for r in range(n_items):
                             for lane in range(LANES):
                                 own = at + r * LANES + lane
@@ -167,18 +174,57 @@ def follow(track, at, inputs, before, after, turn, inverse, weight):
     return near
 
 
-@by_lanes
-def bound_inside(track, at, middle, reach):
-    """Bounds inside the interval before the last one; whether some exceed their peaks."""
+@inner
+def bound_inside(track, at, middle, reach, rows, rows_at, n_items, n_directions, n_modes, bulges):
+    """Bounds inside the interval before the last one; whether some exceed their peaks.
+
+    What follows the modes is smooth: its change of slope tells. What follows a force directly has
+    kinks where the current begins to change: there the force's own course in the interval tells.
+    """
     exceeded = 0
-    for k in range(ROWS):
-        slope = track[at + (SLOPES + middle) * ROWS + k]
-        before = track[at + (SLOPES + (middle + 2) % 3) * ROWS + k]
-        after = track[at + (SLOPES + (middle + 1) % 3) * ROWS + k]
-        bound = fused(reach, abs(slope - before) + abs(after - slope), track[at + LAST * ROWS + k])
-        track[at + BOUND * ROWS + k] = bound
-        exceeded += 1 if bound > track[at + PEAK * ROWS + k] else 0
+    for r in range(n_items):
+        for lane in range(LANES):
+            k = at + r * LANES + lane
+            slope = track[k + (SLOPES + middle) * ROWS]
+            before = track[k + (SLOPES + (middle + 2) % 3) * ROWS]
+            after = track[k + (SLOPES + (middle + 1) % 3) * ROWS]
+            bound = fused(reach, abs(slope - before) + abs(after - slope), track[k + LAST * ROWS])
+            for e in range(N_ELEMENTS):
+                for direction in range(n_directions):
+                    own = rows_at + 8 * (2 * n_modes + e) + r * n_directions + direction
+                    weight = abs(rows[own * TABLE_LANES + lane % TABLE_LANES])
+                    bound = fused(weight, bulges[e * LANES + lane], bound)
+            track[k + BOUND * ROWS] = bound
+            exceeded += 1 if bound > track[k + PEAK * ROWS] else 0
     return exceeded > 0
+
+
+@inner
+def find_bulges(bulges, interval, windows, window_of, levels, first_step, forces, steps, n_pad):
+    """How far every force leaves the straight line inside an interval, N in the device's scale."""
+    window = window_of[interval]
+    n_intervals = windows[window, 2]
+    within = interval - windows[window, 0]
+    for lane in range(LANES):
+        depth = levels[window, lane]
+        n_sub = max(n_intervals >> depth, 1)
+        n_steps = max((1 << depth) // n_intervals, 1)
+        begin = interval - within % n_sub
+        for e in range(N_ELEMENTS):
+            first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
+            last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
+            middle = 0.0
+            if n_steps > 1:
+                kept = (steps.shape[1] // LANES - 2 * n_pad) // N_ELEMENTS
+                number = first_step[window, lane] + within * n_steps + n_steps // 2
+                middle = steps[number, (2 * n_pad + e * kept) * LANES + lane]
+            else:
+                tau = (within % n_sub + 0.5) / n_sub
+                at = (begin * N_ELEMENTS + e) * FORCES + AT_NODES
+                for k in range(3):
+                    weight = LAGRANGE[k][0] + tau * (LAGRANGE[k][1] + tau * LAGRANGE[k][2])
+                    middle += weight * forces[(at + k) * LANES + lane]
+            bulges[e * LANES + lane] = BULGE * abs(middle - 0.5 * (first + last))
 
 
 @inner
@@ -363,12 +409,11 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
                         square += value * value
                     value = np.sqrt(square)
                     before, middle = space[6, item].real, space[6, item].imag
-                    if count >= 2 and middle >= before and middle >= value:
-                        bend = before - 2.0 * middle + value
-                        if bend < 0.0:
-                            middle -= (value - before) * (value - before) / (8.0 * bend)
+                    bend, rise = before - 2.0 * middle + value, value - before
+                    # the parabola through three points has its top between them
+                    if count >= 2 and bend < 0.0 and abs(rise) <= -2.0 * bend:
                         at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
-                        track[at] = max(track[at], middle)
+                        track[at] = max(track[at], middle - rise * rise / (8.0 * bend))
                     space[6, item] = complex(space[6, item].imag, value)
                 count += 1
             if j < n_dense:

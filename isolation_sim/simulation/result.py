@@ -142,6 +142,13 @@ class Run:
 
         return criteria(self)
 
+    @cached_property
+    def peaks(self) -> dict[str, NDArray]:
+        """Peaks of each level, storey or slab, (n_items,); see ``criteria.quantity_rows``."""
+        from .summary import item_peaks
+
+        return item_peaks(self.isolated, self.work)
+
     def plot(self, **options: Any) -> Any:
         """Figure of the run; see ``isolation_sim.reports.figures.run_figure``."""
         from ..reports.figures import run_figure

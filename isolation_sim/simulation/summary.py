@@ -34,16 +34,43 @@ def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, N
     dict of str to (n_lanes,) array
         Keys and units as in ``isolation_sim.criteria.criteria``, without ratios.
     """
+    items, peak, total = _summed(plants, work)
+    found = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in items}
+    for name, own in items:
+        found[f"rms_{name}"] = np.sqrt(total[own].max(axis=0, initial=0.0))
+    return found
+
+
+def item_peaks(isolated: IsolatedStructure, work: Workspace) -> dict[str, NDArray]:
+    """Peaks of each item, such as a level or a storey, of a single finished run.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    work : Workspace
+        Marched to the end, of one lane.
+
+    Returns
+    -------
+    dict of str to (n_items,) array
+        Names and units as in ``isolation_sim.criteria.quantity_rows``.
+    """
+    items, peak, _ = _summed([isolated], work)
+    return {name: peak[own, 0] for name, own in items}
+
+
+def _summed(
+    plants: Sequence[IsolatedStructure], work: Workspace
+) -> tuple[tuple[tuple[str, list[int]], ...], NDArray, NDArray]:
+    """Quantities with their items' numbers; peaks and mean squares of items, (n_items, lanes)."""
     quantities = _quantities(tuple(plants[: work.module.TABLE_LANES]))
     fast = np.flatnonzero(quantities.fastest * work.grid.longest > RESOLVED)
     peak, total = work.summarise(
         quantities.rows, quantities.n_items, quantities.n_directions, fast,
         quantities.moduli[:, fast],
     )  # fmt: skip
-    found = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in quantities.items}
-    for name, own in quantities.items:
-        found[f"rms_{name}"] = np.sqrt(total[own].max(axis=0, initial=0.0))
-    return found
+    return quantities.items, peak, total
 
 
 def summary_key(isolated: IsolatedStructure) -> tuple:

@@ -284,6 +284,7 @@ class Workspace:
             n_directions, fast, fast_rows, self.ground.ravel(), self.z, self.forces, self.steps,
             self.levels, self.first_step, self.tables.modes, np.empty(module.POINTS, np.int64),
             np.empty(8 * (at_once + lanes)), np.empty(module.N_ELEMENTS * at_once),
+            np.empty(module.N_ELEMENTS * lanes),
             np.empty((lanes, module.CANDIDATES, 2), np.int64), np.empty((lanes, module.CANDIDATES)),
             np.zeros(lanes, np.int64), np.empty(n_quantities, np.int64),
             np.zeros((8, n_columns), complex), np.empty(3, complex), np.empty(4, complex),

@@ -409,7 +409,7 @@ def condensed(p, level, clear, weights, resting):
     programme = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
     plan = np.full((n_steps, 1), 1.5)
     count = p.module.programme(
-        (p.y, p.dy, p.past), plan, plan[0], p.block, COILS, 0.02, (1, 6),
+        p.results, plan, plan[0], p.block, COILS, 0.02, (1, 6),
         np.array([0.1, 1.0, 0.3]), np.full(2, level), (3, clear), weights, resting, programme,
     )  # fmt: skip
     return programme, count
@@ -444,9 +444,9 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
 def test_a_programme_leaves_the_prediction_as_it_is(started):
     """Two programmes of one prediction are the same, and derivatives stay in m/A and m/s^2/A."""
     p = predicted(started)
-    given = [array.copy() for array in (p.y, p.dy, p.past)]
+    given = [array.copy() for array in p.results]
     found = [condensed(p, 1.0, np.zeros((3, 6, 2)), np.ones(8), np.zeros(8)) for _ in range(2)]
-    for array, before in zip((p.y, p.dy, p.past), given, strict=True):
+    for array, before in zip(p.results, given, strict=True):
         assert np.array_equal(array, before)
     (first, count), (second, again) = found
     assert count == again

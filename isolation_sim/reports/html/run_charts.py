@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...criteria import columns, level_dofs, response_of, storey_rows
+from ...criteria import columns, level_dofs, storey_rows
 from ..energy import SINKS, instants_of, supply
 from ..panels import base_dof, element_along, roof_dof, without_direction
 from .charts import Look, layout, numbers, over, peaks, span, thinned
@@ -173,13 +173,12 @@ def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
     structure = next(iter(runs.values())).isolated.structure
     levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
     storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
-    responses = {name: response_of(run) for name, run in runs.items()}
     charts = []
     for title, unit, labels, values in (
         ("Peak absolute acceleration (m/s²)", "m/s²", levels,
-         {n: np.max(np.abs(r.floor_acceleration), axis=0) for n, r in responses.items()}),
+         {name: run.peaks["floor_acceleration_m_s2"] for name, run in runs.items()}),
         ("Peak storey drift (mm)", "mm", storeys,
-         {n: 1e3 * np.max(np.abs(r.drift), axis=0) for n, r in responses.items()}),
+         {name: 1e3 * run.peaks["drift_m"] for name, run in runs.items()}),
     ):  # fmt: skip
         if not labels:
             continue
