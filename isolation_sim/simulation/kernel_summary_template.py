@@ -331,9 +331,10 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
     first_column = n_modes * (1 + 2 * N_ELEMENTS)
     fastest = 0.0
     for m in range(n_modes):
-        fastest = max(fastest, abs(modes[m, own].imag))
+        fastest = max(fastest, abs(modes[m, own]))
     length = lengths[interval] / n_steps
     n_dense = max(-(-FEWEST_DENSE // n_steps), int(PER_RADIAN * fastest * length) + 1)
+    resolved = n_dense <= MOST_DENSE
     n_dense = min(n_dense, MOST_DENSE)
     length = length / n_dense
     known = space[7, 0].real == length and (TABLE_LANES == 1 or space[7, 0].imag == lane)
@@ -410,9 +411,12 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
                     value = np.sqrt(square)
                     before, middle = space[6, item].real, space[6, item].imag
                     bend, rise = before - 2.0 * middle + value, value - before
+                    at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
+                    # the values at both ends have been counted
+                    if count > 0 and (step + 1 < n_steps or j < n_dense):
+                        track[at] = max(track[at], value)
                     # the parabola through three points has its top between them
-                    if count >= 2 and bend < 0.0 and abs(rise) <= -2.0 * bend:
-                        at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
+                    if resolved and count >= 2 and bend < 0.0 and abs(rise) <= -2.0 * bend:
                         track[at] = max(track[at], middle - rise * rise / (8.0 * bend))
                     space[6, item] = complex(space[6, item].imag, value)
                 count += 1

@@ -14,7 +14,8 @@ from .plan import modes_for
 from .workspace import Workspace
 
 RESOLVED = 1.9
-"""Angle through which a mode may turn between two grid points, whose values then show its peaks."""
+"""Change of a mode between two grid points, |eigenvalue| times interval, whose values still show
+its peaks."""
 
 
 def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
@@ -83,8 +84,8 @@ class _Quantities(NamedTuple):
     """Quantities of some lanes' structures, as the kernel takes them.
 
     items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
-    rows over the modes, (n_items, n_modes, lanes); fastest: angular frequency of each mode, of the
-    lane where it is highest, rad/s.
+    rows over the modes, (n_items, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of
+    the lane where it is highest, 1/s.
     """
 
     items: tuple[tuple[str, list[int]], ...]
@@ -100,7 +101,7 @@ def _quantities(plants: tuple[IsolatedStructure, ...]) -> _Quantities:
     """Quantities of structures that go side by side."""
     per_lane = [_rows(plant) for plant in plants]
     rows, moduli = (np.stack([one[k] for one in per_lane], axis=-1) for k in (1, 2))
-    speeds = [np.abs(modes_for(plant)[0].eigenvalues.imag) for plant in plants]
+    speeds = [np.abs(modes_for(plant)[0].eigenvalues) for plant in plants]
     n_directions = len(plants[0].structure.directions)
     return _Quantities(
         per_lane[0][0], len(moduli), n_directions, rows.ravel(), moduli, np.max(speeds, axis=0)
