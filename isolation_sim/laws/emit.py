@@ -179,6 +179,75 @@ def own_slopes(
     return statements, results
 
 
+def kinks(
+    inputs: dict[str, Any], outputs: Sequence[Any], moving: Sequence[str]
+) -> tuple[list[str], list[str]]:
+    """Print the quantities at whose change of sign an output has a kink or a jump.
+
+    These are the arguments of absolute values and signs, the differences that comparisons look at,
+    and z where a power, a root or a logarithm is taken of z * z plus next to nothing.
+
+    Parameters
+    ----------
+    inputs : dict of str to casadi.SX scalar
+        Input name to symbol.
+    outputs : sequence of casadi.SX scalar
+        Expressions to look through.
+    moving : sequence of str
+        Inputs that change within a step; what depends on none of them is left out.
+
+    Returns
+    -------
+    statements, results : list of str
+        As by ``straight_line``; a result a quantity.
+    """
+    import casadi
+
+    either = {casadi.OP_LT, casadi.OP_LE, casadi.OP_FMIN, casadi.OP_FMAX}
+    sides = {casadi.OP_FABS, casadi.OP_SIGN}
+    rounded = {casadi.OP_POW, casadi.OP_CONSTPOW, casadi.OP_LOG, casadi.OP_SQRT}
+    variables = casadi.vertcat(*(inputs[name] for name in moving))
+    found: list[Any] = []
+    seen: set[int] = set()
+    # expressions that stand in both force and rates are looked through once
+    waiting = casadi.vertsplit(casadi.cse(casadi.vertcat(*outputs)))
+    while waiting:
+        node = waiting.pop()
+        if node.element_hash() in seen or node.is_leaf():
+            continue
+        seen.add(node.element_hash())
+        operands = [node.dep(i) for i in range(node.n_dep())]
+        waiting += operands
+        switch = None
+        if node.op() in sides:
+            switch = operands[0]
+        elif node.op() == casadi.OP_COPYSIGN:
+            switch = operands[1]
+        elif node.op() in either:
+            switch = operands[0] - operands[1]
+        elif node.op() in rounded:
+            switch = _squared(operands[0])
+        if switch is None or not casadi.depends_on(switch, variables):
+            continue
+        if not any(casadi.is_equal(s, other, 9) for s in (switch, -switch) for other in found):
+            found.append(switch)
+    if not found:
+        return [], []
+    _, _, statements, results = straight_line(inputs, found)
+    return statements, results
+
+
+def _squared(node: Any) -> Any | None:
+    """Return z of z * z plus next to nothing, which keeps the logarithm of 0 out; else None."""
+    import casadi
+
+    if node.op() == casadi.OP_ADD:
+        small = [node.dep(i).is_constant() and abs(float(node.dep(i))) < 1e-99 for i in (0, 1)]
+        if any(small):
+            node = node.dep(small.index(False))
+    return node.dep(0) if node.op() == casadi.OP_SQ else None
+
+
 def symbols(names: Sequence[str]) -> list[Any]:
     """One CasADi symbol a name."""
     import casadi

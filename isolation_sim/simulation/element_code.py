@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..laws.emit import function_text, own_slopes, straight_line, symbols
+from ..laws.emit import function_text, kinks, own_slopes, straight_line, symbols
 from ..laws.law import Law
 
 _ROOT15 = 15.0**0.5
@@ -32,14 +32,20 @@ GAIN_SLOPE = (np.array(COLLOCATION) @ COLLOCATION - np.array(COLLOCATION) / 2).t
 RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
 """Step times rates at the nodes = these times (states at the nodes - state at the start)."""
 
+KINK_FACTOR = 10.0
+"""How much more the error at a kink counts: a switching controller makes many, and alike."""
+
 COMMON = (
     "dn0 dn1 dn2 vn0 vn1 vn2 dn3 vn3 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
-    "k_ref c_ref force_scale to_structure force_end defect error roughness change f_start f0 f1 f2"
+    "k_ref c_ref force_scale to_structure force_end defect error roughness change kink bent d_start "
+    "v_start f_start f0 f1 f2"
 ).split()
 """Slots that every law has at the same place: deformation and velocity at the nodes and the step's
-end (number 3) but for what the element's own force does, both at the last accepted end, their free
-response, the reference spring and dashpot, the reciprocal scale of the force, and last
-the residual forces at the nodes, which the law's states at the nodes follow."""
+end (number 3) but for what the element's own force does, both at the step's end, their free
+response, the reference spring and dashpot, the reciprocal scale of the force, whether the step has
+a kink and whether the current's path bends in it, deformation, velocity and residual force at the
+step's start, and last the residual forces at the nodes, which the law's states at the nodes
+follow."""
 
 
 def lagrange(nodes: Sequence[float], at: float) -> list[float]:
@@ -79,11 +85,13 @@ class ElementCode:
         inputs = {"x": x, "v": v}
         inputs |= dict(zip(self.states + self.parameters, s + p, strict=True))
         rates = law.rates(x, v, s, p)
+        outputs = [law.force(x, v, s, p), *rates]
         self.hoisted, self.kept, self.statements, self.results = straight_line(
-            inputs, [law.force(x, v, s, p), *rates], hoist=self.parameters
+            inputs, outputs, hoist=self.parameters
         )
         self.derived = [q for q in self.kept if q not in self.parameters]
         self.relaxation = own_slopes(inputs, rates, s) if n else ([], [])
+        self.kinks = kinks(inputs, outputs, ["x", "v", *self.states])
         self.start = [f"start{i}" for i in range(n)]
         self.end = [f"end{i}" for i in range(n)]
         self.scale = [f"scale{i}" for i in range(n)]
@@ -126,12 +134,17 @@ class ElementCode:
             "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
             "relax": ("w, b, h, on", self._relax()),
             "sweep": ("w, b, h, table, at, on", self._sweep()),
-            "finish": ("w, b, h, table, at, on", self._finish()),
+            "finish": ("w, b, h, share, table, at, on", self._finish()),
             "inside": ("w, b, tau, states, at, on", self._inside()),
             "accept": ("w, b, states, at, on", self._accept()),
             "restart": ("w, b, on", self._restart()),
             "probe": ("w, b, on", self._probe()),
         }
+        if self.kinks[1]:
+            arguments = ", ".join(["x", "v", *self.states, *self.parameters])
+            parts["kinks"] = (
+                arguments, [*self.kinks[0], f"return ({', '.join(self.kinks[1])},)"]
+            )
         return "\n\n".join(
             function_text(f"{name}_{self.tag}", arguments, body)
             for name, (arguments, body) in parts.items()
@@ -167,7 +180,7 @@ class ElementCode:
         by itself, or whose rate has a kink here, is left as it is.
         """
         statements, results = self.relaxation
-        body = [f"x = {self.at('d_end')}", f"v = {self.at('v_end')}"]
+        body = [f"x = {self.at('d_start')}", f"v = {self.at('v_start')}"]
         body += [f"{s} = {self.at(f'start{i}')}" for i, s in enumerate(self.states)]
         body += [f"{p} = {self.at(f'{p}_0')}" for p in self.parameters]
         body += statements
@@ -222,7 +235,9 @@ class ElementCode:
         The polynomials are those of the force and of the states' rates. The misses' odd part is
         of third order in the step and orthogonal to what moves the response; the first term that
         does move it is of sixth order. Its size is guessed from how fast the orders fall:
-        roughness, the even part (fourth order) over the odd one.
+        roughness, the even part (fourth order) over the odd one. At a kink this does not hold, and
+        the two parts may cancel: there the response's error is the miss itself, and that of the
+        states does not become smaller with the step's share of the sample.
         """
         forces = ["f0", "f1", "f2"]
         body = self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", *self.start)
@@ -239,23 +254,53 @@ class ElementCode:
         body.append(f"late = force_end - k_ref * d_end - c_ref * v_end - ({at_end})")
         body.append(f"early = f_start - ({at_start})")
         body.append("odd, even = abs(late - early) * force_scale, abs(late + early) * force_scale")
-        body += self.load(*self.scale, *self.rate)
+        body.append("of_force = odd + even")
+        body += [*self.load(*self.scale, *self.rate), "lasting = 0.0"]
         for i, s in enumerate(self.states):
+            body += self.load(f"relax{i}")
             moved = [f"({s}_{j} - start{i})" for j in range(3)]
             at_start, at_end = (_sum((w @ RATES_FROM_NODES).tolist(), moved) for w in weights)
             body.append(f"end_rate{i} = r3[{i + 1}]")
             body.append(f"late = h * end_rate{i} - ({at_end})")
             body.append(f"early = h * rate{i} - ({at_start})")
-            body.append(f"odd = odd + abs(late - early) * scale{i}")
+            body.append(f"miss = abs(late - early) * scale{i}")
+            body.append("odd = odd + miss")
             body.append(f"even = even + abs(late + early) * scale{i}")
+            # how much of an odd miss, a Legendre polynomial's, a relaxation leaves at the end
+            body.append(f"m = -h * relax{i}")
+            body.append("scale = 840.0 + m * (420.0 + m * (84.0 + m * (12.0 + m)))")
+            body.append("lasting = lasting + miss * m * m * m / scale")
         body.append("defect = odd + even")
-        body += self.load("roughness")
+        body += [*self.load("roughness", "bent"), "kink = bent", *self._kink(forces)]
+        body.append("last = roughness")
         body.append("roughness = min(max(even / (odd + TINY), 0.5 * roughness), 1.0)")
-        body.append("error = defect * roughness * roughness")
+        body.append("error = defect * roughness * roughness * share + lasting")
+        at_kink = f"{KINK_FACTOR!r} * (defect + of_force * (share - 1.0))"
+        body.append(f"error = {at_kink} if kink > 0.0 else error")
+        body.append("roughness = last if kink > 0.0 else roughness")
         return body + self.store(
             *self.end, *self.end_rate, "d_end", "v_end", "force_end", "defect", "error",
-            "roughness",
+            "roughness", "kink",
         )
+
+    def _kink(self, forces: Sequence[str]) -> list[str]:
+        """Statements that set ``kink`` to 1 if a quantity that the law switches at changes sign."""
+        n = len(self.kinks[1])
+        if not n:
+            return []
+        body = self.load("d_start", "v_start", *(f"{p}_{j}" for p in self.parameters for j in range(4)))
+        points = [("d_start", "v_start", self.start, 0)]
+        for j in range(3):
+            body += [f"d{j} = {self._row(j, forces)}", f"v{j} = {self._row(j + 3, forces)}"]
+            points.append((f"d{j}", f"v{j}", [f"{s}_{j}" for s in self.states], j))
+        points.append(("d_end", "v_end", self.end, 3))
+        for k, (x, v, states, j) in enumerate(points):
+            arguments = [x, v, *states, *(f"{p}_{j}" for p in self.parameters)]
+            body.append(f"side{k} = kinks_{self.tag}({', '.join(arguments)})")
+        for k in range(4):
+            for m in range(n):
+                body.append(f"kink = 1.0 if side{k}[{m}] * side{k + 1}[{m}] < 0.0 else kink")
+        return body
 
     def _inside(self) -> list[str]:
         """States at a fraction tau of the step, from the collocation polynomial, into history."""
@@ -278,6 +323,7 @@ class ElementCode:
         body = self.load("f0", "f1", "f2", "force_end", "k_ref", "c_ref", "d_end", "v_end")
         body += self.load("force_scale")
         body.append("f_start = force_end - k_ref * d_end - c_ref * v_end")
+        body += [self.put("d_start", "d_end"), self.put("v_start", "v_end")]
         for j in range(3):
             weights = lagrange([*NODES, 1.0], 1.0 + NODES[j])
             body.append(self.put(f"f{j}", f"{_sum(weights, ['f0', 'f1', 'f2', 'f_start'])}"))

@@ -48,7 +48,7 @@ DISPATCHED = (
     ("prepare_moving", "", ""),
     ("relax", "h", ""),
     ("sweep", "h, table, at", "table"),
-    ("finish", "h, table, at", "table"),
+    ("finish", "h, share, table, at", "table"),
     ("inside", "tau, states, at", "states"),
     ("accept", "states, at", "states"),
     ("restart", "", ""),

@@ -19,11 +19,18 @@ def coil_current(start, command, lag, slew, t):
 
 
 @inline
-def set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_powers, w):
-    """Write a device's parameters at a current (A)."""
+def piece_at(e, lane, current, law_breaks, n_pieces):
+    """Piece of a device's dependence on the current that holds at a current (A)."""
     piece = 0
     while piece < n_pieces - 1 and current >= law_breaks[e, piece + 1, lane]:
         piece += 1
+    return piece
+
+
+@inline
+def set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_powers, w):
+    """Write a device's parameters at a current (A)."""
+    piece = piece_at(e, lane, current, law_breaks, n_pieces)
     n = N_PARAMETERS[KIND[e]]
     for k in range(n):
         value = 0.0
@@ -36,10 +43,21 @@ def set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_po
 @inner
 def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_table, law_breaks,
                           n_pieces, n_powers, w):
-    """Parameters at the three nodes and the end of a step, while the coil current moves."""
+    """Parameters at the three nodes and the end of a step, while the coil current moves.
+
+    The current's path bends where a slew limit ends, that of the parameters from one piece of
+    their dependence on the current to the next.
+    """
+    current = coil_current(coil, command, lag, slew, t)
+    first = piece_at(e, lane, current, law_breaks, n_pieces)
+    ramp = (abs(command - coil) - slew * lag) / slew if slew < np.inf else 0.0
+    bent = 1.0 if t < ramp < t + h else 0.0
     for node in range(4):
         current = coil_current(coil, command, lag, slew, t + NODES_AND_END[node] * h)
         set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_powers, w)
+        if piece_at(e, lane, current, law_breaks, n_pieces) != first:
+            bent = 1.0
+    w[(e * STRIDE + SLOT_BENT) * LANES + lane] = bent
 
 
 @inner

@@ -5,14 +5,15 @@ Part of the compiled kernel; see ``kernel_march_template.py``.
 
 
 @inline
-def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w, active, going,
-               previous, contraction, defects, errors):
+def solve_step(h, n_sub, share, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w, active,
+               going, previous, contraction, defects, errors, kinks):
     """Forces and states at the nodes and the end of one step; z and u are only read.
 
     z, from z_at, holds the modes at the start (real parts, then imaginary); u the ground at the
     grid points. defects: how far a lane's force polynomial misses the force at the step's ends,
     relative to the peak force; infinite where the iteration did not contract. errors: the guess of
-    what that does to the response.
+    what that does to the response. kinks: whether an element has a kink within the step. share: by
+    how much the error of one such step counts.
     """
     ground_rows, force_rows, _, _, _ = layout(n_modes, n_pad, n_sub)
     for e in range(N_ELEMENTS):
@@ -66,13 +67,14 @@ def solve_step(h, n_sub, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w
         base = e * STRIDE
         respond_to_others(e, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
-        finish(e, w, base * LANES, h, table, at * TABLE_LANES, active)
+        finish(e, w, base * LANES, h, share, table, at * TABLE_LANES, active)
     for lane in range(LANES):
-        defect, error = defects[lane], 0.0
+        defect, error, kink = defects[lane], 0.0, 0.0
         for e in range(N_ELEMENTS):
             defect += w[(e * STRIDE + SLOT_DEFECT) * LANES + lane]
             error += w[(e * STRIDE + SLOT_ERROR) * LANES + lane]
-        defects[lane], errors[lane] = defect, error
+            kink = max(kink, w[(e * STRIDE + SLOT_KINK) * LANES + lane])
+        defects[lane], errors[lane], kinks[lane] = defect, error, kink
 
 
 @inline
@@ -90,9 +92,11 @@ def respond_to_others(e, w, table, force_rows):
 
 
 @inline
-def share_scale(w):
+def share_scale(w, active):
     """Measure a small element's force by a twentieth of the largest on the structure."""
     for lane in range(LANES):
+        if active[lane] == 0:
+            continue
         least = np.inf
         for e in range(N_ELEMENTS):
             at = e * STRIDE * LANES + lane

@@ -24,7 +24,7 @@ KINDS = SLOPES + 3
 
 @njit(cache=True, nogil=True, **OPTIONS)
 def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_directions, fast,
-              fast_rows, ground, z, forces, steps, levels, first_step, modes, points, inputs,
+              fast_rows, ground, z, forces, steps, cuts, first_step, modes, points, inputs,
               present, bulges, found, found_bounds, n_found, items, space, integral, phi, track):
     """Peaks and mean squares over the duration, lane by lane.
 
@@ -84,7 +84,7 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                                        point * row, n_pad)
                     exceeded = False
                     if near > 0 and point > 1:
-                        find_bulges(bulges, point - 2, windows, window_of, levels, first_step,
+                        find_bulges(bulges, point - 2, windows, window_of, cuts, first_step,
                                     forces, steps, n_pad)
                         exceeded = bound_inside(
                             track, at, (point - 1) % 3, BEND * lengths[point - 2], quantity_rows,
@@ -99,7 +99,7 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                                         look_inside(
                                             lane, info, windows, lengths, window_of,
                                             quantity_rows, n_directions, ground, z, forces, steps,
-                                            levels, first_step, modes, found, found_bounds,
+                                            cuts, first_step, modes, found, found_bounds,
                                             n_found, items, space, integral, phi, track)
                                     found[lane, n_found[lane], 0] = point - 2
                                     found[lane, n_found[lane], 1] = block * per_block + r
@@ -110,7 +110,7 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                         track[at + LEFT * ROWS + k] = inputs[after + k]
     for lane in range(LANES):
         look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_directions, ground,
-                    z, forces, steps, levels, first_step, modes, found, found_bounds, n_found,
+                    z, forces, steps, cuts, first_step, modes, found, found_bounds, n_found,
                     items, space, integral, phi, track)
         # nothing is known of the slope behind the last interval
         n_items = 0
@@ -121,18 +121,30 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                 n_items += 1
         if n_items > 0:
             raise_peaks(lane, n_points - 2, n_items, items, info, windows, lengths, window_of,
-                        quantity_rows, n_directions, ground, z, forces, steps, levels, first_step,
+                        quantity_rows, n_directions, ground, z, forces, steps, cuts, first_step,
                         modes, space, integral, phi, track)
-        for window in range(windows.shape[0] - 1):
-            n_intervals = windows[window, 2]
-            if 1 << levels[window, lane] >= STRONGLY_CUT * n_intervals:
+        for interval in range(n_points - 1):
+            if strongly_cut(interval, lane, windows, window_of, steps, cuts, first_step):
                 for number in range(n_wanted):
                     items[number] = number
-                for k in range(n_intervals):
-                    raise_peaks(lane, windows[window, 0] + k, n_wanted, items, info, windows,
-                                lengths, window_of, quantity_rows, n_directions, ground, z,
-                                forces, steps, levels, first_step, modes, space, integral, phi,
-                                track)
+                raise_peaks(lane, interval, n_wanted, items, info, windows, lengths, window_of,
+                            quantity_rows, n_directions, ground, z, forces, steps, cuts,
+                            first_step, modes, space, integral, phi, track)
+
+
+@inner
+def strongly_cut(interval, lane, windows, window_of, steps, cuts, first_step):
+    """Whether a grid interval has no step that is longer than an eighth of it."""
+    if cuts[interval, lane] < STRONGLY_CUT:
+        return False
+    own = (steps.shape[1] // LANES - STEP) * LANES + lane
+    n_intervals = windows[window_of[interval], 2]
+    number = first_step[interval, lane]
+    for _ in range(cuts[interval, lane]):
+        if steps[number, own + LENGTH * LANES] * n_intervals * STRONGLY_CUT > 1.0:
+            return False
+        number = int(steps[number, own + NEXT * LANES])
+    return True
 
 
 @inline
@@ -200,31 +212,36 @@ def bound_inside(track, at, middle, reach, rows, rows_at, n_items, n_directions,
 
 
 @inner
-def find_bulges(bulges, interval, windows, window_of, levels, first_step, forces, steps, n_pad):
+def find_bulges(bulges, interval, windows, window_of, cuts, first_step, forces, steps, n_pad):
     """How far every force leaves the straight line inside an interval, N in the device's scale."""
-    window = window_of[interval]
-    n_intervals = windows[window, 2]
-    within = interval - windows[window, 0]
+    n_intervals = windows[window_of[interval], 2]
+    within = interval - windows[window_of[interval], 0]
+    kept = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
     for lane in range(LANES):
-        depth = levels[window, lane]
-        n_sub = max(n_intervals >> depth, 1)
-        n_steps = max((1 << depth) // n_intervals, 1)
+        n_sub = max(-cuts[interval, lane], 1)
         begin = interval - within % n_sub
         for e in range(N_ELEMENTS):
             first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
             last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
-            middle = 0.0
-            if n_steps > 1:
-                kept = (steps.shape[1] // LANES - 2 * n_pad) // N_ELEMENTS
-                number = first_step[window, lane] + within * n_steps + n_steps // 2
-                middle = steps[number, (2 * n_pad + e * kept) * LANES + lane]
+            most = 0.0
+            if cuts[interval, lane] > 1:
+                numbers = (steps.shape[1] // LANES - STEP) * LANES + lane
+                number = first_step[interval, lane]
+                for step in range(cuts[interval, lane]):
+                    if step > 0:
+                        number = int(steps[number, numbers + NEXT * LANES])
+                    force = steps[number, (2 * n_pad + e * kept) * LANES + lane]
+                    tau = steps[number, numbers + BEGIN * LANES] * n_intervals - within
+                    most = max(most, abs(force - first - (last - first) * tau))
             else:
                 tau = (within % n_sub + 0.5) / n_sub
                 at = (begin * N_ELEMENTS + e) * FORCES + AT_NODES
+                middle = 0.0
                 for k in range(3):
                     weight = LAGRANGE[k][0] + tau * (LAGRANGE[k][1] + tau * LAGRANGE[k][2])
                     middle += weight * forces[(at + k) * LANES + lane]
-            bulges[e * LANES + lane] = BULGE * abs(middle - 0.5 * (first + last))
+                most = abs(middle - 0.5 * (first + last))
+            bulges[e * LANES + lane] = BULGE * most
 
 
 @inner
@@ -275,7 +292,7 @@ def add_fast_modes(track, at, number, n_items, fast, fast_rows, z, z_at, n_pad):
 
 @inner
 def look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_directions, ground, z,
-                forces, steps, levels, first_step, modes, found, found_bounds, n_found, items,
+                forces, steps, cuts, first_step, modes, found, found_bounds, n_found, items,
                 space, integral, phi, track):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
     per_block = 8 // n_directions
@@ -298,7 +315,7 @@ def look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_direct
                     n_items += 1
                 found_bounds[lane, k] = 0.0
         raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_of,
-                    quantity_rows, n_directions, ground, z, forces, steps, levels, first_step,
+                    quantity_rows, n_directions, ground, z, forces, steps, cuts, first_step,
                     modes, space, integral, phi, track)
     n_found[lane] = 0
 
@@ -311,7 +328,7 @@ def row_of(number, per_block):
 
 @exact
 def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_of, quantity_rows,
-                n_directions, ground, z, forces, steps, levels, first_step, modes, space, integral,
+                n_directions, ground, z, forces, steps, cuts, first_step, modes, space, integral,
                 phi, track):
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane.
 
@@ -324,30 +341,39 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
     per_block = 8 // n_directions
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
     window = window_of[interval]
-    depth, n_intervals = levels[window, lane], windows[window, 2]
-    n_sub = max(n_intervals >> depth, 1)
-    n_steps = max((1 << depth) // n_intervals, 1)
+    n_intervals = windows[window, 2]
+    n_steps = max(cuts[interval, lane], 1)
+    n_sub = max(-cuts[interval, lane], 1)
     within = interval - windows[window, 0]
     first_column = n_modes * (1 + 2 * N_ELEMENTS)
     fastest = 0.0
     for m in range(n_modes):
         fastest = max(fastest, abs(modes[m, own]))
-    length = lengths[interval] / n_steps
-    n_dense = max(-(-FEWEST_DENSE // n_steps), int(PER_RADIAN * fastest * length) + 1)
-    resolved = n_dense <= MOST_DENSE
-    n_dense = min(n_dense, MOST_DENSE)
-    length = length / n_dense
-    known = space[7, 0].real == length and (TABLE_LANES == 1 or space[7, 0].imag == lane)
-    space[7, 0] = complex(length, lane)
-    for m in range(0 if known else n_modes):
-        powers(modes[m, own], length, length, integral, phi)
-        space[1, m] = phi[0]
-        for power in range(3):
-            space[2 + power, m] = integral[power]
+    kept = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
+    numbers = (steps.shape[1] // LANES - STEP) * LANES + lane
+    number, following = first_step[interval, lane], 0
+    begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
+    past = 0.0
     count = 0
     for step in range(n_steps):
         begin = interval - within % n_sub  # where the step begins
-        number = first_step[window, lane] + within * n_steps + step
+        if n_steps > 1:
+            begun_at = steps[number, numbers + BEGIN * LANES] * n_intervals - within
+            part = steps[number, numbers + LENGTH * LANES] * n_intervals
+            if step + 1 < n_steps:
+                following = int(steps[number, numbers + NEXT * LANES])
+        length = lengths[interval] * part
+        n_dense = max(int(np.ceil(FEWEST_DENSE * part)), int(PER_RADIAN * fastest * length) + 1)
+        resolved = n_dense <= MOST_DENSE
+        n_dense = min(n_dense, MOST_DENSE)
+        length = length / n_dense
+        known = space[7, 0].real == length and (TABLE_LANES == 1 or space[7, 0].imag == lane)
+        space[7, 0] = complex(length, lane)
+        for m in range(0 if known else n_modes):
+            powers(modes[m, own], length, length, integral, phi)
+            space[1, m] = phi[0]
+            for power in range(3):
+                space[2 + power, m] = integral[power]
         share = 1.0 / (n_sub * n_dense)
         tau = (within % n_sub) / n_sub
         for m in range(n_modes):
@@ -365,12 +391,11 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
                 space[5, 8 * e + k] = 0.0
             for k in range(5):
                 if n_steps > 1:
-                    kept = steps.shape[1] // LANES - 2 * n_pad
-                    to = (2 * n_pad + e * (kept // N_ELEMENTS)) * LANES + lane
+                    to = (2 * n_pad + e * kept) * LANES + lane
                     if k < 4:
                         force = steps[number, to + k * LANES]
                     else:
-                        force = ending if step + 1 == n_steps else steps[number + 1, to]
+                        force = ending if step + 1 == n_steps else steps[following, to]
                 elif k < 4:
                     force = forces[at + (AFTER + k) * LANES]
                 else:
@@ -382,7 +407,7 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
                     space[5, 8 * e + 3 + power] += THROUGH_ENDS[k][power] * force
         for j in range(n_dense + 1):
             a = tau + j * share
-            b = (step + j / n_dense) / n_steps
+            b = begun_at + part * j / n_dense
             if j > 0 or step == 0:
                 for k in range(n_items):
                     item = items[k]
@@ -410,16 +435,20 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
                         square += value * value
                     value = np.sqrt(square)
                     before, middle = space[6, item].real, space[6, item].imag
-                    bend, rise = before - 2.0 * middle + value, value - before
                     at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
                     # the values at both ends have been counted
                     if count > 0 and (step + 1 < n_steps or j < n_dense):
                         track[at] = max(track[at], value)
                     # the parabola through three points has its top between them
-                    if resolved and count >= 2 and bend < 0.0 and abs(rise) <= -2.0 * bend:
-                        track[at] = max(track[at], middle - rise * rise / (8.0 * bend))
+                    if resolved and count >= 2:
+                        rise, fall = (middle - before) / past, (value - middle) / length
+                        bend = (fall - rise) / (past + length)
+                        slope = (rise * length + fall * past) / (past + length)
+                        if bend < 0.0 and 2.0 * bend * length <= -slope <= -2.0 * bend * past:
+                            track[at] = max(track[at], middle - 0.25 * slope * slope / bend)
                     space[6, item] = complex(space[6, item].imag, value)
                 count += 1
+                past = length
             if j < n_dense:
                 for m in range(n_modes):
                     state = space[1, m] * space[0, m]
@@ -432,8 +461,9 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
                     for i in range(N_GROUND):
                         low = ground[(interval * N_GROUND + i) * LANES + lane]
                         high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
-                        rise = (high - low) / (n_steps * n_dense)
+                        rise = (high - low) * part / n_dense
                         begun = low + (high - low) * b
                         push = begun * space[2, m] + rise * space[3, m]
                         state += modes[first_column + n_modes * i + m, own] * push
                     space[0, m] = state
+        number = following

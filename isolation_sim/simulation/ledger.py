@@ -12,6 +12,7 @@ is a check of the integration, and its mismatch is reported.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -25,6 +26,12 @@ from .result import coil_current, currents_at
 
 if TYPE_CHECKING:
     from .result import Run
+
+QUADRATURE_ERROR = 1e-10
+"""Change of a piece's work, over the work of the input, from which its halves are halved again."""
+MOST_HALVINGS = 12
+_ARRAYS = "length interval first from_window offset size tau0 tau1 window z elements".split()
+"""What differs from piece to piece."""
 
 
 @dataclass(frozen=True)
@@ -96,25 +103,13 @@ def ledger(run: Run) -> Ledger:
     n = structure.n_dofs
     shapes = run.modes.shapes
     n_points = len(run.grid.time)
-    power = np.zeros((4, len(pieces.first)))  # input, damping, device loss, control devices
-    controls = run.isolated.control_devices
-    field_work = np.zeros(len(pieces.first))
-    for c, weight in pieces.quadrature():
-        z, states, current, rate, ground = pieces.at(c)
-        velocity = (z @ shapes[n:].T).real
-        inertia = structure.mass @ structure.influence
-        power[0] -= weight * np.einsum("td,td->t", velocity @ inertia, ground)
-        power[1] += weight * np.einsum("ti,ij,tj->t", velocity, structure.damping, velocity)
-        for e, element in enumerate(run.isolated.elements):
-            x, v = ((z @ row).real for row in run.modes.deformation[e])
-            total, loss, field = _device_powers(element, x, v, states[e], current, rate)
-            power[2] += weight * loss
-            power[3] += weight * total * controls[e]
-            field_work += weight * field
-    power *= pieces.length
-    field_work *= pieces.length
+    work = np.zeros((5, len(pieces.first)))
+    for low, high in pieces.stretches():
+        part = np.flatnonzero(high > low)
+        some = pieces.taken(part)
+        work[:, part] += some.work(low[part], high[part])
     totals = np.zeros((5, n_points))
-    for k, values in enumerate((*power, field_work)):
+    for k, values in enumerate(work):
         totals[k, 1:] = np.cumsum(np.bincount(pieces.interval, values, minlength=n_points - 1))
     stored, jumps = _stored(run)
     totals[4] += np.cumsum(jumps)
@@ -227,15 +222,15 @@ class _Pieces:
         grid, work = run.grid, run.work
         windows, kinds = grid.windows[:-1, 0], grid.windows[:-1, 1]
         intervals = grid.windows[:-1, 2]
-        n_steps = 2 ** work.levels[:, 0].astype(int)
         span = grid.spans[kinds]
         # one row a step
-        window = np.repeat(np.arange(len(windows)), n_steps)
-        number = np.arange(n_steps.sum()) - np.repeat(np.cumsum(n_steps) - n_steps, n_steps)
-        step_start = number / n_steps[window] * intervals[window]  # in grid intervals
-        step_size = intervals[window] / n_steps[window]
+        steps = work.steps[: work.step_count[0]]
+        window, begin, length, _ = steps[:, -work.module.STEP :].T
+        window = window.astype(int)
+        step_start = begin * intervals[window]  # in grid intervals
+        step_size = length * intervals[window]
         # one row a piece
-        per_step = np.maximum(intervals // n_steps, 1)[window]
+        per_step = np.maximum(np.round(step_size), 1).astype(int)
         step = np.repeat(np.arange(len(window)), per_step)
         within = np.arange(per_step.sum()) - np.repeat(np.cumsum(per_step) - per_step, per_step)
         start = step_start[step] + within
@@ -258,28 +253,119 @@ class _Pieces:
         n_modes = run.modes.eigenvalues.size
         steps = run.work.steps[: run.work.step_count[0]]
         width = 4 + 4 * module.N_STATES
-        n_pad = (steps.shape[1] - module.N_ELEMENTS * width) // 2
+        n_pad = (steps.shape[1] - module.N_ELEMENTS * width - module.STEP) // 2
         z = steps[:, :n_modes] + 1j * steps[:, n_pad : n_pad + n_modes]
         inner = run.modal[:, :n_modes] + 1j * run.modal[:, n_modes:]
         self.z = np.where((within == 0)[:, None], z[step], inner[self.interval])
         # an element's numbers: forces at the nodes, states at the nodes, states at the start
-        numbers = steps[step, 2 * n_pad :].reshape(len(step), module.N_ELEMENTS, width)
+        numbers = steps[step, 2 * n_pad : -module.STEP]
+        numbers = numbers.reshape(len(step), module.N_ELEMENTS, width)
         self.elements = numbers[:, :, 1:]
 
-    def quadrature(self) -> Iterator[tuple[NDArray, NDArray]]:
-        """Fractions of every piece and their weights; a piece is cut where a slew limit ends."""
-        work, n = self.run.work, self.run.isolated.n_channels
-        lag, slew = work.driver[:n, 0, 0], work.driver[:n, 1, 0]
-        gap = np.abs(work.command[self.first, :n, 0] - work.coil_history[self.window, :n, 0])
-        limited = np.isfinite(slew)
-        lag, slew = lag[limited], slew[limited]
-        ends = np.maximum(gap[:, limited] - slew * lag, 0.0) / slew
-        inner = (ends - self.from_window[:, None]) / self.length[:, None]
+    def taken(self, which: NDArray) -> _Pieces:
+        """Some of the pieces."""
+        some = copy.copy(self)
+        for name in _ARRAYS:
+            setattr(some, name, getattr(self, name)[which])
+        return some
+
+    def work(self, low: NDArray, high: NDArray) -> NDArray:
+        """The five works, J, between fractions of every piece.
+
+        Input, loss in structure and in devices, whole work on the control devices, field work.
+
+        While a field moves, stretches are halved until that changes nothing any more: the stored
+        energy may depend strongly on the field.
+        """
+        total = self._integral(low, high)
+        start = self.run.work.coil_history[self.window, :, 0]
+        moves = np.any(self.run.work.command[self.first, :, 0] != start, axis=1)
+        if any(e.device.law.field_power is not None for e in self.run.isolated.elements):
+            moves[:] = True
+        moving = np.flatnonzero(moves)
+        if len(moving):
+            allowed = QUADRATURE_ERROR * np.abs(total[0]).sum()
+            some = self.taken(moving)
+            total[:, moving] = some._halved(
+                low[moving], high[moving], total[:, moving], allowed, MOST_HALVINGS
+            )
+        return total
+
+    def _halved(
+        self, low: NDArray, high: NDArray, whole: NDArray, allowed: float, left: int
+    ) -> NDArray:
+        mid = (low + high) / 2
+        halves = [(low, mid), (mid, high)]
+        parts = [self._integral(*half) for half in halves]
+        total = parts[0] + parts[1]
+        off = np.flatnonzero(np.abs(total - whole).max(axis=0) > allowed)
+        if left and len(off):
+            some = self.taken(off)
+            total[:, off] = sum(
+                some._halved(a[off], b[off], part[:, off], allowed, left - 1)
+                for (a, b), part in zip(halves, parts, strict=True)
+            )
+        return total
+
+    def _integral(self, low: NDArray, high: NDArray) -> NDArray:
+        """The same by three Gauss points."""
+        structure, shapes = self.run.isolated.structure, self.run.modes.shapes
+        inertia = structure.mass @ structure.influence
+        controls = self.run.isolated.control_devices
+        total = np.zeros((5, len(low)))
+        for node, weight in zip(NODES, WEIGHTS, strict=True):
+            z, states, current, rate, ground = self.at(low + (high - low) * node)
+            velocity = (z @ shapes[structure.n_dofs :].T).real
+            total[0] -= weight * np.einsum("td,td->t", velocity @ inertia, ground)
+            damped = np.einsum("ti,ij,tj->t", velocity, structure.damping, velocity)
+            total[1] += weight * damped
+            for e, element in enumerate(self.run.isolated.elements):
+                x, v = ((z @ row).real for row in self.run.modes.deformation[e])
+                whole, loss, field = _device_powers(element, x, v, states[e], current, rate)
+                total[2] += weight * loss
+                total[3] += weight * whole * controls[e]
+                total[4] += weight * field
+        return total * (high - low) * self.length
+
+    def stretches(self) -> Iterator[tuple[NDArray, NDArray]]:
+        """Fractions of every piece between which its current does not bend.
+
+        It bends where a slew limit ends, and where a device's dependence on the current goes from
+        one polynomial to the next.
+        """
+        inner = (self._bends() - self.from_window[:, None]) / self.length[:, None]
+        inside = np.any((inner > 0) & (inner < 1), axis=0)
         one = np.ones((len(self.length), 1))
-        cuts = np.sort(np.concatenate([0 * one, np.clip(inner, 0, 1), one], axis=1), axis=1)
-        for low, high in zip(cuts.T[:-1], cuts.T[1:], strict=True):
-            for c, weight in zip(NODES, WEIGHTS, strict=True):
-                yield low + (high - low) * c, weight * (high - low)
+        cuts = np.sort(
+            np.concatenate([0 * one, np.clip(inner[:, inside], 0, 1), one], axis=1), axis=1
+        )
+        yield from zip(cuts.T[:-1], cuts.T[1:], strict=True)
+
+    def _bends(self) -> NDArray:
+        """Times from each piece's window to where a current bends, s, (n_pieces, n_bends).
+
+        Infinite where it does not get there.
+        """
+        work, elements = self.run.work, self.run.isolated.elements
+        times = [np.empty((len(self.window), 0))]
+        for channel in range(self.run.isolated.n_channels):
+            start = work.coil_history[self.window, channel, 0]
+            gap = work.command[self.first, channel, 0] - start
+            lag, slew = work.driver[channel, :2, 0]
+            ramp = np.maximum(np.abs(gap) - slew * lag, 0.0) / slew if np.isfinite(slew) else 0 * gap
+            ramped = ramp * slew if np.isfinite(slew) else ramp
+            times.append(np.where(ramp > 0, ramp, np.inf)[:, None])
+            breaks = np.unique(
+                [b for e in elements if e.channel == channel for b in e.device.current.breaks[1:-1]]
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                # way to the break, along the way to the command
+                way = (breaks - start[:, None]) * np.sign(gap)[:, None]
+                left = (np.abs(gap) - ramped)[:, None] / (np.abs(gap)[:, None] - way)
+                on_ramp = way / slew
+                at = np.where(way <= ramped[:, None], on_ramp, ramp[:, None] + lag * np.log(left))
+            times.append(np.where((way > 0) & (way < np.abs(gap)[:, None]), at, np.inf))
+        return np.concatenate(times, axis=1)
 
     def at(self, c: NDArray) -> tuple:
         """Modes, states, currents, their rates and the ground at a fraction c of every piece."""

@@ -14,8 +14,8 @@ from .elements import Elements
 from .grid import Grid
 from .modal import Modes
 
-N_LEVELS = 15
-"""A window of four samples may be cut into as many as 2**14 steps."""
+N_LEVELS = 24
+"""The shortest step is a window's 2**23th part."""
 
 ERROR_FACTOR = 8.0
 """Guessed error of a step, in tolerances, that is still accepted; errors of many steps partly
@@ -191,16 +191,19 @@ class Workspace:
         self.command[0] = self.initial_current
         self.coil_history = np.zeros((n_windows, n_channels, lanes))
         self.coil = np.array(self.initial_current, float)
-        self.levels = np.zeros((n_windows, lanes), np.int8)
         self.alive = np.zeros(lanes, np.int64)
         self.counts = np.zeros((5, lanes), np.int64)
+        self.missed = np.zeros(lanes)
         self.forces = self._big("forces", (n_points * module.N_ELEMENTS * module.FORCES * lanes,))
         # a step's modes and, of each element, forces at its start and nodes, states at both
         per_step = 2 * n_pad + module.N_ELEMENTS * (4 + 4 * module.N_STATES * self.record_steps)
         n_steps = n_points + 256 if self.record_steps else 256
-        self.steps = self._big("steps", (n_steps, per_step * lanes))
+        self.steps = self._big("steps", (n_steps, (per_step + module.STEP) * lanes))
         self.step_count = np.zeros(1, np.int64)
-        self.first_step = np.zeros((n_windows, lanes), np.int64)
+        # of each grid interval: into how many recorded steps it is cut and the first of them, or
+        # over how many intervals its one step goes, negative
+        self.cuts = np.zeros((n_points, lanes), np.int64)
+        self.first_step = np.zeros((n_points, lanes), np.int64)
         self._work = self._scratch()
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
@@ -224,13 +227,13 @@ class Workspace:
     def _scratch(self) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES
         w = self.elements.numbers.copy()
-        flags = {k: np.zeros(lanes, np.int64) for k in ("hold", "active", "going", "todo")}
-        names = ("last", "previous", "contraction", "defects", "errors", "worst")
+        names = ("base", "place", "tried", "hold", "active", "going", "todo", "last_step")
+        flags = {k: np.zeros(lanes, np.int64) for k in names}
+        names = ("last", "previous", "contraction", "defects", "errors", "kinks", "worst")
         floats = {k: np.zeros(lanes) for k in names}
         floats["contraction"][:] = 1.0
         return {
             "w": w,
-            "w_saved": np.empty(w.size),
             "applied": np.full((module.N_ELEMENTS, lanes), np.nan),
             "level": np.full(lanes, 1, np.int64),
             "moving": np.zeros((module.N_ELEMENTS, lanes), np.int64),
@@ -254,12 +257,13 @@ class Workspace:
                 self.command, self.driver,
                 elements.table, elements.breaks, elements.shape, elements.channel, self.z,
                 self.states.ravel(),
-                self.levels, work["w"], work["w_saved"], self.coil,
-                work["applied"], work["level"], work["hold"],
+                work["w"], self.coil, work["applied"], work["level"], work["base"], work["place"],
+                work["tried"], work["hold"],
                 self.alive, work["moving"], work["active"], work["going"], work["todo"],
                 work["last"], work["previous"], work["contraction"], work["defects"],
-                work["errors"], work["worst"], self.forces, self.steps, self.step_count,
-                self.first_step, self.counts, self.coil_history, work["u"],
+                work["errors"], work["kinks"], work["worst"], self.missed, self.forces, self.steps,
+                self.step_count, self.cuts, self.first_step, work["last_step"], self.counts,
+                self.coil_history, work["u"],
             )
             if status != module.BUFFER_FULL:
                 return status
@@ -282,7 +286,7 @@ class Workspace:
         module.summarise(
             self.info, grid.windows, grid.lengths, grid.window_of, quantities, n_quantities,
             n_directions, fast, fast_rows, self.ground.ravel(), self.z, self.forces, self.steps,
-            self.levels, self.first_step, self.tables.modes, np.empty(module.POINTS, np.int64),
+            self.cuts, self.first_step, self.tables.modes, np.empty(module.POINTS, np.int64),
             np.empty(8 * (at_once + lanes)), np.empty(module.N_ELEMENTS * at_once),
             np.empty(module.N_ELEMENTS * lanes),
             np.empty((lanes, module.CANDIDATES, 2), np.int64), np.empty((lanes, module.CANDIDATES)),
