@@ -14,6 +14,10 @@ class Diverged(RuntimeError):
     """A simulation that left the range of numbers or of the law, with the time and the cause."""
 
 
+class AccuracyWarning(UserWarning):
+    """A run ended without reaching its tolerance everywhere, with the accuracy that it reached."""
+
+
 def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
     """Build the error for a name that is not in a registry.
 

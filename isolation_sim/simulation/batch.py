@@ -71,12 +71,15 @@ class Batch:
         Whether it failed because the response left the range of numbers or of the law.
     clamped : (n_cases,) int array
         Commands that were clamped to the driver's limits.
+    unresolved : (n_cases,) int array
+        Steps that missed the tolerance; see ``Run``.
     """
 
     criteria: dict[str, NDArray]
     failure: list[str | None]
     diverged: NDArray
     clamped: NDArray
+    unresolved: NDArray
 
 
 def simulate_many(
@@ -156,6 +159,7 @@ def simulate_many(
         numbers = [k for k, _ in block]
         result.put(numbers, criteria, [plan.fate(work, at) for at in range(len(block))])
         result.clamped[numbers] = work.counts[0, : len(block)]
+        result.unresolved[numbers] = work.counts[4, : len(block)]
         if progress is not None:
             progress(len(block))
 
@@ -181,9 +185,12 @@ def simulate_many(
         else:
             result.put([k], run.criteria, [None])
             result.clamped[k] = run.clamped
+            result.unresolved[k] = run.unresolved
         if progress is not None:
             progress(1)
-    return Batch(result.criteria, result.failure, result.diverged, result.clamped)
+    return Batch(
+        result.criteria, result.failure, result.diverged, result.clamped, result.unresolved
+    )
 
 
 def _blocks(
@@ -214,6 +221,7 @@ class _Collected:
         self.failure: list[str | None] = [None] * n_cases
         self.diverged = np.zeros(n_cases, bool)
         self.clamped = np.zeros(n_cases, int)
+        self.unresolved = np.zeros(n_cases, int)
 
     def put(
         self, numbers: list[int], criteria: Mapping[str, Any], fates: Sequence[Exception | None]

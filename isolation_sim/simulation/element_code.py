@@ -37,8 +37,8 @@ KINK_FACTOR = 10.0
 
 COMMON = (
     "dn0 dn1 dn2 vn0 vn1 vn2 dn3 vn3 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
-    "k_ref c_ref force_scale to_structure force_end defect error roughness change kink bent d_start "
-    "v_start f_start f0 f1 f2"
+    "k_ref c_ref force_scale to_structure force_end defect error roughness change kink bent "
+    "d_start v_start f_start f0 f1 f2"
 ).split()
 """Slots that every law has at the same place: deformation and velocity at the nodes and the step's
 end (number 3) but for what the element's own force does, both at the step's end, their free
@@ -288,7 +288,8 @@ class ElementCode:
         n = len(self.kinks[1])
         if not n:
             return []
-        body = self.load("d_start", "v_start", *(f"{p}_{j}" for p in self.parameters for j in range(4)))
+        body = self.load("d_start", "v_start")
+        body += self.load(*(f"{p}_{j}" for p in self.parameters for j in range(4)))
         points = [("d_start", "v_start", self.start, 0)]
         for j in range(3):
             body += [f"d{j} = {self._row(j, forces)}", f"v{j} = {self._row(j + 3, forces)}"]

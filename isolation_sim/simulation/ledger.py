@@ -352,8 +352,8 @@ class _Pieces:
             start = work.coil_history[self.window, channel, 0]
             gap = work.command[self.first, channel, 0] - start
             lag, slew = work.driver[channel, :2, 0]
-            ramp = np.maximum(np.abs(gap) - slew * lag, 0.0) / slew if np.isfinite(slew) else 0 * gap
-            ramped = ramp * slew if np.isfinite(slew) else ramp
+            ramped = np.maximum(np.abs(gap) - slew * lag, 0.0) if np.isfinite(slew) else 0 * gap
+            ramp = ramped / slew
             times.append(np.where(ramp > 0, ramp, np.inf)[:, None])
             breaks = np.unique(
                 [b for e in elements if e.channel == channel for b in e.device.current.breaks[1:-1]]

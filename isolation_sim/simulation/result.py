@@ -14,6 +14,7 @@ from ..structures import IsolatedStructure
 from .grid import Grid
 from .modal import Modes
 from .outputs import Outputs
+from .workspace import ERROR_FACTOR
 
 if TYPE_CHECKING:
     import xarray
@@ -38,7 +39,10 @@ class Run:
     steps : int
         Integration steps taken, rejected ones included.
     unresolved : int
-        Steps of the smallest size that still missed the tolerance, as at a hard jump of a force.
+        Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
+        run, was reached; as at a force that jumps back and forth.
+    reached : float
+        Tolerance that all steps meet: the wanted one unless some are unresolved.
     """
 
     def __init__(
@@ -56,6 +60,7 @@ class Run:
         self.clamped = int(work.counts[0].sum())
         self.steps = int(work.counts[1, 0])
         self.unresolved = int(work.counts[4, 0])
+        self.reached = max(work.tolerance, float(work.missed[0]) / ERROR_FACTOR)
 
     @cached_property
     def time(self) -> NDArray:

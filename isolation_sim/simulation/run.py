@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
-from ..errors import InputError
+from ..errors import AccuracyWarning, InputError
 from ..laws.passive_switching import papers_rule
 from ..structures import IsolatedStructure
 from . import kernel
@@ -69,6 +70,12 @@ def simulate(
         If an argument cannot be used, or a current is refused.
     Diverged
         If the response leaves the range of numbers or of the law; with the time and the cause.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the work allowed in a part of the run ended before the tolerance was reached; with the
+        tolerance that was.
     """
     driver, sensors = driver or CoilDriver(), sensors or Sensors()
     check_options(tolerance, current_outside, computation_delay)
@@ -92,7 +99,17 @@ def simulate(
     fate = plan.fate(work, 0)
     if fate is not None:
         raise fate
-    return Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
+    run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
+    if run.unresolved:
+        warnings.warn(
+            f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "
+            f"meet {run.reached:.2g}. A force that jumps, or that changes sign many times within a "
+            "sample, cannot be followed more accurately: give it a smoothing velocity or a contact "
+            "stiffness",
+            AccuracyWarning,
+            stacklevel=2,
+        )
+    return run
 
 
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
