@@ -227,8 +227,8 @@ class Workspace:
     def _scratch(self) -> dict[str, NDArray]:
         module, lanes = self.module, self.module.LANES
         w = self.elements.numbers.copy()
-        names = ("base", "place", "tried", "hold", "active", "going", "todo", "last_step")
-        flags = {k: np.zeros(lanes, np.int64) for k in names}
+        whole = ("base", "place", "tried", "hold", "active", "going", "todo", "last_step")
+        flags = {k: np.zeros(lanes, np.int64) for k in whole}
         names = ("last", "previous", "contraction", "defects", "errors", "kinks", "worst")
         floats = {k: np.zeros(lanes) for k in names}
         floats["contraction"][:] = 1.0

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.errors import Diverged, InputError
+from isolation_sim.errors import AccuracyWarning, Diverged, InputError
+from isolation_sim.laws.law import Law, Quantity
 from isolation_sim.simulation.run import simulate
 
 
@@ -90,3 +91,19 @@ def test_ground_motions_must_fit_the_structure(stiffening, strong_motion, held):
 def test_a_structure_without_elements_is_refused_in_words(stiffening, strong_motion, no_coil):
     with pytest.raises(InputError, match="element"):
         simulate(replace(stiffening, elements=()), strong_motion, no_coil)
+
+
+def test_a_force_that_jumps_ends_in_bounded_work_and_says_what_was_reached(
+    stiffening, strong_motion, no_coil, constant_device
+):
+    """Where the jump is passed, no step is short enough: the smallest is taken as it is."""
+    names = [Quantity(name, "", "") for name in ("k", "jump")]
+    law = Law("step", "Step", tuple(names), lambda x, v, s, p: p[0] * x + p[1] * (x > 0.01))
+    plant = stiffening.structure.on(constant_device(law, k=1.5e7, jump=1e5))
+    for tolerance in (1e-6, 1e-10):
+        with pytest.warns(AccuracyWarning, match=f"missed the tolerance {tolerance:.3g}"):
+            run = simulate(plant, strong_motion, no_coil, tolerance=tolerance)
+        assert run.unresolved > 0
+        assert tolerance < run.reached < 1e-4
+        assert run.steps < 50 * len(run.time)
+        assert run.energy.closure_error < 1e-6
