@@ -4,12 +4,15 @@ Li & Li, Eqs 1-5, and the complex modulus of Tao et al., from the time series of
 How each is kept from the usual errors:
 
 - Offset and slow drift: displacement and force are measured from their means over one period,
-  taken about every sample. What is removed is given back as the two offsets. A device that pulls
-  harder than it pushes therefore has a force offset, which is its own and not the sensor's.
+  taken about every sample. What is removed is given back as the two offsets.
+- Asymmetric devices and preloads: Eqs 1 and 3 take the force from that at the mean deformation,
+  the mean of both branches there. The force's mean over time would be wrong: a device that pulls
+  harder than it pushes has one of its own. A sensor's offset and a preload's force drop out.
 - Partial cycles: the frequency is fitted, and whole cycles are cut from a quarter of a period
   before a peak of the displacement to three quarters after.
-- Noise: energy and complex modulus come from the harmonics of each cycle; the force at the ends of
-  the stroke from curves fitted beside them, never from single samples.
+- Noise: energy and complex modulus come from the harmonics of each cycle, the force at a point
+  from a curve through many samples (`force_curve`). The largest force of each cycle is its curve's
+  value where the mean cycle is largest: each cycle's own maximum would be too high.
 - Jumps: a friction-like force jumps where the velocity reverses. The force at an end is the mean
   of its limits before and after, which for a symmetric loop is the same as taking both ends at one
   sign of the velocity. Where the force does not jump the two limits agree.
@@ -19,13 +22,14 @@ How each is kept from the usual errors:
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
+from .force_curve import REACH, CornerCurve, Cycles, Terms, widest
 from .loop_cycles import (
     centre_line,
     find_frequency,
@@ -36,12 +40,20 @@ from .loop_cycles import (
 )
 
 _MINIMUM_SAMPLES = 16
-_HARMONICS = 5
-# share of a period about an end of the stroke in which displacement and force are fitted
-_PEAK_REACH, _FORCE_REACH = 0.2, 0.12
-_SMOOTHING = 0.1
-# about an end, samples that carry a curve with one term more
-_MANY = 6
+# harmonics fitted, and those that the displacement may have
+_HARMONICS_FITTED, _HARMONICS = 15, 5
+# share of a period about an end of the stroke in which the displacement is fitted
+_PEAK_REACH = 0.2
+# parts of a branch between its ends that are searched for the largest force
+_PARTS = 8
+_REACHES = (REACH, REACH / 2)
+# reach and terms about the mean deformation, where stiffness may change
+_HALF_WAY = [
+    (REACH, Terms(3, 2, kink=1)),
+    (REACH / 2, Terms(4, 3, kink=1)),
+    (REACH / 6, Terms(2, 2, kink=1)),
+    (REACH / 10, Terms(1, 1, kink=1)),
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +97,10 @@ class LoopMeasures:
     effective_stiffness : Measure, N/m
         Li & Li, Eq 2: difference of the forces at both ends of the stroke over the stroke.
     effective_stiffness_half : Measure, N/m
-        Li & Li, Eq 1 (AASHTO): force at the positive end over the positive displacement.
+        Li & Li, Eq 1 (AASHTO): force at the positive end over the positive displacement, both from
+        the mean deformation.
     dynamic_stiffness : Measure, N/m
-        Li & Li, Eq 3: largest force over the largest displacement.
+        Li & Li, Eq 3: largest force over the largest displacement, both from the mean deformation.
     energy_per_cycle : Measure, J
         Area of the loop, positive where the device dissipates.
     equivalent_damping : Measure, N s/m
@@ -130,6 +143,9 @@ class LoopMeasures:
         return {name: value for name, value in pairs if isinstance(value, Measure)}
 
 
+_MEASURES = [field.name for field in fields(LoopMeasures) if field.type == "Measure"]
+
+
 def loop_measures(
     time: Any, displacement: Any, force: Any, frequency: float | None = None, skip: int = 0
 ) -> LoopMeasures:
@@ -158,8 +174,6 @@ def loop_measures(
         displacement is not sinusoidal or too coarsely sampled, or fewer than 3 whole cycles of
         one amplitude are left.
     """
-    from scipy.interpolate import PchipInterpolator
-
     t, x, f = _checked(time, displacement, force)
     if frequency is None:
         frequency = find_frequency(t, x)
@@ -170,18 +184,24 @@ def loop_measures(
     require_cycles(t, frequency, skip)
     period = 1.0 / frequency
     centres = [centre_line(t, y, period) for y in (x, f)]
-    x, f = x - centres[0], f - centres[1]
+    moved = x - centres[0]
+    peaks = whole_cycles(t, moved, frequency, skip)
+    steady = peaks[steady_cycles(t, moved, frequency, peaks)]
+    ends = _Ends.of(t, moved, steady, frequency)
 
-    peaks = whole_cycles(t, x, frequency, skip)
-    steady = peaks[steady_cycles(t, x, frequency, peaks)]
-    smooth = _smoothed(f, period * (t.size - 1) / (t[-1] - t[0]))
-    between = PchipInterpolator(t, f)
-    rows = [_one_cycle(t, x, f, smooth, between, centres, peak, frequency) for peak in steady]
+    curves = _ForceCurves(t, f - centres[1], steady, ends, frequency)
+    jumps = curves.jumps(t)
+    if np.any(jumps):  # a jump spoils sums over samples: its part is added in closed form
+        centres[1] = centre_line(t, f - jumps, period)
+        curves = _ForceCurves(t, f - centres[1], steady, ends, frequency)
+        jumps = curves.jumps(t)
+    found = _over_the_cycles(t, moved, f - centres[1] - jumps, centres, steady, frequency)
+    found = _complete(found, ends, curves, frequency)
     return LoopMeasures(
         frequency=float(frequency),
         n_cycles=steady.size,
         n_left_out=peaks.size - steady.size,
-        **{name: _measure(np.array([row[name] for row in rows])) for name in rows[0]},
+        **{name: _measure(found[name]) for name in _MEASURES},
     )
 
 
@@ -214,59 +234,136 @@ def _checked(time: Any, displacement: Any, force: Any) -> tuple[np.ndarray, ...]
     return arrays
 
 
-def _smoothed(force: np.ndarray, samples_a_cycle: float) -> np.ndarray:
-    from scipy.signal import savgol_filter
+class _Ends(NamedTuple):
+    """Both ends of the stroke: displacement (m) in each cycle, and mean phase (rad)."""
 
-    window = max(5, int(_SMOOTHING * samples_a_cycle) // 2 * 2 + 1)
-    return np.asarray(savgol_filter(force, window, 2))
+    top: np.ndarray
+    bottom: np.ndarray
+    at_top: float
+    at_bottom: float
+
+    @classmethod
+    def of(cls, t: np.ndarray, x: np.ndarray, peaks: np.ndarray, frequency: float) -> _Ends:
+        omega = 2 * np.pi * frequency
+        tops = np.array([_end(t, x, peak, omega) for peak in peaks])
+        bottoms = np.array([_end(t, x, peak + 0.5 / frequency, omega) for peak in peaks])
+        phases = (omega * (ends[:, 1] - peaks) for ends in (tops, bottoms))
+        return cls(tops[:, 0], bottoms[:, 0], *(float(np.mean(phase)) for phase in phases))
 
 
-def _one_cycle(
+class _ForceCurves:
+    """Force of each cycle at the ends of the stroke, half way between them, and where largest."""
+
+    def __init__(
+        self, t: np.ndarray, f: np.ndarray, peaks: np.ndarray, ends: _Ends, frequency: float
+    ):
+        self.cycles = Cycles(t, f, peaks, frequency)
+        self.phases = ends.at_top, ends.at_bottom
+        self.frequency, self.start = frequency, peaks[0]
+        self.corners = [self._curve(phase) for phase in self.phases]
+        self.smooth = all(corner.smooth for corner in self.corners)
+
+    def at_ends(self) -> list[np.ndarray]:
+        """At the top and the bottom: the mean of the limits before and after."""
+        return [self._at(corner) for corner in self.corners]
+
+    def half_way(self) -> np.ndarray:
+        """At the mean deformation, where the stiffness may change: the mean of both branches."""
+        up, down = (
+            widest(
+                [CornerCurve(self.cycles, phase, reach=r, terms=terms) for r, terms in _HALF_WAY]
+            )
+            for phase in (-np.pi / 2, np.pi / 2)
+        )
+        return (self._at(up) + self._at(down)) / 2
+
+    def largest(self) -> np.ndarray:
+        """Where the mean cycle's force is largest."""
+        if self.smooth:
+            return self.cycles.at(self.cycles.largest().phase)
+        top, bottom = self.corners
+        found = [(corner.largest(), corner) for corner in self.corners]
+        for before, after in ((top, bottom), (bottom, top)):  # each branch between them in parts
+            edges = np.linspace(before.high, np.pi + after.low, _PARTS + 1)
+            for low, high in pairwise(edges):
+                middle = (low + high) / 2
+                limits = (-middle, np.pi - middle)
+                curve = self._curve(before.centre + middle, limits, corner=False)
+                found.append((curve.largest(low - middle, high - middle), curve))
+        peak, curve = max(found, key=lambda pair: pair[0])
+        return curve.at(peak.phase, peak.side)
+
+    def jump_sizes(self) -> tuple[float, float]:
+        """Constant and slope over the stroke of the force that changes sign with the velocity."""
+        if self.smooth:
+            return 0.0, 0.0
+        top, bottom = -self.corners[0].jump() / 2, self.corners[1].jump() / 2
+        return (top + bottom) / 2, (top - bottom) / 2
+
+    def jumps(self, t: np.ndarray) -> np.ndarray:
+        """The force that changes sign with the velocity, at the samples."""
+        constant, slope = self.jump_sizes()
+        phase = 2 * np.pi * self.frequency * (t - self.start) - self.phases[0]
+        return -np.sign(np.sin(phase)) * (constant + slope * np.cos(phase))
+
+    def _curve(
+        self, phase: float, limits: tuple[float, float] = (-np.pi, np.pi), corner: bool = True
+    ) -> CornerCurve:
+        """The force about a phase."""
+        return widest([CornerCurve(self.cycles, phase, limits, corner, r) for r in _REACHES])
+
+    def _at(self, curve: CornerCurve) -> np.ndarray:
+        return (self.cycles if curve.smooth else curve).at(curve.centre)
+
+
+def _over_the_cycles(
     t: np.ndarray,
     x: np.ndarray,
     f: np.ndarray,
-    smooth: np.ndarray,
-    between: Callable[[np.ndarray], np.ndarray],
     centres: list[np.ndarray],
-    peak: float,
+    peaks: np.ndarray,
     frequency: float,
-) -> dict[str, float]:
-    """Every measure of the cycle about a peak of the displacement, by name."""
-    period, omega = 1.0 / frequency, 2 * np.pi * frequency
-    inside = (t >= peak - period / 4) & (t < peak + 3 * period / 4)
-    count = min(_HARMONICS, int(inside.sum()) // 4)
-    xs = harmonics(t[inside], x[inside], frequency, peak, count)
-    fs = harmonics(t[inside], f[inside], frequency, peak, count)
-    energy = np.pi * float(np.sum(np.arange(1, count + 1) * (np.conj(fs) * xs).imag))
-    modulus = np.conj(fs[0] / xs[0])
+) -> dict[str, np.ndarray]:
+    """Energy, complex modulus and offsets of each cycle, of a force without jumps."""
+    rows = []
+    for peak in peaks:
+        inside = (t >= peak - 0.25 / frequency) & (t < peak + 0.75 / frequency)
+        count = min(_HARMONICS_FITTED, int(inside.sum()) // 4)
+        xs = harmonics(t[inside], x[inside], frequency, peak, count)[:_HARMONICS]
+        fs = harmonics(t[inside], f[inside], frequency, peak, count)[:_HARMONICS]
+        energy = np.pi * np.arange(1, xs.size + 1) @ (np.conj(fs) * xs).imag
+        modulus = np.conj(fs[0] / xs[0])
+        offsets = (np.mean(centre[inside]) for centre in centres)
+        rows.append((energy, modulus.real, modulus.imag, *offsets))
+    names = (
+        "energy_per_cycle", "storage_stiffness", "loss_stiffness", "displacement_offset",
+        "force_offset",
+    )  # fmt: skip
+    return dict(zip(names, np.array(rows).T, strict=True))
 
-    top, t_top = _end(t, x, peak, omega)
-    bottom, t_bottom = _end(t, x, peak + period / 2, omega)
-    step = (t[-1] - t[0]) / (t.size - 1)
-    f_top, near_top = _force_at_end(between, t_top, omega, step)
-    f_bottom, _ = _force_at_end(between, t_bottom, omega, step)
-    away = inside.copy()  # a smoothed force is too low at a corner
-    for end in (t_top, t_bottom):
-        away &= np.abs(t - end) > _SMOOTHING / 2 * period
-    largest = max(float(np.max(smooth[away])), near_top)
 
-    amplitude = (top - bottom) / 2
-    stiffness = (f_top - f_bottom) / (top - bottom)
-    return {
+def _complete(
+    found: dict[str, np.ndarray], ends: _Ends, curves: _ForceCurves, frequency: float
+) -> dict[str, np.ndarray]:
+    """Add the jumps' part and the measures that need the force at a point."""
+    omega, amplitude = 2 * np.pi * frequency, (ends.top - ends.bottom) / 2
+    constant, _ = curves.jump_sizes()
+    energy = found["energy_per_cycle"] + 4 * constant * amplitude
+    loss = found["loss_stiffness"] + 4 * constant / (np.pi * amplitude)
+    f_top, f_bottom = curves.at_ends()
+    middle = curves.half_way()
+    stiffness = (f_top - f_bottom) / (2 * amplitude)
+    positive = np.where(stiffness > 0, stiffness, np.nan)
+    return found | {
         "amplitude": amplitude,
         "effective_stiffness": stiffness,
-        "effective_stiffness_half": f_top / top,
-        "dynamic_stiffness": largest / top,
+        "effective_stiffness_half": (f_top - middle) / ends.top,
+        "dynamic_stiffness": (curves.largest() - middle) / ends.top,
         "energy_per_cycle": energy,
         "equivalent_damping": energy / (np.pi * omega * amplitude**2),
-        "damping_ratio": (
-            energy / (2 * np.pi * stiffness * amplitude**2) if stiffness > 0 else np.nan
-        ),
-        "storage_stiffness": float(modulus.real),
-        "loss_stiffness": float(modulus.imag),
-        "loss_damping": float(modulus.imag) / omega,
-        "displacement_offset": float(np.mean(centres[0][inside])),
-        "force_offset": float(np.mean(centres[1][inside])),
+        "damping_ratio": energy / (2 * np.pi * positive * amplitude**2),
+        "loss_stiffness": loss,
+        "loss_damping": loss / omega,
     }
 
 
@@ -279,30 +376,3 @@ def _end(t: np.ndarray, x: np.ndarray, near: float, omega: float) -> tuple[float
     size = np.copysign(np.hypot(cosine, sine), cosine)
     later = np.arctan2(sine * np.sign(cosine), abs(cosine)) / omega
     return float(value + size), near + float(later)
-
-
-def _force_at_end(
-    force: Callable[[np.ndarray], np.ndarray], end: float, omega: float, step: float
-) -> tuple[float, float]:
-    """Mean of the force's limits before and after an end of the stroke, and its largest near it.
-
-    Samples mirrored about the end are added and subtracted: a jump is in the difference alone.
-    """
-    period = 2 * np.pi / omega
-    past = step * np.arange(1, max(int(_FORCE_REACH * period / step), 4) + 1)
-    before, after = force(end - past), force(end + past)
-
-    def even(phase: np.ndarray) -> np.ndarray:
-        c = np.cos(phase) - 1
-        terms = [np.ones_like(phase), c, c**2] if past.size >= _MANY else [np.ones_like(phase), c]
-        return np.stack(terms, axis=1)
-
-    def odd(phase: np.ndarray) -> np.ndarray:
-        return np.stack([np.ones_like(phase), np.sin(phase)], axis=1)
-
-    nearby = omega * period * _SMOOTHING / 2 * np.linspace(0, 1, 20)
-    parts = []
-    for basis, part in ((even, (after + before) / 2), (odd, (after - before) / 2)):
-        coefficients = np.linalg.lstsq(basis(omega * past), part, rcond=None)[0]
-        parts.append(basis(nearby) @ coefficients)
-    return float(parts[0][0]), float(np.max(parts[0] + np.abs(parts[1])))
