@@ -103,10 +103,10 @@ class Cycles:
             found.append((away[inside], force[inside]))
         return found
 
-    def largest(self) -> Peak:
-        """Where the mean cycle of a smooth loop is largest, by the harmonics that it shows."""
+    def largest(self, sign: float = 1.0) -> Peak:
+        """Where the mean cycle of a smooth loop, times a sign, is largest: by what it shows."""
         kept = 2 * self._shown() + 1
-        mean = np.mean(self.harmonics, axis=0)[:kept]
+        mean = sign * np.mean(self.harmonics, axis=0)[:kept]
 
         def curve(phase: NDArray) -> NDArray:
             return _waves(phase, self.order)[:, :kept] @ mean
@@ -195,10 +195,10 @@ class CornerCurve:
         """Mean force after the corner less that before it, N."""
         return float(np.mean(self.at(self.centre, 1.0) - self.at(self.centre, -1.0)))
 
-    def largest(self, low: float = -np.inf, high: float = np.inf) -> Peak:
-        """Where the mean cycle is largest between two phases relative to the centre (rad)."""
+    def largest(self, low: float, high: float, sign: float = 1.0) -> Peak:
+        """Where the mean cycle, times a sign, is largest between two phases off the centre."""
         low, high = max(low, self.low), min(high, self.high)
-        mean = np.mean(self.coefficients, axis=0)
+        mean = sign * np.mean(self.coefficients, axis=0)
         peaks = []
         parts = [(-1.0, low, 0.0), (1.0, 0.0, high)] if self.corner else [(0.0, low, high)]
         for side, a, b in parts:
