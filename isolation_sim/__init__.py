@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
+    from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
     from .laws import Device, available_conditions, available_laws, available_sets, law
     from .results import read_run, write_run
@@ -70,6 +71,7 @@ _HOMES = {
     "json_report": ".comparison",
     "law": ".laws",
     "passive": ".laws",
+    "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
@@ -109,6 +111,7 @@ __all__ = [
     "from_matrices",
     "json_report",
     "law",
+    "loop_curves",
     "loop_measures",
     "passive",
     "read_campaign",

@@ -17,7 +17,7 @@ def _laws() -> Rows:
         if conditions:
             sets.append(f"{len(conditions)} single conditions (isolation-sim list sets)")
         entries.append([name, law.title, ", ".join(sets) or "none", parameters])
-    return ["law", "title", "published sets", "parameters"], entries
+    return ["law", "title", "published sets, the default first", "parameters"], entries
 
 
 def _sets() -> Rows:

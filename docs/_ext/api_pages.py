@@ -19,6 +19,7 @@ PACKAGES = (
     "isolation_sim.criteria",
     "isolation_sim.identification.campaign",
     "isolation_sim.identification.fitted",
+    "isolation_sim.identification.loop_curves",
     "isolation_sim.identification.loop_measures",
     "isolation_sim.identification.swarm",
     "isolation_sim.discrepancy.diagnosis",

@@ -85,7 +85,7 @@ def require_cycles(time: np.ndarray, frequency: float, skip: int) -> None:
     """
     span = time[-1] - time[0]
     samples = (time.size - 1) / (span * frequency)
-    if samples < MINIMUM_SAMPLES_A_CYCLE:
+    if samples < MINIMUM_SAMPLES_A_CYCLE * (1 - 1e-9):
         raise InputError(
             f"{samples:.3g} samples a cycle of {frequency:.4g} Hz; accepted: "
             f"{MINIMUM_SAMPLES_A_CYCLE} or more"

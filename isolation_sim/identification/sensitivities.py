@@ -112,7 +112,7 @@ class Simulator:
         theta : (n_coefficients,) array
             Coefficients at which to look.
         tolerance : float
-            Wanted accuracy of the forces, relative to their RMS.
+            Wanted accuracy of the forces at every sample, relative to the largest.
         most : int
             Most steps a sample to try.
 
@@ -126,7 +126,7 @@ class Simulator:
             fine = Simulator(self.law, self.motion, self.owner, self.power, 2 * coarse.n_steps)
             finer = fine.run(theta, derivatives=False)[0]
             with np.errstate(all="ignore"):
-                error = np.sqrt(np.mean((finer - force) ** 2) / max(np.mean(finer**2), 1e-300))
+                error = np.max(np.abs(finer - force)) / max(np.max(np.abs(finer)), 1e-150)
             if error < tolerance:
                 return coarse
             coarse, force = fine, finer

@@ -1,9 +1,10 @@
 """Compiled simulation of a device under measured motion; ``sensitivities.py`` completes this text.
 
 States go by classical Runge-Kutta steps along the cubic through the measured displacements and
-velocities; the derivatives of that discrete solution by the parameters are propagated beside it,
-so that a fit's gradient is exact. Names that are not defined here (N_STATES, N_PARAMETERS,
-step_alone, step_with_slopes, respond) come from the law.
+velocities. Steps end where its velocity reverses, at a yielding law's corners. The derivatives of
+that discrete solution by the parameters are propagated beside it, so that a fit's gradient is
+exact. Names that are not defined here (N_STATES, N_PARAMETERS, step_alone, step_with_slopes,
+respond) come from the law.
 """
 
 
@@ -18,9 +19,8 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
     """
     n_theta = theta.shape[0]
     wanted = jacobian.shape[0] > 0
-    part = 1.0 / n_steps
     for run in range(starts.shape[0] - 1):
-        h, rate = dt[run] * part, 1.0 / dt[run]
+        rate = 1.0 / dt[run]
         for i in range(N_STATES):
             s[i] = 0.0
             for k in range(n_theta):
@@ -50,16 +50,46 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
             # per interval, so that the cubic needs no division
             x0, v0 = x[sample], v[sample] * dt[run]
             x1, v1 = x[sample + 1], v[sample + 1] * dt[run]
-            for step in range(n_steps):
-                a, m, b = step * part, (step + 0.5) * part, (step + 1) * part
-                xa, va = cubic(x0, v0, x1, v1, rate, a)
-                xm, vm = cubic(x0, v0, x1, v1, rate, m)
-                xb, vb = cubic(x0, v0, x1, v1, rate, b)
-                if wanted:
-                    step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor,
-                                     slope, new_slope, by)
-                else:
-                    step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
+            # a law may have a corner where the velocity reverses: no step goes across one
+            first, second = reversals(x0, v0, x1, v1)
+            start = 0.0
+            for end in (first, second, 1.0):
+                if end <= start:
+                    continue
+                count = int(np.ceil((end - start) * n_steps - 1e-9))
+                part = (end - start) / count
+                h = part * dt[run]
+                for step in range(count):
+                    a = start + step * part
+                    m, b = a + 0.5 * part, a + part
+                    xa, va = cubic(x0, v0, x1, v1, rate, a)
+                    xm, vm = cubic(x0, v0, x1, v1, rate, m)
+                    xb, vb = cubic(x0, v0, x1, v1, rate, b)
+                    if wanted:
+                        step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor,
+                                         slope, new_slope, by)
+                    else:
+                        step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
+                start = end
+
+
+@inline
+def reversals(x0, v0, x1, v1):
+    """Both zeros of the velocity on the cubic, fractions of the interval in order; 0 for none."""
+    rise = x1 - x0
+    c2 = 3.0 * rise - (2.0 * v0 + v1)
+    c3 = (v0 + v1) - 2.0 * rise
+    root = c2 * c2 - 3.0 * c3 * v0
+    if root <= 0.0:
+        return 0.0, 0.0
+    q = -(c2 + np.copysign(np.sqrt(root), c2))
+    one = v0 / q if q != 0.0 else 0.0
+    other = q / (3.0 * c3) if c3 != 0.0 else 0.0
+    if not 0.0 < one < 1.0:
+        one = 0.0
+    if not 0.0 < other < 1.0:
+        other = 0.0
+    return min(one, other), max(one, other)
 
 
 @inline

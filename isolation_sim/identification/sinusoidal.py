@@ -73,7 +73,7 @@ def sinusoidal(
     frequency : float, Hz
         Of the motion.
     cycles, points : int
-        Cycles, and steps to a cycle.
+        Cycles, and steps to a cycle: a multiple of four, so that none goes across a reversal.
     mean_deformation : array_like, m
         Deformation about which the device moves (a preload), broadcast against the amplitudes.
 

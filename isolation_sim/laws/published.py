@@ -108,16 +108,8 @@ YU_GENERALISED_PRINTED = {
     "gamma": (5.234, 26.72, -4.892),
     "sigma_squared": (12.8059,),
 }
-"""Yu et al., Eqs 26-29 as printed: ascending powers of the current; N, mm."""
-
-YU_GENERALISED_REFITTED = {
-    "alpha": (35.78, 8.883),
-    "beta": (0.4299, 0.03156),
-    "gamma": (5.248, 26.557, -4.803),
-    "sigma_squared": (12.8058,),
-}
-"""Least squares through the means of Yu et al., Tables 1-4; the printed slope of beta, .0034, is a
-misprint of about .034. Ascending powers of the current; N, mm."""
+"""Yu et al., Eqs 26-29 as printed: ascending powers of the current; N, mm. The slope of beta is a
+misprint of about .034."""
 
 TAO = "Tao et al., Modeling of the dynamic characteristics for a high-load MRF-elastomer isolator"
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from isolation_sim.identification.sensitivities import Motion, Simulator
@@ -54,6 +57,43 @@ def test_force_is_that_of_an_independent_integration(name, numbers, wave, refere
         parameters = theta.reshape(-1, 2) @ [1.0, current]
         exact = reference_force(LAWS[name], parameters, cubic, cubic.derivative(), time, 1e-10)
         assert relative(force[k * N : (k + 1) * N] - exact, exact) < 1e-6
+
+
+def integrated_between_corners(law, parameters, cubic, time):
+    """Force by SciPy, from sample to sample and to each reversal and each zero between them."""
+    corners = [piece.roots(extrapolate=False) for piece in (cubic, cubic.derivative())]
+    knots = np.unique(np.concatenate([time, *corners]))
+
+    def rates(t, s):
+        return np.array(law.rates(cubic(t), cubic(t, 1), tuple(s), parameters), float)
+
+    state = np.zeros(len(law.states))
+    found = [state]
+    for span in pairwise(knots):
+        state = solve_ivp(rates, span, state, "DOP853", rtol=1e-11, atol=1e-16).y[:, -1]
+        if span[1] in time:
+            found.append(state)
+    return law.force(cubic(time), cubic(time, 1), tuple(np.transpose(found)), parameters)
+
+
+@pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen", "lugre", "dahl"])
+def test_corners_of_yielding_laws_cost_no_accuracy(name, numbers, wave):
+    motion = motion_along(wave, currents=(0.5,))
+    time = 0.005 * np.arange(N)
+    simulator, theta = simulator_of(name, numbers, motion, n_steps=1)
+    cubic = CubicHermiteSpline(time, motion.displacement, motion.velocity)
+    parameters = tuple(theta.reshape(-1, 2) @ [1.0, 0.5])
+    exact = integrated_between_corners(LAWS[name], parameters, cubic, time)
+
+    def worst(simulator):
+        force = simulator.run(theta, derivatives=False)[0]
+        return np.max(np.abs(force - exact)) / np.max(np.abs(exact))
+
+    assert worst(simulator) < 5e-5
+    for tolerance in (1e-5, 1e-6):
+        resolved = simulator.resolved(theta, tolerance)
+        assert worst(resolved) < tolerance
+        assert resolved.n_steps <= 8
 
 
 @pytest.mark.parametrize("name", LAWS)

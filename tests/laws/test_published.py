@@ -90,16 +90,22 @@ def means(table):
     return np.array(list(table.values())).mean(axis=0)
 
 
-def test_refit_of_the_hybrid_tables():
-    currents = published.CURRENTS_A
-    fits = {
-        "alpha": np.polyfit(currents, means(published.YU_ALPHA_N), 1)[::-1],
-        "beta": np.polyfit(currents, means(published.YU_BETA_PER_MM), 1)[::-1],
-        "gamma": np.polyfit(currents, means(published.YU_GAMMA_N), 2)[::-1],
-        "sigma_squared": [means(published.YU_SIGMA_SQUARED_MM2).mean()],
+def test_refit_of_the_hybrid_tables_is_the_default():
+    device = law("hybrid")
+    assert device.source == law("hybrid", "generalised_refitted").source
+    per_mm = {"alpha": 1.0, "beta": 1e-3, "gamma": 1.0, "sigma_squared": 1e6}
+    expected = {  # ERRATA, 002; the paper prints .0034 for the slope of beta
+        "alpha": (35.78, 8.883),
+        "beta": (0.4299, 0.03156),
+        "gamma": (5.248, 26.557, -4.803),
+        "sigma_squared": (12.8058,),
     }
-    for name, fit in fits.items():
-        np.testing.assert_allclose(fit, published.YU_GENERALISED_REFITTED[name], rtol=2e-4)
+    coefficients = dict(zip(device.current.names, device.current.coefficients[0], strict=True))
+    for name, row in expected.items():
+        found = per_mm[name] * coefficients[name][: len(row)]
+        np.testing.assert_allclose(found, row, rtol=2e-4)
+    slope = law("hybrid", "generalised_printed").current.coefficients[0][1][1]
+    assert slope == pytest.approx(3.4)  # 1/(m A)
 
 
 def test_means_of_the_hybrid_tables():

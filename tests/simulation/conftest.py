@@ -161,8 +161,8 @@ def stiffening():
 
 @pytest.fixture(scope="session")
 def hybrid():
-    """The reference building on the hybrid law's isolators, default numbers."""
-    return reference_building().on(reference_isolators(law("hybrid")))
+    """The reference building on the hybrid law's isolators, printed numbers: the reference's."""
+    return reference_building().on(reference_isolators(law("hybrid", "generalised_printed")))
 
 
 @pytest.fixture(scope="session")

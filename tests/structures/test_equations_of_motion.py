@@ -33,17 +33,17 @@ def trajectory(isolated, ground, currents, dt):
 
 
 @pytest.mark.parametrize(
-    ("name", "file"),
+    ("device", "file"),
     [
-        ("strain_stiffening", "strain_stiffening_random_0.02s"),
-        ("hybrid", "hybrid_tanh_1.5A"),
+        (law("strain_stiffening"), "strain_stiffening_random_0.02s"),
+        (law("hybrid", "generalised_printed"), "hybrid_tanh_1.5A"),
     ],
 )
-def test_reference_trajectories(shared_data, name, file):
+def test_reference_trajectories(shared_data, device, file):
     folder = shared_data / "engine_reference"
     building, expected = np.load(folder / "building.npz"), np.load(folder / f"{file}.npz")
     samples = 150
-    isolated = reference_building().on(reference_isolators(law(name)))
+    isolated = reference_building().on(reference_isolators(device))
     found = trajectory(
         isolated, building["ground_m_s2"][: samples + 1], expected["current_A"], building["dt_s"]
     )

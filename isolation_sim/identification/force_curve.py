@@ -1,0 +1,278 @@
+"""The force along a cycle as a curve: harmonics of a smooth loop, or a series beside a corner.
+
+A smooth loop's force is a short sum of harmonics. Where the velocity reverses a force may jump
+(friction), and its slope may (damping that differs between loading and unloading); about such a
+corner the force is a series in the time's sine and cosine with terms for either side. These terms
+are taken in where all cycles together show them beyond doubt: with noise they cost accuracy, and a
+largest force would always lie on their higher side. A term that is missed is of the size of the
+mean's standard error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+REACH = 0.12
+"""Half width of a window beside a corner, in periods; wider where the samples are few."""
+_WIDEST, _SAMPLES_A_SIDE = 0.25, 12
+_HARMONICS, _HARMONICS_A_SAMPLE = 15, 0.45
+_DOUBT = 1e-3
+"""Probability to take a term for real that noise alone makes."""
+_ROUNDING = 1e-13
+_CLEARLY = 0.5
+"""Part of the harmonics' mean square that a series without corner must leave to be preferred."""
+
+
+class Peak(NamedTuple):
+    """Where the mean cycle's force is largest: force (N), phase (rad) and side of a corner."""
+
+    force: float
+    phase: float
+    side: float
+
+
+class Terms(NamedTuple):
+    """Number of terms of each kind, each times the powers 0, 1, … of cos - 1."""
+
+    even: int
+    odd: int
+    jump: int = 0
+    kink: int = 0
+
+    def rows(self, phase: NDArray, side: NDArray) -> NDArray:
+        """Terms at phases (rad), of the side before (-1) or after (1) the corner."""
+        power = (np.cos(phase) - 1)[:, np.newaxis] ** np.arange(max(self))
+        sine, side = np.sin(phase)[:, np.newaxis], side[:, np.newaxis]
+        return np.hstack(
+            [
+                power[:, : self.even],
+                sine * power[:, : self.odd],
+                side * power[:, : self.jump],
+                side * sine * power[:, : self.kink],
+            ]
+        )
+
+
+_JUMP, _KINK = Terms(5, 3, 2), Terms(5, 3, 2, 1)
+_RICH_JUMP, _RICH_KINK = Terms(7, 6, 3), Terms(6, 5, 3, 1)
+"""Of a loop with little noise: it leaves a hundredth of what the usual terms leave."""
+_MUCH = 0.01
+
+
+class Cycles:
+    """Force of several cycles, as samples and as harmonics.
+
+    Parameters
+    ----------
+    time, force : (n,) array, s and N
+        Samples.
+    starts : (n_cycles,) array, s
+        Time of phase zero of each cycle, at a peak of the displacement.
+    frequency : float, Hz
+        A cycle reaches from a quarter of a period before its start to three quarters after.
+    """
+
+    def __init__(self, time: NDArray, force: NDArray, starts: NDArray, frequency: float):
+        omega = 2 * np.pi * frequency
+        self.step = omega * (time[-1] - time[0]) / (time.size - 1)
+        """Between samples, rad."""
+        phases = omega * np.subtract.outer(time, starts).T
+        own = [(phase >= -np.pi / 2) & (phase < 1.5 * np.pi) for phase in phases]
+        self.samples = [(phase[o], force[o]) for phase, o in zip(phases, own, strict=True)]
+        count = min(_HARMONICS, int(_HARMONICS_A_SAMPLE * 2 * np.pi / self.step))
+        self.order = np.arange(1, count + 1)
+        self.harmonics = np.stack([_fitted(f, _waves(p, self.order)) for p, f in self.samples])
+
+    def at(self, phase: float, side: float = 0.0) -> NDArray:
+        """Force of each cycle at a phase (rad), by its harmonics."""
+        return self.harmonics @ _waves(np.array([phase]), self.order)[0]
+
+    def window(self, centre: float, low: float, high: float, gap: float) -> list:
+        """Each cycle's samples between two phases about a centre, off a gap: phases and forces.
+
+        A cycle is taken for a closed loop, so that none lacks samples.
+        """
+        found = []
+        for phase, force in self.samples:
+            away = (phase - centre + np.pi) % (2 * np.pi) - np.pi
+            inside = (away >= low) & (away <= high) & (np.abs(away) > gap)
+            found.append((away[inside], force[inside]))
+        return found
+
+    def largest(self, sign: float = 1.0) -> Peak:
+        """Where the mean cycle of a smooth loop, times a sign, is largest: by what it shows."""
+        kept = 2 * self._shown() + 1
+        mean = sign * np.mean(self.harmonics, axis=0)[:kept]
+
+        def curve(phase: NDArray) -> NDArray:
+            return _waves(phase, self.order)[:, :kept] @ mean
+
+        return _searched(curve, -np.pi, np.pi, 0.0)
+
+    def _shown(self) -> int:
+        """Number of harmonics that are beyond doubt."""
+        phase, force = np.concatenate(self.samples, axis=1)
+        rows = _waves(phase, self.order)
+        for count in range(self.order.size, 1, -1):
+            few, many = (_left(force, rows[:, : 2 * n + 1]) for n in (count - 1, count))
+            if _needed(few, many, force):
+                return count
+        return 1
+
+
+class CornerCurve:
+    """Force about one phase, where it and its slope may jump, cycle by cycle.
+
+    Parameters
+    ----------
+    cycles : Cycles
+        The samples.
+    centre : float
+        The phase, rad.
+    limits : pair of float
+        Phases relative to the centre, rad, that the window may not pass.
+    corner : bool
+        Whether force and slope may jump at the centre.
+    reach : float
+        Half width of the window in periods; wider where the samples are few.
+    terms : Terms, optional
+        By default those that the samples need.
+    """
+
+    def __init__(
+        self,
+        cycles: Cycles,
+        centre: float,
+        limits: tuple[float, float] = (-np.pi, np.pi),
+        corner: bool = True,
+        reach: float = REACH,
+        terms: Terms | None = None,
+    ):
+        fewest = sum(terms) if terms else _SAMPLES_A_SIDE
+        reach = min(max(2 * np.pi * reach, fewest * cycles.step), 2 * np.pi * _WIDEST)
+        self.cycles, self.centre, self.corner, self.given = cycles, centre, corner, bool(terms)
+        low, high = (float(np.clip(limit, -reach, reach)) for limit in limits)
+        self.low, self.high = low, high
+        """Phases relative to the centre between which the curve holds, rad."""
+        # a sample on the corner has neither side
+        samples = cycles.window(centre, low, high, cycles.step / 4 if corner else -1.0)
+        fewest = min(phase.size for phase, _ in samples)
+        self.terms = terms or self._chosen(fewest, *np.concatenate(samples, axis=1))
+        self.coefficients = np.stack(
+            [_fitted(f, self.terms.rows(phase, np.sign(phase))) for phase, f in samples]
+        )
+        misfits = [
+            (
+                force - self.terms.rows(phase, np.sign(phase)) @ own,
+                force - _waves(centre + phase, cycles.order) @ waves,
+            )
+            for (phase, force), own, waves in zip(
+                samples, self.coefficients, cycles.harmonics, strict=True
+            )
+        ]
+        own, waves = np.concatenate(misfits, axis=1)
+        a_sample = cycles.harmonics.shape[1] * cycles.step / (2 * np.pi)
+        self.left = float(np.sum(own**2)) / max(own.size - self.coefficients.size, 1)
+        self.left_by_harmonics = float(np.mean(waves**2)) / max(1 - a_sample, 0.05)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the harmonics describe the force here as well."""
+        if self.given:
+            return self.left_by_harmonics < _MUCH * self.left
+        return self.left_by_harmonics * (1.0 if self.terms.jump else _CLEARLY) < self.left
+
+    def at(self, phase: float, side: float = 0.0) -> NDArray:
+        """Force of each cycle at a phase (rad); at the corner the mean of its limits, or a side."""
+        row = self.terms.rows(np.array([phase - self.centre]), np.array([side]))
+        return self.coefficients @ row[0]
+
+    def jump(self) -> float:
+        """Mean force after the corner less that before it, N."""
+        return float(np.mean(self.at(self.centre, 1.0) - self.at(self.centre, -1.0)))
+
+    def largest(self, low: float, high: float, sign: float = 1.0) -> Peak:
+        """Where the mean cycle, times a sign, is largest between two phases off the centre."""
+        low, high = max(low, self.low), min(high, self.high)
+        mean = sign * np.mean(self.coefficients, axis=0)
+        peaks = []
+        parts = [(-1.0, low, 0.0), (1.0, 0.0, high)] if self.corner else [(0.0, low, high)]
+        for side, a, b in parts:
+
+            def curve(away: NDArray, side: float = side) -> NDArray:
+                return self.terms.rows(away, np.full(away.size, side)) @ mean
+
+            found = _searched(curve, a, b, side)
+            peaks.append(found._replace(phase=self.centre + found.phase))
+        return max(peaks)
+
+    def _chosen(self, fewest: int, away: NDArray, force: NDArray) -> Terms:
+        """Terms that the fewest samples of a cycle carry and that all cycles together need."""
+        even = min(_RICH_JUMP.even, fewest // 3 + 1)
+        smooth = Terms(even, even - 1)
+        if not self.corner or sum(_KINK) >= fewest:
+            return smooth
+
+        def left(terms: Terms) -> tuple[float, int]:
+            return _left(force, terms.rows(away, np.sign(away)))
+
+        # few terms of one parity, or those for either side could hardly be told from them
+        if not _needed(left(_KINK._replace(jump=0, kink=0)), left(_KINK), force):
+            return smooth
+        usual, rich = _KINK, _RICH_KINK
+        # a rounded jump leaves an odd misfit, which samples beside the corner may take for a kink
+        odd = left(_JUMP._replace(jump=_JUMP.jump + _KINK.kink))
+        if not _needed(left(_JUMP), left(_KINK), force) or left(_KINK) > odd:
+            usual, rich = _JUMP, _RICH_JUMP
+        enough = sum(rich) < fewest and left(rich)[0] < _MUCH * left(usual)[0]
+        return rich if enough else usual
+
+
+def widest(curves: Sequence[CornerCurve]) -> CornerCurve:
+    """Return the widest of some curves, the widest first, that leaves no more than noise."""
+    chosen = curves[0]
+    for curve in curves[1:]:
+        if curve.left < _CLEARLY * chosen.left:
+            chosen = curve
+    return chosen
+
+
+def _waves(phase: NDArray, order: NDArray) -> NDArray:
+    """Offset, then cosine and sine of each order, at phases (rad)."""
+    turns = np.multiply.outer(phase, order)
+    pairs = np.stack([np.cos(turns), np.sin(turns)], axis=2).reshape(phase.size, -1)
+    return np.hstack([np.ones((phase.size, 1)), pairs])
+
+
+def _searched(curve: Callable[[NDArray], NDArray], low: float, high: float, side: float) -> Peak:
+    """Largest value of a curve between two phases."""
+    for _ in range(3):
+        phase = np.linspace(low, high, 201)
+        value = curve(phase)
+        k = int(np.argmax(value))
+        low, high = phase[max(k - 1, 0)], phase[min(k + 1, 200)]
+    return Peak(float(value[k]), float(phase[k]), side)
+
+
+def _fitted(force: NDArray, rows: NDArray) -> NDArray:
+    return np.asarray(np.linalg.lstsq(rows, force, rcond=None)[0])
+
+
+def _left(force: NDArray, rows: NDArray) -> tuple[float, int]:
+    """Sum of squares that the columns leave of the force, and their number."""
+    return float(np.sum((force - rows @ _fitted(force, rows)) ** 2)), rows.shape[1]
+
+
+def _needed(few: tuple[float, int], many: tuple[float, int], force: NDArray) -> bool:
+    """Whether further columns explain more of the force than noise would (F test)."""
+    from scipy.stats import f as f_distribution
+
+    (before, fewer), (after, more) = few, many
+    if before <= _ROUNDING**2 * float(np.sum(force**2)):
+        return False
+    added, free = more - fewer, force.size - more
+    return bool((before - after) * free > after * added * f_distribution.isf(_DOUBT, added, free))
