@@ -384,9 +384,8 @@ class CurrentMap:
         model = self._model
         motion = [np.array([number], dtype=float) for number in (1.0, x, v)]
         arguments = (*motion, np.array(states, dtype=float), model.numbers)
-        return MappedCurrent(
-            *nearest_current(
-                model.combined_force, model.combined_range, float(force), float(self.low),
-                float(self.high), arguments,
-            )
-        )  # fmt: skip
+        low, high = float(self.low), float(self.high)
+        current, reached, saturated = nearest_current(
+            model.combined_force, model.combined_range, float(force), low, high, arguments
+        )
+        return MappedCurrent(float(current), float(reached), bool(saturated))
