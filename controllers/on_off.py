@@ -109,7 +109,8 @@ class OnOff(CompiledController):
         """Currents and coils; switched off at the start."""
         on = float(highest_tested(situation).min()) if self.on is None else self.on
         off = float(lowest(situation).max()) if self.off is None else self.off
-        coils = [float(element.channel or 0) for element in driven_elements(situation.belief, self.name)]
+        driven = driven_elements(situation.belief, self.name)
+        coils = [float(element.channel or 0) for element in driven]
         kind = SKYHOOK if self.rule == "skyhook" else 0.0
         wash_out = 2 * np.pi * self.wash_out
         memory = np.zeros(1 + len(situation.low) + 2 * len(coils))

@@ -8,10 +8,17 @@ from controllers import CurrentMap
 from controllers.device_model import DeviceModel
 from isolation_sim.errors import InputError
 from isolation_sim.identification.magnitudes import magnitude
-from isolation_sim.laws import CurrentDependence, Device, available_laws, available_sets, law
+from isolation_sim.laws import (
+    LAWS,
+    CurrentDependence,
+    Device,
+    available_conditions,
+    available_laws,
+    available_sets,
+    law,
+)
 from isolation_sim.laws.hybrid import condition
 from isolation_sim.laws.law import Law, Quantity
-from isolation_sim.laws.registry import LAWS
 from isolation_sim.structures import reference_isolators
 
 SCALES = {"force": 300.0, "length": 8e-3, "time": 0.16, "current": 1.0}
@@ -45,7 +52,8 @@ def made_up(name, tabulated, seed):
 def devices():
     """Every law with a current: its published sets, then made-up numbers."""
     found = {f"{name}-{chosen}": law(name, chosen)
-             for name in available_laws() for chosen in available_sets(name)}  # fmt: skip
+             for name in available_laws()
+             for chosen in (*available_sets(name), *available_conditions(name))}  # fmt: skip
     found["hybrid-tabulated"] = condition(8, 1).scaled(length=10, force=300)
     found["reference"] = reference_isolators()
     found = {name: device for name, device in found.items() if device.depends_on_current}
@@ -132,7 +140,7 @@ def check(device, motion, wanted, low, high, oracle):
 @pytest.mark.parametrize("name", DEVICES)
 def test_lowest_current_that_gives_the_force_or_the_nearest(name):
     device, rng = DEVICES[name], np.random.default_rng(11)
-    for _ in range(12):
+    for _ in range(8):
         motion = drawn(device, rng)
         low, high = np.sort(rng.uniform(*device.current_range, 2)) if rng.random() < 0.3 else (
             device.current_range[0], min(device.current_range[1], 3.0)
