@@ -135,12 +135,14 @@ def extremum(
 
     Parameters
     ----------
-    force_at, range_of, wanted, arguments
+    force_at, range_of, wanted
         As of ``nearest_current``.
     low, high : float, A
         Ends of the interval, with at most one extremum between them.
     at_low, at_high : float, N
         Forces there, on one side of the wanted one.
+    arguments : tuple
+        As of ``nearest_current``.
 
     Returns
     -------
@@ -185,7 +187,7 @@ def nearest_in_piece(
 
     Parameters
     ----------
-    force_at, range_of, wanted, arguments
+    force_at, range_of, wanted
         As of ``nearest_current``.
     start, end : float, A
         Ends of the piece.
@@ -195,6 +197,8 @@ def nearest_in_piece(
         What comes nearest so far, that force included.
     scale : float, N
         Largest force met so far.
+    arguments : tuple
+        As of ``nearest_current``.
 
     Returns
     -------
