@@ -12,6 +12,7 @@ from isolation_sim.simulation.control import Situation
 
 from .constant import Constant
 from .controller import Trial
+from .force_tracking import driven_elements
 from .open_loop import Held, highest_tested, lowest
 from .passive_off import PassiveOff
 from .settings import Integer, Number, OneOf, Optional, setting
@@ -96,10 +97,12 @@ class BestConstant(Held):
         Raises
         ------
         InputError
-            If there is no current to try, or every one of them makes the run diverge.
+            If no element is driven by a coil, there is no current to try, or every one of them
+            makes the run diverge.
         """
         from scipy.optimize import minimize_scalar
 
+        driven_elements(situation.belief, self.name)
         low = float(lowest(situation).max()) if self.lowest is None else self.lowest
         high = float(highest_tested(situation).min()) if self.highest is None else self.highest
         if not (np.isfinite([low, high]).all() and low < high):

@@ -46,7 +46,7 @@ def put_wanted(settings: NDArray, observer: NDArray, z: NDArray, devices: NDArra
 
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
-    combined_force: Callable, state_rates: Callable,
+    combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from a Kalman filter's estimate, then the currents nearest to them.
 
@@ -57,12 +57,13 @@ def _decide(
     kalman_update(t, measured, observer, memory, combined_force, state_rates)
     devices = memory[kalman_memory(observer) :]
     put_wanted(settings, observer, memory[1:], devices)
-    nearest_currents(observer[int(observer[TRACKING]) :], devices, command, combined_force)
+    tracking = observer[int(observer[TRACKING]) :]
+    nearest_currents(tracking, devices, command, combined_force, combined_range)
 
 
 def _decide_extended(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
-    combined_force: Callable, state_rates: Callable, tangent: Callable,
+    combined_force: Callable, combined_range: Callable, tangent: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from an extended Kalman filter's estimate, then the nearest currents.
 
@@ -82,7 +83,8 @@ def _decide_extended(
     for k in range(m * int(observer[EACH])):
         devices[MOTION + 5 * m + k] = z[int(observer[N_Z]) + k]
     put_wanted(settings, observer, z, devices)
-    nearest_currents(observer[int(observer[DEVICES]) :], devices, command, combined_force)
+    tracking = observer[int(observer[DEVICES]) :]
+    nearest_currents(tracking, devices, command, combined_force, combined_range)
 
 
 class ClippedLQG(Estimating, ClippedLQR):

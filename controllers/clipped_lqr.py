@@ -30,7 +30,7 @@ STANDARD_GRAVITY = 9.80665
 
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
-    combined_force: Callable, state_rates: Callable,
+    combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from the state, then the currents that come nearest to them.
 
@@ -53,7 +53,7 @@ def _decide(
         # the coil current has been the measured one since the last decision
         follow_device(e, new_x, new_v, h, tracking, memory, measured[2 * n :], state_rates)
         memory[MOTION + 2 * m + e] = force
-    nearest_currents(tracking, memory, command, combined_force)
+    nearest_currents(tracking, memory, command, combined_force, combined_range)
 
 
 class ClippedLQR(BrysonsRule):

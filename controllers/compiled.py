@@ -27,7 +27,7 @@ from isolation_sim.laws.law import Law
 from isolation_sim.simulation.control import CompiledDecision, Situation
 
 from .controller import Controller
-from .device_model import DeviceModel, first_coefficient, polynomial
+from .device_model import RANGE_FUNCTIONS, DeviceModel, first_coefficient, polynomial
 
 _HEADER = '''"""Written by controllers.compiled; do not edit."""
 
@@ -66,10 +66,10 @@ class Decision:
     ----------
     function : callable
         ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
-        writes ``command`` (A, one a coil) and what it must remember into ``memory``. Where there
-        are ``devices``, their ``functions`` follow; see ``DeviceModel``. It and the functions and
-        numbers of its module that it uses must be what Numba compiles, in a file; of modules, they
-        may use ``math`` and ``np``.
+        writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
+        annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is
+        named after. It and the functions and numbers of its module that it uses must be what Numba
+        compiles, in a file; of modules, they may use ``math`` and ``np``.
     settings : numpy.ndarray, shape (n_settings,)
         Constants of the controller.
     memory : numpy.ndarray, shape (n_memory,)
@@ -82,6 +82,11 @@ class Decision:
     settings: NDArray
     memory: NDArray
     devices: DeviceModel | None = None
+
+    @property
+    def methods(self) -> list[Callable]:
+        """Methods of the devices that the function takes, in order."""
+        return [getattr(self.devices, name) for name in _taken(self.function)]
 
 
 class CompiledController(Controller):
@@ -115,10 +120,9 @@ class CompiledController(Controller):
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, by the same function in plain Python."""
-        decision, devices = self._decision, self._decision.devices
-        functions = [getattr(devices, name) for name in devices.functions] if devices else []
-        measured = np.array(measurement, dtype=float)
-        decision.function(t, measured, decision.settings, self._memory, self._command, *functions)
+        decision = self._decision
+        arrays = np.array(measurement, dtype=float), decision.settings, self._memory, self._command
+        decision.function(t, *arrays, *decision.methods)
         return self._command.copy()
 
 
@@ -152,11 +156,18 @@ def _module(
     function: Callable, model: type[DeviceModel] | None, laws: tuple[Law, ...], n_channels: int
 ) -> ModuleType:
     parts: dict[str, str] = {}
-    collect(function, parts, () if model is None else model.functions)
+    given = _taken(function)
+    collect(function, parts, given)
     if model is not None:
         collect(first_coefficient, parts)
         collect(polynomial, parts)
         parts["devices"] = model.text(laws)
+    if model is not None and "combined_range" in given:
+        ranges = model.range_text(laws)
+        for needed in RANGE_FUNCTIONS:
+            if f"{needed.__name__}(" in ranges:
+                collect(needed, parts)
+        parts["ranges"] = ranges
     entry = _ENTRY.format(function=function.__name__, n_channels=n_channels)
     text = "\n\n\n".join([_HEADER, *parts.values(), entry]) + "\n"
     notice = "compiling the controller for this law (once; about 4 s) ..." if laws else ""

@@ -1,4 +1,10 @@
-"""Inverse current map: the current at which a device gives a wanted force."""
+"""Inverse current map: the lowest current at which a device gives a wanted force.
+
+Bounds on the force and on its slope over an interval of the current (``enclosure``) say whether the
+wanted force can be inside, and whether the force is monotone there. An interval in which it can be
+and is not is halved, from the lowest current on (Hansen and Walster 2004, chapters 9 and 12): no
+crossing is passed over, and where there is none, nothing nearer is.
+"""
 
 from __future__ import annotations
 
@@ -12,74 +18,33 @@ import numpy as np
 from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
 
-SAMPLES = 17
-"""Currents at which a force that is not affine in the current is sampled for brackets."""
+from .device_model import DeviceModel, next_break
+from .enclosure import Range
+
 REACHED = 1e-9
 """Within this, relative to the largest force met, the wanted force counts as reached."""
+NEARER = 1e-6
+"""An interval that could hold a force nearer by more than this, in the same measure, is halved."""
+FINEST = 1e-11
+"""One that could hold a force nearer by no more than this, in the same measure, is done with."""
+PRECISION = 1e-12
+"""Of an interval: to which a crossing in it is located, unless rounding of the force is more."""
+ROUNDING = 4e-16
+"""Of a force."""
+SHORTEST = 2.0**-20
+"""Of a piece of the range: an interval this short is not halved."""
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+SECTIONS = 24
+"""Steps of golden section: what ``NEARER`` leaves open becomes ``FINEST``, even at a kink."""
+MOST_INTERVALS = 4096
+"""Looked at in a piece, so that a decision ends even where the bounds are of no use."""
 
 
-def nearest_between(
-    force_at: Callable, wanted: float, a: float, b: float, arguments: Any
-) -> tuple[float, float]:
-    """Current in a bracket at which a force comes nearest to the wanted one, by golden section.
-
-    Where the force crosses the wanted one, the distance between them has a kink, which golden
-    section finds to rounding.
-
-    Parameters
-    ----------
-    force_at : callable
-        ``force_at(current, arguments)`` -> N.
-    wanted : float, N
-        Wanted force.
-    a, b : float, A
-        The bracket; the distance should have one minimum in it.
-    arguments : object
-        Passed on.
-
-    Returns
-    -------
-    current : float, A
-        Within the bracket.
-    force : float, N
-        The force there.
-
-    References
-    ----------
-    Kiefer 1953.
-    """
-    width = b - a
-    left, right = b - GOLDEN * width, a + GOLDEN * width
-    at_left, at_right = force_at(left, arguments), force_at(right, arguments)
-    # golden section loses a bit and a half every two rounds: 80 are more than rounding allows
-    for _ in range(80):
-        goes_left = abs(at_left - wanted) < abs(at_right - wanted)
-        if goes_left:
-            b, right, at_right = right, left, at_left
-        else:
-            a, left, at_left = left, right, at_right
-        if right <= a or left >= b:
-            break
-        new = b - GOLDEN * (b - a) if goes_left else a + GOLDEN * (b - a)
-        at_new = force_at(new, arguments)
-        if goes_left:
-            left, at_left = new, at_new
-        else:
-            right, at_right = new, at_new
-        if at_new == wanted:
-            break
-    if abs(at_left - wanted) < abs(at_right - wanted):
-        return left, at_left
-    return right, at_right
-
-
-def nearest_current(
-    force_at: Callable, wanted: float, low: float, high: float, is_affine: bool, arguments: Any
-) -> tuple[float, float, bool]:
-    """Lowest current at which a force is reached, or comes nearest to the wanted one.
-
-    Written so that Numba compiles it too.
+def crossing(
+    force_at: Callable, wanted: float, low: float, high: float, at_low: float, at_high: float,
+    least_slope: float, arguments: Any,
+) -> tuple[float, float]:  # fmt: skip
+    """Lowest current at which a monotone force is the wanted one.
 
     Parameters
     ----------
@@ -88,11 +53,229 @@ def nearest_current(
     wanted : float, N
         Wanted force.
     low, high : float, A
-        Range of the current.
-    is_affine : bool
-        Whether the force is affine in the current; if not, it is sampled for brackets.
+        Ends of the interval.
+    at_low, at_high : float, N
+        Forces there; the wanted one lies between them or is the second.
+    least_slope : float, N/A
+        The slope's size is nowhere below it; 0 if the force may be constant somewhere.
     arguments : object
-        Passed on to ``force_at``.
+        Passed on.
+
+    Returns
+    -------
+    current : float, A
+        Within the interval.
+    force : float, N
+        The force there; it misses the wanted one where the force jumps past it.
+
+    References
+    ----------
+    Dowell and Jarratt 1971: the Illinois method; here every third step is a bisection.
+    """
+    enough = max(least_slope * PRECISION * (high - low), ROUNDING * max(abs(at_low), abs(at_high)))
+    if least_slope > 0.0 and abs(at_high - wanted) <= enough:
+        return high, at_high
+    # the ends' distances from the wanted force, halved where the other end moves twice in a row
+    miss_low, miss_high, moved = at_low - wanted, at_high - wanted, 0
+    for step in range(200):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        between = middle
+        if step % 3 < 2 and at_high != wanted:
+            secant = (low * miss_high - high * miss_low) / (miss_high - miss_low)
+            if low < secant < high:
+                between = secant
+        force = force_at(between, arguments)
+        if least_slope > 0.0 and abs(force - wanted) <= enough:
+            return between, force
+        if force != wanted and (force < wanted) == (at_low < wanted):
+            low, at_low, miss_low = between, force, force - wanted
+            miss_high, moved = (0.5 * miss_high if moved == 1 else miss_high), 1
+        else:
+            high, at_high, miss_high = between, force, force - wanted
+            miss_low, moved = (0.5 * miss_low if moved == 2 else miss_low), 2
+    return (low, at_low) if abs(at_low - wanted) < abs(at_high - wanted) else (high, at_high)
+
+
+def excursion(bounds: Range, width: float, at_low: float, at_high: float, wanted: float) -> float:
+    """How far the force in an interval may come towards the wanted one, and beyond.
+
+    Parameters
+    ----------
+    bounds : tuple of float
+        Lowest and highest force in the interval (N), lowest slope, below 0, and highest slope,
+        above 0 (N/A).
+    width : float, A
+        Of the interval.
+    at_low, at_high : float, N
+        Forces at its ends, on one side of the wanted one.
+    wanted : float, N
+        Wanted force.
+
+    Returns
+    -------
+    float, N
+        At most so far beyond the wanted force; below 0, at least so far from it.
+    """
+    lowest, highest, fall, rise = bounds
+    if at_low < wanted:
+        # up from the lower end as steeply as may be, then down to the upper end
+        peak = at_low + rise * (at_high - at_low - fall * width) / (rise - fall)
+        return min(highest, peak) - wanted
+    valley = at_low + fall * (at_low - at_high + rise * width) / (rise - fall)
+    return wanted - max(lowest, valley)
+
+
+def extremum(
+    force_at: Callable, range_of: Callable, wanted: float, low: float, high: float, at_low: float,
+    at_high: float, arguments: Any,
+) -> tuple[float, float]:  # fmt: skip
+    """Where in a short interval the force comes nearest to the wanted one, or past it.
+
+    Parameters
+    ----------
+    force_at, range_of, wanted
+        As of ``nearest_current``.
+    low, high : float, A
+        Ends of the interval, with at most one extremum between them.
+    at_low, at_high : float, N
+        Forces there, on one side of the wanted one.
+    arguments : tuple
+        As of ``nearest_current``.
+
+    Returns
+    -------
+    current : float, A
+        Within the interval.
+    force : float, N
+        The force there.
+
+    References
+    ----------
+    Kiefer 1953: golden section.
+    """
+    sign = 1.0 if at_low > wanted else -1.0
+    slope_low, slope_high = range_of(low, low, arguments)[2], range_of(high, high, arguments)[3]
+    if sign * slope_low >= 0.0:
+        return low, at_low
+    if sign * slope_high <= 0.0:
+        return high, at_high
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = force_at(left, arguments), force_at(right, arguments)
+    for _ in range(SECTIONS):
+        if sign * at_left <= sign * at_right:
+            if sign * (at_left - wanted) <= 0.0:
+                break
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = force_at(left, arguments)
+        else:
+            if sign * (at_right - wanted) <= 0.0:
+                break
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = force_at(right, arguments)
+    return (left, at_left) if sign * at_left <= sign * at_right else (right, at_right)
+
+
+def nearest_in_piece(
+    force_at: Callable, range_of: Callable, wanted: float, start: float, end: float,
+    at_start: float, best: float, force: float, scale: float, arguments: Any,
+) -> tuple[float, float, float, float, bool]:  # fmt: skip
+    """Lowest current at which a force is the wanted one, or comes nearest to it, between breaks.
+
+    Parameters
+    ----------
+    force_at, range_of, wanted
+        As of ``nearest_current``.
+    start, end : float, A
+        Ends of the piece.
+    at_start : float, N
+        Force at its lower end.
+    best, force : float, A and N
+        What comes nearest so far, that force included.
+    scale : float, N
+        Largest force met so far.
+    arguments : tuple
+        As of ``nearest_current``.
+
+    Returns
+    -------
+    best : float, A
+        What comes nearest now.
+    force : float, N
+        The force there.
+    scale : float, N
+        Largest force met now.
+    at_end : float, N
+        Force at the piece's upper end, if the search came there.
+    is_crossing : bool
+        Whether the search ended at a crossing.
+    """
+    # an interval is known by its place among those of its level, each half as wide as one above
+    level = place = looked_at = 0
+    low, at_low = start, at_start
+    while place < 1 << level:
+        share = 0.5**level
+        high = start + (place + 1) * share * (end - start) if place + 1 < 1 << level else end
+        at_high = force_at(high, arguments)
+        bounds = range_of(low, high, arguments)
+        looked_at += 1
+        scale = max(scale, abs(at_high))
+        if abs(at_high - wanted) < abs(force - wanted):
+            best, force = high, at_high
+        is_monotone = bounds[2] >= 0.0 or bounds[3] <= 0.0
+        is_done = is_monotone or share <= SHORTEST or looked_at > MOST_INTERVALS
+        until, at_until = high, at_high
+        if at_high != wanted and (at_low < wanted) == (at_high < wanted) and not is_monotone:
+            nearer = excursion(bounds, high - low, at_low, at_high, wanted) + abs(force - wanted)
+            is_done = is_done or nearer <= NEARER * scale
+            if is_done and nearer > FINEST * scale:
+                until, at_until = extremum(
+                    force_at, range_of, wanted, low, high, at_low, at_high, arguments
+                )
+                if abs(at_until - wanted) < abs(force - wanted):
+                    best, force = until, at_until
+        if is_done and (at_until == wanted or (at_low < wanted) != (at_until < wanted)):
+            least_slope = max(bounds[2], -bounds[3], 0.0)
+            at, at_force = crossing(
+                force_at, wanted, low, until, at_low, at_until, least_slope, arguments
+            )
+            if abs(at_force - wanted) <= REACHED * scale:
+                return at, at_force, scale, at_high, True
+            if abs(at_force - wanted) < abs(force - wanted):
+                best, force = at, at_force
+        if not is_done:
+            level, place = level + 1, 2 * place
+            continue
+        # two halves done are one interval done of the level above
+        low, at_low, place = high, at_high, place + 1
+        while level > 0 and place % 2 == 0:
+            level, place = level - 1, place // 2
+    return best, force, scale, at_low, False
+
+
+def nearest_current(
+    force_at: Callable, range_of: Callable, wanted: float, low: float, high: float, arguments: Any
+) -> tuple[float, float, bool]:
+    """Lowest current at which a force is the wanted one, or comes nearest to it.
+
+    Written so that Numba compiles it too.
+
+    Parameters
+    ----------
+    force_at : callable
+        ``force_at(current, arguments)`` -> N.
+    range_of : callable
+        ``range_of(low, high, arguments)`` -> bounds on the force and its slope, as in
+        ``enclosure``; between two breaks.
+    wanted : float, N
+        Wanted force.
+    low, high : float, A
+        Range of the current.
+    arguments : tuple
+        Of ``DeviceModel.combined_force``.
 
     Returns
     -------
@@ -103,36 +286,33 @@ def nearest_current(
     saturated : bool
         Whether it misses the wanted one.
     """
-    before, here = low, low
-    at_before = at_here = force_at(low, arguments)
-    best, force, scale = low, at_here, abs(at_here)
-    n_samples = 2 if is_affine else SAMPLES
-    step = (high - low) / (n_samples - 1)
-    # one round more than there are samples: the last one looks at the end of the range
-    for k in range(1, n_samples + 1):
-        after = high if k >= n_samples - 1 else low + k * step
-        at_after = force_at(after, arguments)
-        scale = max(scale, abs(at_after))
-        crosses = (at_here < wanted) != (at_after < wanted)
-        candidate, at_candidate = here, at_here
-        if is_affine and crosses:
-            share = (wanted - at_here) / (at_after - at_here)
-            candidate = min(max(here + share * (after - here), low), high)
-            at_candidate = force_at(candidate, arguments)
-        elif not is_affine:
-            miss = abs(at_here - wanted)
-            is_valley = miss <= min(abs(at_before - wanted), abs(at_after - wanted))
-            if miss < abs(force - wanted):
-                best, force = here, at_here
-            if crosses or is_valley:
-                start = here if crosses else before
-                candidate, at_candidate = nearest_between(force_at, wanted, start, after, arguments)
-        if abs(at_candidate - wanted) < abs(force - wanted):
-            best, force = candidate, at_candidate
-        if abs(force - wanted) <= REACHED * scale:
-            break
-        before, here, at_before, at_here = here, after, at_here, at_after
-    return best, force, abs(force - wanted) > REACHED * scale
+    at_end = at_start = force_at(low, arguments)
+    start, best, force, scale = low, low, at_start, abs(at_start)
+    # what comes nearest of the pieces' ends: the nearer it is, the less has to be halved
+    end = low
+    while end < high:
+        end = min(next_break(end, arguments), high)
+        at_break = force_at(end, arguments)
+        scale = max(scale, abs(at_break))
+        if abs(at_break - wanted) < abs(force - wanted):
+            best, force = end, at_break
+    while True:
+        # from one piece to the next the force may jump, or cross the wanted one by rounding
+        crosses = at_start == wanted or (at_end < wanted) != (at_start < wanted)
+        if crosses and abs(at_start - wanted) <= REACHED * scale:
+            return start, at_start, False
+        following = next_break(start, arguments)
+        # a piece holds from its lower break on, but not at its upper one
+        end = high if following > high else np.nextafter(following, low)
+        if end > start:
+            best, force, scale, at_end, is_crossing = nearest_in_piece(
+                force_at, range_of, wanted, start, end, at_start, best, force, scale, arguments
+            )
+            if is_crossing:
+                return best, force, False
+        if following > high:
+            return best, force, abs(force - wanted) > REACHED * scale
+        start, at_start = following, force_at(following, arguments)
 
 
 class MappedCurrent(NamedTuple):
@@ -160,7 +340,7 @@ class CurrentMap:
     Attributes
     ----------
     device : Device
-        The device believed in.
+        The nominal model of the device.
     low, high : float, A
         Range of the current.
 
@@ -182,8 +362,8 @@ class CurrentMap:
             )
 
     @cached_property
-    def _is_affine(self) -> bool:
-        return self.device.is_affine_in_current
+    def _model(self) -> DeviceModel:
+        return DeviceModel([self.device])
 
     def __call__(self, force: float, x: float, v: float, states: Sequence[float]) -> MappedCurrent:
         """Find the current for a force.
@@ -202,15 +382,14 @@ class CurrentMap:
         Returns
         -------
         MappedCurrent
-            The lowest current that reaches the force, or the one that comes nearest.
+            The lowest current that gives the force; where no current of the range does, the one
+            whose force is nearest.
         """
-        arguments = (float(x), float(v), tuple(map(float, states)))
-        return MappedCurrent(
-            *nearest_current(
-                self._force_at, float(force), self.low, self.high, self._is_affine, arguments
-            )
+        model = self._model
+        motion = [np.array([number], dtype=float) for number in (1.0, x, v)]
+        arguments = (*motion, np.array(states, dtype=float), model.numbers)
+        low, high = float(self.low), float(self.high)
+        current, reached, saturated = nearest_current(
+            model.combined_force, model.combined_range, float(force), low, high, arguments
         )
-
-    def _force_at(self, current: float, arguments: tuple) -> float:
-        x, v, states = arguments
-        return float(self.device.force(x, v, states, current))
+        return MappedCurrent(float(current), float(reached), bool(saturated))

@@ -6,14 +6,26 @@ velocities and internal states. The text depends on the laws alone, not on their
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Sequence
-from typing import ClassVar
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.laws import Device
 from isolation_sim.laws.law import Law
+
+from .enclosure import (
+    OPERATIONS,
+    Range,
+    fixed_range,
+    force_range_statements,
+    polynomial_range,
+    scaled_range,
+)
 
 # a device's numbers: which law, scales, sizes of the current dependence, its breaks and
 # coefficients
@@ -67,6 +79,33 @@ def polynomial(row: NDArray, at: int, n_powers: int, current: float) -> float:
     return value
 
 
+def next_break(current: float, arguments: tuple) -> float:
+    """Lowest current above a current at which other coefficients begin to hold.
+
+    Parameters
+    ----------
+    current : float, A
+        Coil current.
+    arguments : tuple
+        Of ``DeviceModel.combined_force``.
+
+    Returns
+    -------
+    float, A
+        Of any device whose weight is not 0; inf if there is none.
+    """
+    weights, _, _, _, numbers = arguments
+    n_numbers, lowest = len(numbers) // len(weights), np.inf
+    for e in range(len(weights)):
+        if weights[e] != 0.0:
+            row = numbers[e * n_numbers : (e + 1) * n_numbers]
+            for k in range(int(row[N_PIECES]) - 1):
+                if row[BREAKS + k] > current:
+                    lowest = min(lowest, row[BREAKS + k])
+                    break
+    return lowest
+
+
 class DeviceModel:
     """Devices in the form in which decisions compute with them.
 
@@ -87,11 +126,7 @@ class DeviceModel:
         Places for numbers that each device has.
     numbers : numpy.ndarray, shape (n_devices * n_numbers,)
         Their numbers.
-    functions : tuple of str
-        Methods that a decision is given after its arrays, in order.
     """
-
-    functions: ClassVar[tuple[str, ...]] = ("combined_force", "state_rates")
 
     def __init__(self, devices: Sequence[Device]):
         self.devices = tuple(devices)
@@ -145,13 +180,7 @@ class DeviceModel:
                 function_text(f"rates_{tag}", "x, v, states, current, row, out", body, "@plain")
             )
         body = [
-            "weights, x, v, states, numbers = arguments",
-            "n_states, n_numbers = len(states) // len(weights), len(numbers) // len(weights)",
-            "total = 0.0",
-            "for e in range(len(weights)):",
-            "    if weights[e] != 0.0:",
-            "        row, value = numbers[e * n_numbers : (e + 1) * n_numbers], 0.0",
-            "        own = states[e * n_states : (e + 1) * n_states]",
+            *each_weighted("0.0"),
             *by_law(laws, " " * 8, "value = force_{}(x[e], v[e], own, current, row)"),
             "        total += weights[e] * value",
             "return total",
@@ -189,6 +218,65 @@ class DeviceModel:
                 total += float(weights[e] * force)
         return total
 
+    @staticmethod
+    def range_text(laws: Sequence[Law]) -> str:
+        """Source of ``combined_range``, for some laws.
+
+        Parameters
+        ----------
+        laws : sequence of Law
+            Each law once.
+
+        Returns
+        -------
+        str
+            It uses ``first_coefficient``, ``RANGE_FUNCTIONS`` and a decorator ``plain``.
+
+        Raises
+        ------
+        NotTraceable
+            If a law uses an operation that has no range.
+        """
+        from isolation_sim.laws.emit import function_text
+
+        parts = []
+        for tag, law in enumerate(laws):
+            statements, force = force_range_statements(law)
+            body = [*statements, f"return scaled_range({force}, row[{FORCE_SCALE}])"]
+            used = set(re.findall(r"\w+", " ".join(body)))
+            call = "polynomial_range(row, at + {} * powers, powers, low, high)"
+            start = loaded(law, "low", call)
+            body = [s for s in start if s[0] != "p" or s.split(" = ")[0] in used] + body
+            parts.append(
+                function_text(f"range_{tag}", "x, v, states, low, high, row", body, "@plain")
+            )
+        body = [
+            *each_weighted("fixed_range(0.0)"),
+            *by_law(laws, " " * 8, "value = range_{}(x[e], v[e], own, low, high, row)"),
+            "        total = sum_range(total, scaled_range(value, weights[e]))",
+            "return total",
+        ]
+        parts.append(function_text("combined_range", "low, high, arguments", body, "@plain"))
+        return "\n\n".join(parts)
+
+    def combined_range(self, low: float, high: float, arguments: tuple) -> Range:
+        """Bounds on the weighted sum of the devices' forces over an interval of the current.
+
+        Parameters
+        ----------
+        low, high : float, A
+            Ends of the interval, with no break between them or at the upper one.
+        arguments : tuple
+            As of ``combined_force``.
+
+        Returns
+        -------
+        tuple of float
+            Lowest and highest force (N), lowest and highest slope (N/A).
+        """
+        bounds: Range = _range_function(self.laws)(low, high, arguments)
+        return bounds
+
     def state_rates(
         self, e: int, x: float, v: float, states: NDArray, current: float, row: NDArray,
         out: NDArray,
@@ -217,28 +305,45 @@ class DeviceModel:
         out[:n] = device.rates(float(x), float(v), states[:n].tolist(), current)
 
 
-def loaded(law: Law) -> list[str]:
+def loaded(
+    law: Law, current: str = "current",
+    parameter: str = "polynomial(row, at + {} * powers, powers, current)",
+) -> list[str]:  # fmt: skip
     """Statements that bring a law's inputs into its own scale and under the names of ``traced``.
 
     Parameters
     ----------
     law : Law
         The law.
+    current : str
+        Variable of the current that says which coefficients hold.
+    parameter : str
+        Expression of a parameter, with a place for its number.
 
     Returns
     -------
     list of str
-        They use x, v, states, current and row.
+        They use x, v, states, row and what the two expressions use.
     """
     return [
-        f"at, powers = first_coefficient(row, current), int(row[{N_POWERS}])",
-        *(
-            f"p{k} = polynomial(row, at + {k} * powers, powers, current)"
-            for k in range(len(law.parameters))
-        ),
+        f"at, powers = first_coefficient(row, {current}), int(row[{N_POWERS}])",
+        *(f"p{k} = {parameter.format(k)}" for k in range(len(law.parameters))),
         *(f"s{k} = states[{k}]" for k in range(len(law.states))),
         f"x = x / row[{LENGTH}]",
         f"v = v / row[{LENGTH}]",
+    ]
+
+
+def each_weighted(zero: str) -> list[str]:
+    """Statements that begin the sum over the devices whose weight is not 0."""
+    return [
+        "weights, x, v, states, numbers = arguments",
+        "n_states, n_numbers = len(states) // len(weights), len(numbers) // len(weights)",
+        f"total = {zero}",
+        "for e in range(len(weights)):",
+        "    if weights[e] != 0.0:",
+        f"        row, value = numbers[e * n_numbers : (e + 1) * n_numbers], {zero}",
+        "        own = states[e * n_states : (e + 1) * n_states]",
     ]
 
 
@@ -265,3 +370,19 @@ def traced(law: Law, function: Callable[..., tuple]) -> tuple[list[str], list[st
         return [], []
     _, _, statements, results = straight_line(inputs, outputs)
     return statements, results
+
+
+RANGE_FUNCTIONS: tuple[Callable[..., Range], ...] = (
+    *OPERATIONS.values(), fixed_range, scaled_range, polynomial_range,
+)  # fmt: skip
+"""What the text of ``combined_range`` may use."""
+
+
+@lru_cache(maxsize=64)
+def _range_function(laws: tuple[Law, ...]) -> Callable[..., Range]:
+    """``combined_range`` of some laws in plain Python: its text, without the compiler."""
+    names: dict[str, Any] = {function.__name__: function for function in RANGE_FUNCTIONS}
+    names |= {"first_coefficient": first_coefficient, "math": math, "plain": lambda f: f}
+    exec(DeviceModel.range_text(laws), names)
+    found: Callable[..., Range] = names["combined_range"]
+    return found

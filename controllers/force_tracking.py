@@ -22,7 +22,7 @@ from .device_states import SCRATCH, follow_states
 from .open_loop import highest_tested, lowest
 
 # the settings begin with these; then each device's coil (-1 for none) and numbers, and each coil's
-# range and whether its devices' forces are affine in its current
+# range
 N_DEVICES, N_STATES_EACH, N_NUMBERS, COILS = range(4)
 # the memory: last instant; each device's deformation, velocity, wanted force, weight and a row
 # that picks it out; the devices' states; scratch
@@ -118,8 +118,9 @@ def device_force(
 
 
 def nearest_currents(
-    settings: NDArray, memory: NDArray, command: NDArray, combined_force: Callable
-) -> None:
+    settings: NDArray, memory: NDArray, command: NDArray, combined_force: Callable,
+    combined_range: Callable,
+) -> None:  # fmt: skip
     """Currents whose forces come nearest to the wanted ones.
 
     Parameters
@@ -128,7 +129,7 @@ def nearest_currents(
         As ``ForceTracking.settings`` and ``.memory``; wanted forces are in the memory.
     command : numpy.ndarray, shape (n_channels,), A
         The result.
-    combined_force : callable
+    combined_force, combined_range : callable
         As of ``DeviceModel``.
     """
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
@@ -140,22 +141,27 @@ def nearest_currents(
     weights = memory[MOTION + 3 * m : MOTION + 4 * m]
     states = memory[MOTION + 5 * m : MOTION + (5 + n_states) * m]
     for c in range(len(command)):
-        low, high, is_affine = limits[3 * c], limits[3 * c + 1], limits[3 * c + 2] == 1.0
-        # forces of one coil's devices move along a line as its current changes, exactly if they
-        # are affine in it: what is wanted is projected onto that line
-        length = 0.0
+        low, high = limits[2 * c], limits[2 * c + 1]
+        n_own = 0
         for e in range(m):
-            weights[e] = 0.0
-            if settings[COILS + e] == c:
-                at_high = device_force(e, high, settings, memory, combined_force)
-                weights[e] = at_high - device_force(e, low, settings, memory, combined_force)
-            length += weights[e] * weights[e]
+            weights[e] = 1.0 if settings[COILS + e] == c else 0.0
+            n_own += int(weights[e])
+        if n_own > 1:
+            # forces of one coil's devices move along a line as its current changes, exactly if
+            # they are affine in it: what is wanted is projected onto that line
+            length = 0.0
+            for e in range(m):
+                if weights[e] != 0.0:
+                    at_high = device_force(e, high, settings, memory, combined_force)
+                    weights[e] = at_high - device_force(e, low, settings, memory, combined_force)
+                length += weights[e] * weights[e]
+            for e in range(m):
+                weights[e] = weights[e] / length**0.5 if length > 0.0 else 0.0
         projected = 0.0
         for e in range(m):
-            weights[e] = weights[e] / length**0.5 if length > 0.0 else 0.0
             projected += weights[e] * wanted[e]
         command[c] = nearest_current(
-            combined_force, projected, low, high, is_affine, (weights, x, v, states, numbers)
+            combined_force, combined_range, projected, low, high, (weights, x, v, states, numbers)
         )[0]
 
 
@@ -265,15 +271,11 @@ def force_tracking(
     """
     low, high = lowest(situation), highest_tested(situation)
     model, m = kind([element.device for element in elements]), len(elements)
-    affine = [
-        all(e.device.is_affine_in_current for e in elements if e.channel == c)
-        for c in range(len(high))
-    ]
     settings = np.concatenate([
         [m, model.n_states, model.n_numbers],
         [-1.0 if e.channel is None else e.channel for e in elements],
         model.numbers,
-        np.stack([low, high, affine], axis=1).ravel(),
+        np.stack([low, high], axis=1).ravel(),
     ])  # fmt: skip
     memory = np.zeros(MOTION + 5 * m + (m + SCRATCH) * model.n_states)
     return ForceTracking(tuple(elements), model, low, high, settings, memory)

@@ -133,6 +133,7 @@ class FrequencyTracking(CompiledController):
 
     def decision(self, situation: Situation) -> Decision:
         """Filters and table; nothing known of the frequency at the start."""
+        driven_elements(situation.belief, self.name)
         table = np.stack([self.best_currents(situation, c) for c in range(len(situation.low))])
         quiet = lowest(situation)[:, np.newaxis]
         own = [self.forgetting, 2 * np.pi * self.corner, self.threshold, self.settling]

@@ -33,7 +33,7 @@ N_DOFS, N_X, N_U, OWN = range(4)
 
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
-    combined_force: Callable, state_rates: Callable,
+    combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Wanted forces from accelerations, then the currents nearest to them.
 
@@ -68,7 +68,7 @@ def _decide(
             spare[i] += b[i * n + j] * measured[j]
     for i in range(n_x):
         state[i] = spare[i]
-    nearest_currents(tracking, devices, command, combined_force)
+    nearest_currents(tracking, devices, command, combined_force, combined_range)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def _decide(
     m, width = int(observer[N_ELEMENTS]), 2 * int(observer[N_DOFS])
     limits = tracking[COILS + m + int(tracking[N_DEVICES] * tracking[N_NUMBERS]) :]
     for c in range(len(command)):
-        low, high, change = limits[3 * c], limits[3 * c + 1], 0.0
+        low, high, change = limits[2 * c], limits[2 * c + 1], 0.0
         for e in range(m):
             if tracking[COILS + e] == c:
                 rise = 0.0

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.simulation.control import Situation
-from isolation_sim.structures import Element, IsolatedStructure
+from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
+from .force_tracking import driven_elements
 from .open_loop import highest_tested, lowest
 from .settings import Number, OneOf, Optional, setting
 
@@ -95,7 +96,7 @@ class OnOff(CompiledController):
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
         """Both factors of each element that a coil drives."""
         names = []
-        for element in _driven(belief):
+        for element in driven_elements(belief, self.name):
             base = belief.structure.names[int(np.argmax(element.direction))]
             first = {
                 "stiffness": f"{element.name}_deformation_m",
@@ -108,14 +109,11 @@ class OnOff(CompiledController):
         """Currents and coils; switched off at the start."""
         on = float(highest_tested(situation).min()) if self.on is None else self.on
         off = float(lowest(situation).max()) if self.off is None else self.off
-        coils = [float(element.channel or 0) for element in _driven(situation.belief)]
+        driven = driven_elements(situation.belief, self.name)
+        coils = [float(element.channel or 0) for element in driven]
         kind = SKYHOOK if self.rule == "skyhook" else 0.0
         wash_out = 2 * np.pi * self.wash_out
         memory = np.zeros(1 + len(situation.low) + 2 * len(coils))
         memory[1 : 1 + len(situation.low)] = off
         settings = np.array([on, off, self.dead_band, kind, wash_out, *coils])
         return Decision(_decide, settings, memory)
-
-
-def _driven(belief: IsolatedStructure) -> list[Element]:
-    return [element for element in belief.elements if element.channel is not None]

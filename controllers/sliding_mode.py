@@ -27,7 +27,7 @@ SLOPE, GAIN, LAYER, MASSES = range(4)
 
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
-    combined_force: Callable, state_rates: Callable,
+    combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Forces that lead each isolator to its surface, then the currents nearest to them.
 
@@ -44,7 +44,7 @@ def _decide(
         distance = (v + settings[SLOPE] * x) / settings[LAYER]
         reaching = settings[GAIN] * min(max(distance, -1.0), 1.0)
         memory[MOTION + 2 * m + e] = settings[MASSES + e] * (settings[SLOPE] * v + reaching)
-    nearest_currents(tracking, memory, command, combined_force)
+    nearest_currents(tracking, memory, command, combined_force, combined_range)
 
 
 class SlidingMode(CompiledController):

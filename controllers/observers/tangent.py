@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,8 +64,6 @@ def _function(law: Law) -> Any:
 
 class TangentModel(DeviceModel):
     """Devices with one function more, ``tangent``."""
-
-    functions: ClassVar[tuple[str, ...]] = (*DeviceModel.functions, "tangent")
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:

@@ -64,36 +64,6 @@ def complex_stiffness(law: Law, parameters: Sequence[float], omega: float) -> co
     return complex(by_motion[0] + by_states[0] @ np.linalg.solve(resolvent, by_motion[1:]))
 
 
-def force_is_affine_in_current(law: Law, dependence: CurrentDependence) -> bool:
-    """Whether the force's derivative by the current does not depend on the current.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    dependence : CurrentDependence
-        Its parameters against the current, in the law's order.
-
-    Returns
-    -------
-    bool
-        True if the force is affine in the current at every deformation, velocity and state.
-        Dependences of several different pieces are never affine.
-    """
-    import casadi
-
-    if np.any(dependence.coefficients != dependence.coefficients[:1]):
-        return False
-    x, v, current, *states = symbols(["x", "v", "current", *law.state_names])
-    one_piece = CurrentDependence(
-        dependence.names, np.array([-np.inf, np.inf]), dependence.coefficients[:1]
-    )
-    force = law.force(x, v, tuple(states), one_piece.at(current))
-    # not the second derivative: it is zero too where a law compares the current with something
-    slope = casadi.simplify(casadi.jacobian(force, current))
-    return not casadi.depends_on(slope, current)
-
-
 @lru_cache(maxsize=64)
 def _energy_gradient(law: Law, dependence: CurrentDependence) -> Any:
     """CasADi function: x, current, states -> gradient of the stored energy by each."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -111,13 +110,6 @@ class Device:
         """Typical deformation in the structure's scale, m: the tested one, or 0.1 m if untested."""
         tested = self.tested_deformation
         return self.length * (tested if np.isfinite(tested) else 0.1)
-
-    @cached_property
-    def is_affine_in_current(self) -> bool:
-        """Whether the force, given deformation, velocity and states, is affine in the current."""
-        from .derivatives import force_is_affine_in_current
-
-        return force_is_affine_in_current(self.law, self.current)
 
     def parameters_at(self, current: Any) -> tuple:
         """Parameters at a current.

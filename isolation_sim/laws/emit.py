@@ -8,7 +8,7 @@ anything of laws, effects or CasADi. Whatever depends on the parameters alone is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 _BINARY = {
@@ -56,8 +56,22 @@ class NotTraceable(ValueError):
     """A law uses an operation that cannot be written out for the compiled kernels."""
 
 
+def scalar_expression(operation: str, operands: Sequence[str], is_hoisted: Sequence[bool]) -> str:
+    """Print one operation on scalars."""
+    template = _BINARY.get(operation) if len(operands) == 2 else _UNARY.get(operation)
+    if template is None:
+        raise NotTraceable(
+            f"operation {operation[3:].lower()} has no compiled counterpart; a law may use "
+            "+ - * / **, comparisons and the functions that DESIGN lists"
+        )
+    return template.format(*operands)
+
+
 def straight_line(
-    inputs: dict[str, Any], outputs: Sequence[Any], hoist: Sequence[str] = ()
+    inputs: dict[str, Any],
+    outputs: Sequence[Any],
+    hoist: Sequence[str] = (),
+    write: Callable[[str, Sequence[str], Sequence[bool]], str] = scalar_expression,
 ) -> tuple[list[str], list[str], list[str], list[str]]:
     """Print a symbolic computation as scalar Python statements.
 
@@ -70,6 +84,9 @@ def straight_line(
     hoist : sequence of str
         Inputs that change seldom. Statements that depend on these (and constants) alone come
         out separately.
+    write : callable
+        ``write(operation, operands, is_hoisted)`` prints one operation of those statements that do
+        not come out separately; the others are scalar.
 
     Returns
     -------
@@ -102,14 +119,15 @@ def straight_line(
     def is_seldom(operand: str) -> bool:
         return operand in seldom or operand[0] in "-0123456789"
 
-    def assign(expression: str, operands: Sequence[str]) -> str:
-        if all(is_seldom(o) for o in operands):
+    def assign(operation: str, operands: Sequence[str]) -> str:
+        is_hoisted = [is_seldom(o) for o in operands]
+        if all(is_hoisted):
             name = f"pre{len(hoisted)}"
-            hoisted.append(f"{name} = {expression}")
+            hoisted.append(f"{name} = {scalar_expression(operation, operands, is_hoisted)}")
             seldom.add(name)
         else:
             name = f"tmp{len(statements)}"
-            statements.append(f"{name} = {expression}")
+            statements.append(f"{name} = {write(operation, operands, is_hoisted)}")
         return name
 
     for k in range(function.n_instructions()):
@@ -128,15 +146,9 @@ def straight_line(
             if op == "OP_DIV" and operands[1] in seldom and not is_seldom(operands[0]):
                 divisor = operands[1]
                 if divisor not in reciprocal:
-                    reciprocal[divisor] = assign(f"(1.0 / {divisor})", [divisor])
+                    reciprocal[divisor] = assign("OP_INV", [divisor])
                 op, operands = "OP_MUL", [operands[0], reciprocal[divisor]]
-            template = _BINARY.get(op) if len(operands) == 2 else _UNARY.get(op)
-            if template is None:
-                raise NotTraceable(
-                    f"operation {op[3:].lower()} has no compiled counterpart; a law may use "
-                    "+ - * / **, comparisons and the functions that DESIGN lists"
-                )
-            register[out[0]] = assign(template.format(*operands), operands)
+            register[out[0]] = assign(op, operands)
 
     text = " ".join(statements) + " " + " ".join(results)
     tokens = set("".join(c if c.isalnum() or c == "_" else " " for c in text).split())

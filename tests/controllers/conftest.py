@@ -7,7 +7,7 @@ import pytest
 
 from controllers import available_controllers, controller
 from ground_motions import el_centro_1940
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import Sensors, Situation
 from isolation_sim.structures import reference_building, reference_isolators
 
 # settings without which a controller cannot be built, or takes longer than its contract needs
@@ -19,6 +19,22 @@ NEEDED = {
 
 def build(name, **settings):
     return controller(name, **NEEDED.get(name, {}), **settings)
+
+
+NOISE = {
+    "displacement_m": 5e-4, "velocity_m_s": 5e-3, "acceleration_m_s2": 0.02, "deformation_m": 5e-4,
+    "force_N": 5e3,
+}  # fmt: skip
+"""Standard deviation of each quantity's sensor."""
+
+
+def noisy_sensors(one, isolated):
+    """Noise of every quantity that the controller measures, and 20 ms of delay."""
+    measured = one.measures(isolated)
+    silent = [name for name in measured if not name.endswith(tuple(NOISE))]
+    assert not silent, f"no noise is known for {silent}"
+    noise = {key: size for key, size in NOISE.items() if any(n.endswith(key) for n in measured)}
+    return Sensors(noise=noise, delay=0.02, seed=1)
 
 
 @pytest.fixture(params=available_controllers())

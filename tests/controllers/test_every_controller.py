@@ -2,17 +2,19 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from controllers import CONTROLLERS, available_controllers, controller
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import CoilDriver, Sensors
+from isolation_sim.laws import law
+from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
 
-from .conftest import build
+from .conftest import build, noisy_sensors
 
 # controllers whose belief shows in these commands; that of frequency_tracking moves the frequency
 # at which it switches, which this motion's leaps over
@@ -20,6 +22,10 @@ REASONING = {
     "clipped_lqr", "clipped_lqg", "h2", "lyapunov", "sliding_mode", "mpc",
     "clairvoyant",
 }  # fmt: skip
+
+
+# controllers that command every coil the same without asking what it drives
+COMMANDING = {"passive_off", "passive_on", "constant", "prescribed"}
 
 
 def test_runs_within_the_limits_and_repeats_itself(name, isolated, record):
@@ -51,13 +57,42 @@ def test_belief_is_apart_from_the_plant(name, isolated, record):
     assert changes == (name in REASONING)
 
 
-def test_copes_with_lag_noise_and_delay(name, isolated, record):
-    sensors = Sensors(delay=0.02, noise={"displacement_m": 1e-4} if name == "clipped_lqr" else {})
-    run = simulate(
-        isolated, record, build(name, period=0.04), driver=CoilDriver(lag=0.05), sensors=sensors,
-        computation_delay=0.005,
+def test_noise_of_its_sensors_reaches_it_and_costs_little(name, isolated, record):
+    """Beside lag and delay, which both runs have; how little is told by what they reach."""
+    sensors = noisy_sensors(build(name), isolated)
+    quiet, noisy = (
+        simulate(
+            isolated, record, build(name, period=0.04), driver=CoilDriver(lag=0.05),
+            sensors=given, computation_delay=0.005,
+        )
+        for given in (replace(sensors, noise={}), sensors)
     )  # fmt: skip
-    assert np.all(np.isfinite(run.values))
+    assert np.all(np.isfinite(noisy.values))
+    differs = np.abs(noisy.command - quiet.command).max() > 1e-3
+    assert differs == bool(build(name).measures(isolated))
+    for output, most in (("base_displacement_m", 1.05), ("floor5_acceleration_m_s2", 1.6)):
+        peaks = [np.abs(run.output(output)).max() for run in (quiet, noisy)]
+        assert peaks[1] <= most * peaks[0]
+
+
+def test_without_a_coil_it_runs_or_says_so_in_one_line(name, record):
+    belief = reference_building().on(law("linear", {"k": 1.5e7}))
+    if name in COMMANDING:
+        assert simulate(belief, record.cut(0.0, 1.0), build(name)).command.shape[1] == 0
+    else:
+        message = rf"{name}: no element of the (belief|structure) is driven by a coil"
+        with pytest.raises(InputError, match=f"^{message}$"):
+            simulate(belief, record.cut(0.0, 1.0), build(name))
+
+
+def test_a_current_without_effect_changes_nothing(name, record):
+    idle = reference_isolators(law("strain_stiffening", "base_model"))
+    plant, short = reference_building().with_element(idle, "base", 0), record.cut(0.0, 3.0)
+    driver = CoilDriver(high=3.0)
+    off, run = (simulate(plant, short, build(one), driver=driver) for one in ("passive_off", name))
+    for output in ("base_displacement_m", "floor5_acceleration_m_s2"):
+        expected = off.output(output)
+        assert np.abs(run.output(output) - expected).max() <= 1e-5 * np.abs(expected).max()
 
 
 def test_unknown_setting_is_refused_with_the_nearest(name):

@@ -145,10 +145,9 @@ def test_plain_and_compiled_form_agree_for_several_laws_and_coils(kind):
     seen = np.hstack([np.cumsum(size * rng.standard_normal((12, 10)), axis=0) / 3, currents])
     decision = observer.decision()
     memory, row = decision.memory.copy(), np.zeros(observer.width())
-    functions = [getattr(decision.devices, name) for name in decision.devices.functions]
     plain = []
     for k, given in enumerate(seen):
-        decision.function(k * PERIOD, given, decision.settings, memory, row, *functions)
+        decision.function(k * PERIOD, given, decision.settings, memory, row, *decision.methods)
         plain.append(row.copy())
     plain = observer.estimate(np.arange(len(seen)) * PERIOD, np.array(plain))
     fast = observer.run(seen)

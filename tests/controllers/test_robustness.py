@@ -3,23 +3,11 @@
 import numpy as np
 import pytest
 
-from isolation_sim.simulation.control import CoilDriver, Sensors
+from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
 
-from .conftest import build
-
-NOISE = {
-    "displacement_m": 5e-4, "velocity_m_s": 5e-3, "acceleration_m_s2": 0.02, "deformation_m": 5e-4,
-    "force_N": 5e3,
-}  # fmt: skip
-
-
-def sensors(one, isolated):
-    """Noise of every quantity that the controller measures, and 20 ms of delay."""
-    measured = one.measures(isolated)
-    noise = {key: size for key, size in NOISE.items() if any(n.endswith(key) for n in measured)}
-    return Sensors(noise=noise, delay=0.02, seed=1)
+from .conftest import build, noisy_sensors
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])
@@ -31,7 +19,7 @@ def test_stays_bounded(name, isolated, record, factor):
     run, off, on = (
         simulate(isolated, ground, each, belief=believed, driver=driver, sensors=given)
         for each, given in (
-            (one, sensors(one, isolated)),
+            (one, noisy_sensors(one, isolated)),
             (build("passive_off"), None),
             (build("passive_on"), None),
         )

@@ -7,6 +7,7 @@ import pytest
 
 from controllers import CurrentMap, controller
 from controllers.sliding_mode import carried_masses
+from isolation_sim.laws import law
 from isolation_sim.structures import reference_building, reference_isolators
 
 from .conftest import both_forms, situation_of
@@ -52,3 +53,18 @@ def test_masses_are_shared_by_stiffness():
     motion = np.column_stack([0.05 * np.sin(3 * t), 0.15 * np.cos(3 * t)] * 2 + [t, 1 + t])
     plain, fast = both_forms(one, situation, motion)
     assert np.abs(plain - fast).max() <= 1e-9 and np.ptp(plain, axis=0).min() > 0.5
+
+
+def test_plain_and_compiled_form_agree_where_the_force_bends_with_the_current():
+    """A table's kinks, a Gaussian, and two devices on one coil."""
+    belief = reference_building().on(reference_isolators(law("hybrid")))
+    pulled = law("improved_bouc_wen").scaled(length=100, force=30)
+    for name, channel, device in (("b", 1, pulled), ("c", 1, pulled.scaled(force=2))):
+        belief = belief.with_element(device, "base", channel, name)
+    one, t = controller("sliding_mode", gain=1.5), np.arange(60) * 0.02
+    motion = [0.08 * np.sin(3 * t), 0.24 * np.cos(3 * t)]
+    seen = np.column_stack([*motion * 3, 1 + np.sin(t), 1 + np.cos(t)])
+    plain, fast = both_forms(one, situation_of(one, belief, high=2.5), seen)
+    # where the force is largest, rounding leaves the current open to half of the digits
+    assert np.abs(plain - fast).max() <= 1e-6 and np.ptp(plain, axis=0).min() > 1.0
+    assert len(np.unique(plain[:, 1].round(6))) > 10

@@ -5,7 +5,6 @@ import pytest
 
 from isolation_sim.errors import InputError
 from isolation_sim.laws import CurrentDependence, Device, Law, Quantity, Scaled, law
-from isolation_sim.laws.hybrid import condition
 from isolation_sim.laws.strain_stiffening import LAW
 
 
@@ -74,23 +73,6 @@ def test_a_law_with_a_corner_at_rest_is_not_linearised():
     device = Device(corner, CurrentDependence.constant({"k": 1.0}))
     with pytest.raises(InputError, match="linearised"):
         device.linearised(0.0)
-
-
-@pytest.mark.parametrize(
-    ("device", "affine"),
-    [
-        (law("strain_stiffening"), True),
-        (law("strain_stiffening", "base_model"), True),
-        (law("strain_stiffening", {"k1": (1e4, 0.0, 1e3)}), False),
-        (law("strain_stiffening", {"c0": (1e4, 0.0, 1e3)}), True),  # c0 is not in the force
-        (law("hybrid"), False),
-        (law("kelvin_voigt", {"k": (1e4, 1e3), "c": (10.0, 1.0)}), True),
-        (condition(8, 1), False),
-        (condition(8, 1, 2), True),
-    ],
-)
-def test_affine_in_current(device, affine):
-    assert device.is_affine_in_current is affine
 
 
 def test_checked_current():

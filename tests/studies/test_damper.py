@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("studies.damper")
-
 from studies import damper
 
 LABEL = "10mm_1Hz"

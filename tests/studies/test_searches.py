@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("studies.searches")
 pytest.importorskip("pymoo")
 
 from isolation_sim.laws import law
