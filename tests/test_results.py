@@ -12,6 +12,9 @@ import xarray
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim import results
+from isolation_sim.io.atomic_write import write_text
+from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.results_folder import ResultsFolder, file_name
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +56,9 @@ def test_what_is_not_netcdf_is_refused(content, tmp_path):
 
 
 def test_a_failed_write_keeps_the_old_file(comparison, tmp_path):
-    path = results.write_text("old", tmp_path / "table.csv")
+    path = write_text("old", tmp_path / "table.csv")
     with pytest.raises(ValueError, match="dict contains"):
-        results.write_table([{"a": 1}, {1: object(), "b": set()}, {"a": Broken()}], path)
+        write_table([{"a": 1}, {1: object(), "b": set()}, {"a": Broken()}], path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
 
@@ -64,7 +67,7 @@ def test_a_write_that_fails_names_the_file(tmp_path):
     (tmp_path / "taken").mkdir()
     for path in (tmp_path / "taken", tmp_path / "nowhere" / "a.txt"):
         with pytest.raises(OSError, match="directory") as caught:
-            results.write_text("text", path)
+            write_text("text", path)
         assert caught.value.filename == str(path)
     assert [p.name for p in tmp_path.iterdir()] == ["taken"]
 
@@ -100,12 +103,12 @@ def test_json_has_null_for_what_is_no_number():
     ("name", "file"), [("on_off", "on_off"), ("2 A/s", "2_A_s"), ("..", "unnamed"), (".a", "a")]
 )
 def test_file_names(name, file):
-    assert results.file_name(name) == file
+    assert file_name(name) == file
 
 
 def test_a_results_folder_appears_whole(tmp_path):
     wanted = tmp_path / "deep" / "results"
-    with results.ResultsFolder(wanted) as folder:
+    with ResultsFolder(wanted) as folder:
         (folder.unfinished / "a").write_text("")
         assert not wanted.exists()
     assert folder.path == wanted
@@ -115,20 +118,20 @@ def test_a_results_folder_appears_whole(tmp_path):
 def test_a_results_folder_never_replaces_another(tmp_path):
     wanted = tmp_path / "results"
     for expected in ("results", "results-2", "results-3"):
-        with results.ResultsFolder(wanted) as folder:
+        with ResultsFolder(wanted) as folder:
             (folder.unfinished / "a").write_text(expected)
         assert folder.path.name == expected
     assert (wanted / "a").read_text() == "results"
 
 
 def test_an_empty_folder_is_used(tmp_path):
-    with results.ResultsFolder(tmp_path) as folder:
+    with ResultsFolder(tmp_path) as folder:
         (folder.unfinished / "a").write_text("")
     assert (tmp_path / "a").exists()
 
 
 def test_a_failed_results_folder_leaves_nothing(tmp_path):
-    with pytest.raises(RuntimeError), results.ResultsFolder(tmp_path / "new" / "results"):
+    with pytest.raises(RuntimeError), ResultsFolder(tmp_path / "new" / "results"):
         raise RuntimeError
     assert not list(tmp_path.iterdir())
 
@@ -136,7 +139,7 @@ def test_a_failed_results_folder_leaves_nothing(tmp_path):
 def test_a_results_folder_below_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(iso.InputError, match="results cannot be written there"):
-        with results.ResultsFolder(tmp_path / "file" / "results"):
+        with ResultsFolder(tmp_path / "file" / "results"):
             pass
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ground_motions import GroundMotionError
 
-from ..cell_table import read_cells
 from ..errors import InputError, unknown_name
+from ..io.csv_table import read_csv_table
 
 COLUMNS = (
     "amplitude_mm", "frequency_Hz", "current_A", "effective_stiffness_N_per_mm", "damping_ratio",
@@ -87,7 +87,7 @@ def read_loop_table(path: str | Path) -> LoopTable:
         If the file or a column is missing, a column is unknown, or a number is not usable.
     """
     try:
-        cells = read_cells(path)
+        cells = read_csv_table(path)
         names = cells.names
         for name in names:
             if name not in (*COLUMNS, _HOLD_OUT):

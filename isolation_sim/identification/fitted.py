@@ -261,7 +261,7 @@ class Fit:
         pathlib.Path
             The file.
         """
-        from ..results import write_text
+        from ..io.atomic_write import write_text
 
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         return write_text(self.scenario_section(), path)

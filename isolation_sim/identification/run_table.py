@@ -12,8 +12,8 @@ import numpy as np
 from ground_motions import GroundMotionError
 from ground_motions.readers.time_column import uniform_step
 
-from ..cell_table import read_cells
 from ..errors import InputError
+from ..io.csv_table import read_csv_table
 from .velocity import smooth
 
 MINIMUM_SAMPLES = 16
@@ -145,7 +145,7 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         there are too few samples, or a velocity is not the displacement's slope.
     """
     try:
-        cells = read_cells(path)
+        cells = read_csv_table(path)
         names = cells.names
         table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])
         columns = _recognised(names, cells.head)

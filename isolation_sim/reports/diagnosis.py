@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
-from ..results import write_contents, write_text
+from ..io.atomic_write import write_text
+from ..io.results_folder import write_contents
 from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
 from .html.text import capital
 
@@ -26,9 +27,9 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     diagnosis : Diagnosis
         The diagnosis.
     """
-    from ..cli_habits import page
+    from .console import standard_console
 
-    console = page()
+    console = standard_console()
     console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
     console.print()
     console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
@@ -256,7 +257,7 @@ def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     OSError
         If the folder cannot be written to.
     """
-    from ..effects.plain import device_section
+    from ..effects.serialisation import device_section
     from . import diagnosis_figures
     from .html.diagnosis_report import diagnosis_report
     from .style import save

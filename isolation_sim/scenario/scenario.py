@@ -12,8 +12,8 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model
 from ground_motions import GroundMotionError
 
 from ..errors import InputError
+from ..io.toml import parse_toml, read_toml
 from ..structures import IsolatedStructure, Structure
-from ..toml_file import parse_toml, read_toml
 from .building import Building, ReferenceBuilding
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Belief, Element, Isolator

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from ground_motions import GroundMotionError
 
 from ..errors import Diverged, InputError
-from ..results import file_name, write_run
+from ..io.results_folder import file_name
+from ..results import write_run
 from ..simulation.batch import Case, simulate_many
 from ..simulation.run import simulate
 from .design import CaseSpec, validated

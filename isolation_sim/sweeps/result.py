@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, unknown_name
-from ..whole_file import replacing
+from ..io.atomic_write import atomic_write
 
 if TYPE_CHECKING:
     import pandas
@@ -199,7 +199,7 @@ class Sweep:
         """
         from pyarrow import csv
 
-        with replacing(path) as unfinished, unfinished.open("wb") as file:
+        with atomic_write(path) as unfinished, unfinished.open("wb") as file:
             csv.write_csv(self._store.read(), file)
         return Path(path)
 

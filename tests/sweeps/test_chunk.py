@@ -8,7 +8,7 @@ import pandas
 import pyarrow.parquet as pq
 import pytest
 
-from isolation_sim.front_door import run_scenario
+from isolation_sim.api import run_scenario
 from isolation_sim.sweeps.chunk import run_chunk
 from isolation_sim.sweeps.design import validated
 from isolation_sim.sweeps.run import chunk_of

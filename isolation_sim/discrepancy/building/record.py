@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ground_motions import GroundMotionError, Record
 from ground_motions.readers.time_column import uniform_step
 
-from ...cell_table import read_cells
 from ...errors import InputError
+from ...io.csv_table import read_csv_table
 
 MINIMUM_SAMPLES = 64
 DISPLACEMENT = "isolator_displacement_m"
@@ -145,7 +145,7 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
         Naming the file, the place, what was given and what is accepted.
     """
     try:
-        cells = read_cells(path)
+        cells = read_csv_table(path)
         _check_names(cells.names, cells.head)
         table = cells.numbers(range(len(cells.names)))
         if len(table) < MINIMUM_SAMPLES:

@@ -1,4 +1,4 @@
-"""The front door: lazy, complete, and with controllers by name."""
+"""The api: lazy, complete, and with controllers by name."""
 
 from __future__ import annotations
 
