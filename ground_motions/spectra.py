@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ground_motions.checks import FloatArray, positive, read_only, within
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.record import Record
 
 _SUBSTEPS_A_PERIOD = 20
@@ -100,7 +100,7 @@ def response_spectrum(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If a period is negative, not finite, or above 0 but below a thousandth of the record's
         step; or the damping is out of range.
 
@@ -154,7 +154,7 @@ def oscillator_response(record: Record, period: float, damping: float = 0.05) ->
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the period is not above 0, or is below a thousandth of the record's step, or the
         damping is out of range.
     """
@@ -196,10 +196,10 @@ def _checked_periods(record: Record, periods: npt.ArrayLike) -> FloatArray:
     try:
         result = np.atleast_1d(np.array(periods, dtype=np.float64))
     except (TypeError, ValueError):
-        raise GroundMotionError("periods (s)", "values that are not numbers", accepted) from None
+        raise InputError("periods (s)", "values that are not numbers", accepted) from None
     if result.ndim != 1:
-        raise GroundMotionError("periods (s)", f"shape {result.shape}", "one row of numbers")
+        raise InputError("periods (s)", f"shape {result.shape}", "one row of numbers")
     good = np.isfinite(result) & ((result == 0.0) | (result >= _SHORTEST_PERIOD * record.dt))
     if not good.all():
-        raise GroundMotionError("periods (s)", f"{result[~good][0]:g}", accepted)
+        raise InputError("periods (s)", f"{result[~good][0]:g}", accepted)
     return result

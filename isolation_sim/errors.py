@@ -5,9 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+from ground_motions.errors import InputError
 
-class InputError(ValueError):
-    """Input that cannot be used; one line with the place, what was given, what is accepted."""
+__all__ = ["Diverged", "InputError", "unknown_name"]
 
 
 class Diverged(RuntimeError):

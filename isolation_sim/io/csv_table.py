@@ -59,9 +59,8 @@ class CsvTable:
         Raises
         ------
         InputError
-            If a row has more or fewer cells than the header.
-        GroundMotionError
-            If a cell of a used column is not a finite number.
+            If a row has more or fewer cells than the header, or a cell of a used column is not a
+            finite number.
         """
         table = np.zeros((len(self.rows), len(self.names)))
         try:
@@ -101,7 +100,7 @@ def read_csv_table(path: str | Path) -> CsvTable:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If it is missing, unreadable, not text, empty, or comments only.
     """
     numbered = table_lines(path)

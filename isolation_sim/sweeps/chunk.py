@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ground_motions import GroundMotionError
-
 from ..errors import Diverged, InputError
 from ..io.results_folder import file_name
 from ..results import write_run
@@ -117,7 +115,7 @@ class Row:
 
     def fail(self, error: Exception) -> None:
         """Record why there is no result."""
-        known = isinstance(error, InputError | GroundMotionError | Diverged)
+        known = isinstance(error, InputError | Diverged)
         self.status = "diverged" if isinstance(error, Diverged) else "refused" if known else "error"
         self.reason = str(error) if known else f"{type(error).__name__}: {error}"
 
