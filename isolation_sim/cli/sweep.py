@@ -200,8 +200,8 @@ def show(
     from ..io.results_folder import write_contents
     from ..reports.console import standard_console
     from ..reports.style import save
+    from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
     from ..sweeps import Sweep
-    from ..sweeps.tables import best_table, controllers_table, sensitivity_table
 
     result = Sweep(folder)
     if figures is not None and figures.is_file():
