@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_measures import loop_measures
     from .laws import Device, available_conditions, available_laws, available_sets, law
-    from .results import read_run, write_run
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
+    from .simulation.run_files import read_run, write_run
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -73,7 +73,7 @@ _HOMES = {
     "loop_measures": ".identification.loop_measures",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
-    "read_run": ".results",
+    "read_run": ".simulation.run_files",
     "reference_building": ".structures",
     "reference_isolators": ".structures",
     "run_scenario": ".api",
@@ -81,7 +81,7 @@ _HOMES = {
     "simulate": ".api",
     "simulate_many": ".simulation.batch",
     "sweep": ".sweeps.run",
-    "write_run": ".results",
+    "write_run": ".simulation.run_files",
 }
 
 __all__ = [

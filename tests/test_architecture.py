@@ -39,6 +39,10 @@ KNOWN: list[set[str]] = []
 """Known circles between files. Empty, and to stay so."""
 
 
+MOST_LAYERS = 15
+"""Packages and folders on the longest chain of imports."""
+
+
 class Import(NamedTuple):
     """One import: of which module, whether within a function, whether for type checkers alone."""
 
@@ -175,6 +179,22 @@ def test_no_files_import_each_other_in_a_circle():
         for name in known:
             below[name] -= known
     assert circle(below) == []
+
+
+def component(name: str) -> str:
+    """Folder or top-level file of ``isolation_sim`` that holds a module; other packages whole."""
+    parts = name.split(".")
+    return ".".join(parts[: 2 if parts[0] == "isolation_sim" else 1])
+
+
+def test_folders_stand_on_each_other_without_a_circle():
+    below: dict[str, set[str]] = {component(name): set() for name in files()}
+    for name, imported in graph().items():
+        for each in imported:
+            if (name, each) not in UPWARD and component(each) != component(name):
+                below[component(name)].add(component(each))
+    assert circle(below) == []
+    assert layers(below) <= MOST_LAYERS, layers(below)
 
 
 RENDERED = sorted(

@@ -11,10 +11,11 @@ import xarray
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim import results
+from isolation_sim import read_run, write_run
 from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, file_name
+from isolation_sim.reports.comparison_files import _finite, write_comparison
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +28,8 @@ def comparison():
 
 def test_histories_survive_with_units_and_scenario(comparison, tmp_path):
     run = comparison.runs["passive_on"]
-    path = results.write_run(run, tmp_path / "run.nc", "# scenario\n")
-    data = results.read_run(path)
+    path = write_run(run, tmp_path / "run.nc", "# scenario\n")
+    data = read_run(path)
     assert data.attrs["scenario"] == "# scenario\n"
     assert data.attrs["controller"] == "passive_on"
     assert data.attrs["criterion_peak_drift_m"] == run.criteria["peak_drift_m"]
@@ -40,7 +41,7 @@ def test_histories_survive_with_units_and_scenario(comparison, tmp_path):
 
 
 def test_any_reader_of_netcdf_reads_it(comparison, tmp_path):
-    path = results.write_run(comparison.runs["passive_on"], tmp_path / "run.nc")
+    path = write_run(comparison.runs["passive_on"], tmp_path / "run.nc")
     with xarray.open_dataset(path) as data:
         assert data.displacement.sizes == {"time": 150, "dof": 6}
 
@@ -51,7 +52,7 @@ def test_what_is_not_netcdf_is_refused(content, tmp_path):
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(iso.InputError, match=r"run\.nc: .*accepted: netCDF") as caught:
-        results.read_run(path)
+        read_run(path)
     assert "\n" not in str(caught.value)
 
 
@@ -78,7 +79,7 @@ class Broken:
 
 
 def test_everything_of_a_comparison(comparison, tmp_path):
-    results.write_comparison(comparison, tmp_path, "# scenario\n")
+    write_comparison(comparison, tmp_path, "# scenario\n")
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
     figures = {"time_histories", "floor_envelopes", "energy", "loops", "currents"}
     assert found == {
@@ -96,7 +97,7 @@ def test_everything_of_a_comparison(comparison, tmp_path):
 
 
 def test_json_has_null_for_what_is_no_number():
-    assert results._finite({"a": [float("nan"), 1.0, float("inf")]}) == {"a": [None, 1.0, None]}
+    assert _finite({"a": [float("nan"), 1.0, float("inf")]}) == {"a": [None, 1.0, None]}
 
 
 @pytest.mark.parametrize(
@@ -144,7 +145,7 @@ def test_a_results_folder_below_a_file_is_refused(tmp_path):
 
 
 def test_a_folder_says_what_is_in_it(comparison, tmp_path):
-    results.write_comparison(comparison, tmp_path, "# scenario\n")
+    write_comparison(comparison, tmp_path, "# scenario\n")
     title, _, *lines = (tmp_path / "README.txt").read_text().splitlines()
     assert title.startswith(comparison.title)
     told = {line.split()[0].rstrip("/") for line in lines}

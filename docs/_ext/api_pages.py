@@ -66,7 +66,11 @@ def _page(module: ModuleType, told: dict[int, str]) -> str:
         elif id(value) in told:
             lines += [f"``{one}`` is :py:obj:`{told[id(value)]}`.", ""]
         elif inspect.isclass(value):
-            lines += [f".. autoclass:: {path}", "   :members:", ""]
+            # a scenario's sections inherit only what is pydantic's
+            own_base = value.__base__.__module__.split(".")[0] == name.split(".")[0]
+            inherits = own_base and not hasattr(value, "model_fields")
+            options = ["   :members:", "   :inherited-members:"][: 1 + inherits]
+            lines += [f".. autoclass:: {path}", *options, ""]
         else:
             lines += [f".. autofunction:: {path}", ""]
         told.setdefault(id(value), path)

@@ -40,8 +40,8 @@ def run(
     """Compare the controllers of a scenario."""
     from ..comparison import simulated
     from ..io.results_folder import ResultsFolder, file_name
+    from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
-    from ..results import json_text, write_comparison
     from ..scenario import Scenario
 
     described = Scenario() if scenario is None else Scenario.read(scenario)

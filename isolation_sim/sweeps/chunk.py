@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import Diverged, InputError
 from ..io.results_folder import file_name
-from ..results import write_run
 from ..simulation.batch import Case, simulate_many
 from ..simulation.run import simulate
+from ..simulation.run_files import write_run
 from .design import CaseSpec, validated
 from .rows import Row, energy_record, table_bytes
 

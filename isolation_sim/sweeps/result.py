@@ -183,7 +183,7 @@ class Sweep:
         InputError
             If they were not kept.
         """
-        from ..results import read_run
+        from ..simulation.run_files import read_run
         from .chunk import history_name
 
         return read_run(self._store.histories / history_name(case, self.one_controller(controller)))

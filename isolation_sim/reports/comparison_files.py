@@ -1,24 +1,18 @@
-"""What a run leaves on disk: histories as netCDF, tables as CSV, whole or not at all."""
+"""Files of a comparison."""
 
 from __future__ import annotations
 
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .comparison import json_report
-from .io.atomic_write import write_text
-from .io.csv_table import write_table
-from .io.netcdf import read_netcdf, write_netcdf
-from .io.results_folder import file_name, write_contents
-from .version import __version__
-
-if TYPE_CHECKING:
-    import xarray
-
-    from .comparison import Comparison
-    from .simulation.result import Run
+from ..comparison import Comparison, json_report
+from ..io.atomic_write import write_text
+from ..io.csv_table import write_table
+from ..io.results_folder import file_name, write_contents
+from ..simulation.run_files import write_run
+from .style import save
 
 
 def write_comparison(
@@ -53,8 +47,6 @@ def write_comparison(
 
 
 def _write_figures(comparison: Comparison, folder: Path) -> None:
-    from .reports.figures import save
-
     isolated = next(iter(comparison.runs.values())).isolated
     kinds = ["time_histories", "floor_envelopes", "energy"]
     kinds += ["loops"] * bool(isolated.elements) + ["currents"] * bool(isolated.n_channels)
@@ -63,18 +55,7 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
 
 
 def json_text(comparison: Comparison) -> str:
-    """Report of a comparison as JSON.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Runs to report.
-
-    Returns
-    -------
-    str
-        `json_report`, with null for what is not a finite number: JSON has no word for it.
-    """
+    """`json_report` as text, with null for what is not a finite number."""
     return json.dumps(_finite(json_report(comparison)), indent=2, allow_nan=False) + "\n"
 
 
@@ -84,49 +65,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list):
         return [_finite(each) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
-    """Write a run's histories as netCDF.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-    path : str or pathlib.Path
-        File to write, replaced whole or not at all.
-    scenario : str
-        TOML of the scenario that produced it, kept with it.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-    """
-    data = run.history.assign_attrs(
-        scenario=scenario,
-        software=f"isolation-sim {__version__}",
-        **{f"criterion_{name}": value for name, value in run.criteria.items()},
-    )
-    return write_netcdf(data, path)
-
-
-def read_run(path: str | Path) -> xarray.Dataset:
-    """Read what `write_run` wrote.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        netCDF file.
-
-    Returns
-    -------
-    xarray.Dataset
-        Histories with units; ``attrs["scenario"]`` is the scenario's TOML.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or not netCDF.
-    """
-    return read_netcdf(path, "netCDF, as isolation-sim run writes it")
