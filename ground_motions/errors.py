@@ -58,3 +58,26 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         return ", ".join(names)
     best = next(n for n in names if n.lower() == close[0])
     return ", ".join([f"{best} (did you mean it?)", *(n for n in names if n != best)])
+
+
+def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
+    """Build the error for a name that is not in a registry.
+
+    Parameters
+    ----------
+    kind : str
+        What the name should be, such as ``"law"``.
+    given : str
+        What was given.
+    accepted : iterable of str
+        The valid names.
+
+    Returns
+    -------
+    InputError
+        Naming the nearest valid name and all accepted ones.
+    """
+    names = sorted(accepted)
+    close = difflib.get_close_matches(given, names, n=1)
+    hint = f" did you mean {close[0]!r}?" if close else ""
+    return InputError(f"unknown {kind} {given!r};{hint} accepted: {', '.join(names)}")

@@ -15,6 +15,7 @@ PACKAGES = (
     "isolation_sim.effects",
     "isolation_sim.scenario",
     "isolation_sim.simulation.batch",
+    "isolation_sim.simulation.trajectory",
     "isolation_sim.simulation.ledger",
     "isolation_sim.criteria",
     "isolation_sim.identification.campaign",
@@ -66,11 +67,7 @@ def _page(module: ModuleType, told: dict[int, str]) -> str:
         elif id(value) in told:
             lines += [f"``{one}`` is :py:obj:`{told[id(value)]}`.", ""]
         elif inspect.isclass(value):
-            # a scenario's sections inherit only what is pydantic's
-            own_base = value.__base__.__module__.split(".")[0] == name.split(".")[0]
-            inherits = own_base and not hasattr(value, "model_fields")
-            options = ["   :members:", "   :inherited-members:"][: 1 + inherits]
-            lines += [f".. autoclass:: {path}", *options, ""]
+            lines += [f".. autoclass:: {path}", "   :members:", ""]
         else:
             lines += [f".. autofunction:: {path}", ""]
         told.setdefault(id(value), path)

@@ -11,9 +11,11 @@ from typing import Annotated
 
 import typer
 
+from studies import command as study
+
 from ..errors import Diverged, InputError
 from ..version import __version__
-from . import cite, diagnose, fit, list_names, new, run, study, sweep
+from . import cite, diagnose, fit, list_names, new, run, sweep
 from .common_options import TABLE_WIDTH, examples, print_error
 
 app = typer.Typer(

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 class Run(Trajectory):
     """What happened in one run; everything is computed when it is first used.
 
+    Its arrays over time are those of `isolation_sim.simulation.trajectory.Trajectory`.
+
     Attributes
     ----------
     isolated : IsolatedStructure

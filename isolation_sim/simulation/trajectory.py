@@ -18,6 +18,8 @@ from .outputs import Outputs
 if TYPE_CHECKING:
     from .workspace import Workspace
 
+__all__ = ["Trajectory"]
+
 
 class Trajectory:
     """What happened over time in one run; everything is computed when it is first used.

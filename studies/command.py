@@ -8,9 +8,16 @@ from typing import Annotated
 
 import typer
 
-from studies import STUDIES
+from isolation_sim.cli.common_options import (
+    AsJson,
+    Out,
+    Quiet,
+    examples,
+    print_results,
+    progress,
+)
 
-from .common_options import AsJson, Out, Quiet, examples, print_results, progress
+from . import STUDIES
 
 _PAPERS_WIDTH = 170
 """Columns of the papers' tables where standard output is no terminal."""
@@ -47,10 +54,10 @@ def papers(
     quiet: Quiet = False,
 ) -> None:
     """Recompute the four papers' checkable numbers and draw their figures."""
-    from studies.papers.study import reproduce
-    from studies.papers.table import Check, layout
+    from isolation_sim.reports.console import standard_console
 
-    from ..reports.console import standard_console
+    from .papers.study import reproduce
+    from .papers.table import Check, layout
 
     records: dict[str, list[dict[str, str | float]]] = {}
 
@@ -74,9 +81,9 @@ def _command(name: str, about: str) -> None:
         as_json: AsJson = False,
         quiet: Quiet = False,
     ) -> None:
-        from studies.study import layout, perform
+        from isolation_sim.reports.console import standard_console
 
-        from ..reports.console import standard_console
+        from .study import layout, perform
 
         with progress(quiet, 1) as step:
             found, path = perform(name, out, short, step)
