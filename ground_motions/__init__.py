@@ -3,41 +3,86 @@
 Everything is in SI units inside: m, s, m/s2. A motion is a `Record`, wherever it comes from.
 """
 
-from ground_motions.band_limited import band_limited_noise, band_limited_series
-from ground_motions.csv_writer import write_csv
-from ground_motions.envelopes import (
-    JENNINGS_HOUSNER_A,
-    JENNINGS_HOUSNER_B,
-    AminAng,
-    Envelope,
-    SaragoniHart,
-    Trapezoid,
-)
-from ground_motions.errors import GroundMotionError
-from ground_motions.kanai_tajimi import (
-    SOILS,
-    Soil,
-    clough_penzien_motion,
-    clough_penzien_psd,
-    kanai_tajimi_motion,
-    kanai_tajimi_psd,
-)
-from ground_motions.near_fault import (
-    MAKRIS_KINDS,
-    makris_pulse,
-    mavroeidis_papageorgiou_pulse,
-    ricker_pulse,
-)
-from ground_motions.readers import read, read_at2, read_csv, read_text
-from ground_motions.record import Record
-from ground_motions.records import available_records, el_centro_1940, load_record
-from ground_motions.spectra import (
-    OscillatorResponse,
-    ResponseSpectrum,
-    oscillator_response,
-    response_spectrum,
-)
-from ground_motions.units import ACCELERATION_UNITS, STANDARD_GRAVITY
+from __future__ import annotations
+
+import warnings
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ground_motions.band_limited import band_limited_noise, band_limited_series
+    from ground_motions.csv_writer import write_csv
+    from ground_motions.envelopes import (
+        JENNINGS_HOUSNER_A,
+        JENNINGS_HOUSNER_B,
+        AminAng,
+        Envelope,
+        SaragoniHart,
+        Trapezoid,
+    )
+    from ground_motions.errors import InputError
+    from ground_motions.kanai_tajimi import (
+        SOILS,
+        Soil,
+        clough_penzien_motion,
+        clough_penzien_psd,
+        kanai_tajimi_motion,
+        kanai_tajimi_psd,
+    )
+    from ground_motions.near_fault import (
+        MAKRIS_KINDS,
+        makris_pulse,
+        mavroeidis_papageorgiou_pulse,
+        ricker_pulse,
+    )
+    from ground_motions.readers import read, read_at2, read_csv, read_text
+    from ground_motions.record import Record
+    from ground_motions.records import available_records, el_centro_1940, load_record
+    from ground_motions.spectra import (
+        OscillatorResponse,
+        ResponseSpectrum,
+        oscillator_response,
+        response_spectrum,
+    )
+    from ground_motions.units import ACCELERATION_UNITS, STANDARD_GRAVITY
+
+# one line a name: where it lives
+_HOMES = {
+    "ACCELERATION_UNITS": "ground_motions.units",
+    "AminAng": "ground_motions.envelopes",
+    "Envelope": "ground_motions.envelopes",
+    "InputError": "ground_motions.errors",
+    "JENNINGS_HOUSNER_A": "ground_motions.envelopes",
+    "JENNINGS_HOUSNER_B": "ground_motions.envelopes",
+    "MAKRIS_KINDS": "ground_motions.near_fault",
+    "OscillatorResponse": "ground_motions.spectra",
+    "Record": "ground_motions.record",
+    "ResponseSpectrum": "ground_motions.spectra",
+    "SOILS": "ground_motions.kanai_tajimi",
+    "STANDARD_GRAVITY": "ground_motions.units",
+    "SaragoniHart": "ground_motions.envelopes",
+    "Soil": "ground_motions.kanai_tajimi",
+    "Trapezoid": "ground_motions.envelopes",
+    "available_records": "ground_motions.records",
+    "band_limited_noise": "ground_motions.band_limited",
+    "band_limited_series": "ground_motions.band_limited",
+    "clough_penzien_motion": "ground_motions.kanai_tajimi",
+    "clough_penzien_psd": "ground_motions.kanai_tajimi",
+    "el_centro_1940": "ground_motions.records",
+    "kanai_tajimi_motion": "ground_motions.kanai_tajimi",
+    "kanai_tajimi_psd": "ground_motions.kanai_tajimi",
+    "load_record": "ground_motions.records",
+    "makris_pulse": "ground_motions.near_fault",
+    "mavroeidis_papageorgiou_pulse": "ground_motions.near_fault",
+    "oscillator_response": "ground_motions.spectra",
+    "read": "ground_motions.readers",
+    "read_at2": "ground_motions.readers",
+    "read_csv": "ground_motions.readers",
+    "read_text": "ground_motions.readers",
+    "response_spectrum": "ground_motions.spectra",
+    "ricker_pulse": "ground_motions.near_fault",
+    "write_csv": "ground_motions.csv_writer",
+}
 
 __all__ = [
     "ACCELERATION_UNITS",
@@ -48,7 +93,7 @@ __all__ = [
     "STANDARD_GRAVITY",
     "AminAng",
     "Envelope",
-    "GroundMotionError",
+    "InputError",
     "OscillatorResponse",
     "Record",
     "ResponseSpectrum",
@@ -75,3 +120,22 @@ __all__ = [
     "ricker_pulse",
     "write_csv",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "GroundMotionError":
+        warnings.warn(
+            "GroundMotionError is now InputError; the old name goes with the next release",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        name = "InputError"
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

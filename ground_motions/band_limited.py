@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ground_motions.checks import FloatArray, exactly_one, positive, sample_count, within
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.record import Record
 from ground_motions.synthesis import frequencies, random_phases
 
@@ -49,7 +49,7 @@ def band_limited_series(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the band is empty, in the wrong order, above the Nyquist frequency or too narrow for
         the duration; or another argument is out of range.
 
@@ -68,12 +68,12 @@ def band_limited_series(
     taper = within("taper (share)", taper, 0.0, 0.5)
     target, size = exactly_one(rms=rms, peak=peak)
     if low_hz >= high_hz:
-        raise GroundMotionError(
+        raise InputError(
             "low_hz and high_hz (Hz)", f"{low_hz:g} and {high_hz:g}", "low_hz < high_hz"
         )
     nyquist = 0.5 / dt
     if high_hz > nyquist:
-        raise GroundMotionError(
+        raise InputError(
             "high_hz (Hz)", f"{high_hz:g}", f"at most the Nyquist frequency, {nyquist:g} Hz"
         )
     frequency = frequencies(count, dt)
@@ -82,7 +82,7 @@ def band_limited_series(
     series = random_phases(psd, count, dt, seed) * _taper(count, taper)
     present = float(np.sqrt(np.mean(series**2)) if target == "rms" else np.max(np.abs(series)))
     if present == 0.0:
-        raise GroundMotionError(
+        raise InputError(
             "low_hz and high_hz (Hz)",
             f"{low_hz:g} and {high_hz:g} over {count * dt:g} s",
             f"a band with a multiple of {frequency[1]:g} Hz in it, above 0 and below Nyquist",
@@ -127,7 +127,7 @@ def band_limited_noise(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         As `band_limited_series`.
 
     Examples

@@ -9,7 +9,7 @@ import numpy as np
 
 from ground_motions import integration
 from ground_motions.checks import FloatArray, positive
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 
 _HIGHEST_ORDER = 10
 _POLES = 4
@@ -38,7 +38,7 @@ def corrected(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If ``order`` or ``highpass_hz`` is out of range.
     """
     result = remove_polynomial(acceleration, dt, order)
@@ -67,16 +67,16 @@ def remove_polynomial(acceleration: FloatArray, dt: float, order: int) -> FloatA
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If ``order`` is not a whole number from 0 to 10.
     """
     accepted = f"a whole number from 0 to {_HIGHEST_ORDER}"
     try:
         degree = operator.index(order)
     except TypeError:
-        raise GroundMotionError("order", repr(order), accepted) from None
+        raise InputError("order", repr(order), accepted) from None
     if not 0 <= degree <= _HIGHEST_ORDER:
-        raise GroundMotionError("order", repr(order), accepted)
+        raise InputError("order", repr(order), accepted)
 
     n = len(acceleration)
     basis = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), min(degree, n - 1))
@@ -113,7 +113,7 @@ def highpass(acceleration: FloatArray, dt: float, corner_hz: float) -> FloatArra
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the corner is not between 0 and the Nyquist frequency.
     """
     from scipy.signal import butter, sosfiltfilt
@@ -121,7 +121,7 @@ def highpass(acceleration: FloatArray, dt: float, corner_hz: float) -> FloatArra
     corner = positive("highpass_hz (Hz)", corner_hz)
     nyquist = 0.5 / dt
     if corner >= nyquist:
-        raise GroundMotionError(
+        raise InputError(
             "highpass_hz (Hz)", f"{corner:g}", f"below the Nyquist frequency, {nyquist:g} Hz"
         )
     pad = math.ceil(1.5 * _POLES / corner / dt)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ground_motions.errors import GroundMotionError, nearest
+from ground_motions.errors import InputError, nearest
 
 FloatArray = npt.NDArray[np.floating[Any]]
 
@@ -33,20 +33,20 @@ def number(name: str, value: Any, accepted: str) -> float:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the value is not a finite number.
     """
     try:
         result = float(value)
     except (TypeError, ValueError):
-        raise GroundMotionError(name, repr(value), accepted) from None
+        raise InputError(name, repr(value), accepted) from None
     if not math.isfinite(result):
-        raise GroundMotionError(name, repr(value), accepted)
+        raise InputError(name, repr(value), accepted)
     return result
 
 
 def positive(name: str, value: Any) -> float:
-    """Return a finite float above zero, or raise `GroundMotionError`.
+    """Return a finite float above zero, or raise `InputError`.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def positive(name: str, value: Any) -> float:
     accepted = "a finite number above 0"
     result = number(name, value, accepted)
     if result <= 0.0:
-        raise GroundMotionError(name, repr(value), accepted)
+        raise InputError(name, repr(value), accepted)
     return result
 
 
@@ -88,7 +88,7 @@ def within(name: str, value: Any, low: float, high: float, *, open_high: bool = 
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the value is not a finite number within the bounds.
     """
     if math.isinf(high):
@@ -97,7 +97,7 @@ def within(name: str, value: Any, low: float, high: float, *, open_high: bool = 
         accepted = f"a number from {low:g} to {'below ' if open_high else ''}{high:g}"
     result = number(name, value, accepted)
     if result < low or result > high or (open_high and result == high):
-        raise GroundMotionError(name, repr(value), accepted)
+        raise InputError(name, repr(value), accepted)
     return result
 
 
@@ -118,12 +118,12 @@ def exactly_one(**values: Any) -> tuple[str, float]:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If none or several are given, or the one is not a finite number above zero.
     """
     given = {name: value for name, value in values.items() if value is not None}
     if len(given) != 1:
-        raise GroundMotionError(
+        raise InputError(
             " and ".join(values), " and ".join(given) or "neither", "exactly one of them"
         )
     ((name, value),) = given.items()
@@ -149,7 +149,7 @@ def choice(name: str, value: str, options: Iterable[str]) -> str:
     """
     options = list(options)
     if value not in options:
-        raise GroundMotionError(name, repr(value), nearest(str(value), options))
+        raise InputError(name, repr(value), nearest(str(value), options))
     return value
 
 
@@ -170,12 +170,12 @@ def sample_count(duration: float, dt: float) -> int:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If either is not a finite number above zero, or the duration is shorter than one step.
     """
     duration, dt = positive("duration (s)", duration), positive("dt (s)", dt)
     if duration < dt:
-        raise GroundMotionError("duration (s)", f"{duration:g}", f"one step or more (dt {dt:g} s)")
+        raise InputError("duration (s)", f"{duration:g}", f"one step or more (dt {dt:g} s)")
     return whole_steps(duration, dt) + 1
 
 
@@ -232,17 +232,17 @@ def finite_row(name: str, values: npt.ArrayLike) -> FloatArray:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If they are not numbers, not one row, fewer than two, or not all finite.
     """
     accepted = "one row of two or more finite numbers"
     try:
         row = read_only(values)
     except (TypeError, ValueError):
-        raise GroundMotionError(name, "values that are not numbers", accepted) from None
+        raise InputError(name, "values that are not numbers", accepted) from None
     if row.ndim != 1 or len(row) < 2:
-        raise GroundMotionError(name, f"shape {row.shape}", accepted)
+        raise InputError(name, f"shape {row.shape}", accepted)
     bad = np.flatnonzero(~np.isfinite(row))
     if bad.size:
-        raise GroundMotionError(name, f"{row[bad[0]]} at sample {bad[0]}", accepted)
+        raise InputError(name, f"{row[bad[0]]} at sample {bad[0]}", accepted)
     return row

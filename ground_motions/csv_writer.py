@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 from pathlib import Path
 
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.record import Record
 
 
@@ -27,7 +27,7 @@ def write_csv(record: Record, path: str | Path) -> Path:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the file cannot be written.
     """
     path = Path(path)
@@ -45,7 +45,7 @@ def write_csv(record: Record, path: str | Path) -> Path:
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
-        raise GroundMotionError(
+        raise InputError(
             str(path), f"a file that cannot be written ({error.strerror})", "a writable place"
         ) from None
     return path

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from ground_motions.checks import FloatArray, number, positive, within
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 
 
 class Envelope(Protocol):
@@ -36,7 +36,7 @@ def _require_order(**times: float) -> None:
     names = list(times)
     values = [number(f"{name} (s)", value, "a finite number") for name, value in times.items()]
     if any(later < earlier for earlier, later in itertools.pairwise(values)):
-        raise GroundMotionError(
+        raise InputError(
             " and ".join(names) + " (s)",
             " and ".join(f"{value:g}" for value in values),
             " <= ".join(names),

@@ -1,4 +1,4 @@
-"""The one exception that this package raises for bad input."""
+"""The error for input that cannot be used, in every package."""
 
 from __future__ import annotations
 
@@ -6,43 +6,35 @@ import difflib
 from collections.abc import Iterable
 
 
-def _one_line(text: object) -> str:
-    return " ".join(str(text).splitlines())
-
-
-class GroundMotionError(ValueError):
-    """Bad input to `ground_motions`, told in one line.
+class InputError(ValueError):
+    """Input that cannot be used, in one line: the place, what was given, what is accepted.
 
     Parameters
     ----------
     place : str
-        Which file, line, column or argument is at fault.
+        File, line, column or argument at fault; without ``accepted`` the whole message.
     given : str
         What was found there.
     accepted : str
-        What would have been accepted.
+        What is accepted there.
+
+    Attributes
+    ----------
+    place, given, accepted : str
+        The parts; the last two are empty for a message given as a whole.
     """
 
-    def __init__(self, place: str, given: str, accepted: str) -> None:
-        super().__init__(_one_line(place), _one_line(given), _one_line(accepted))
+    def __init__(self, place: str, given: str = "", accepted: str = "") -> None:
+        self.place, self.given, self.accepted = map(_one_line, (place, given, accepted))
+        super().__init__(
+            f"{self.place}: given {self.given}; accepted: {self.accepted}"
+            if self.accepted
+            else self.place
+        )
 
-    @property
-    def place(self) -> str:
-        """Which file, line, column or argument is at fault."""
-        return str(self.args[0])
 
-    @property
-    def given(self) -> str:
-        """What was found there."""
-        return str(self.args[1])
-
-    @property
-    def accepted(self) -> str:
-        """What would have been accepted."""
-        return str(self.args[2])
-
-    def __str__(self) -> str:
-        return f"{self.place}: given {self.given}; accepted: {self.accepted}"
+def _one_line(text: object) -> str:
+    return " ".join(str(text).splitlines())
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
@@ -66,3 +58,26 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         return ", ".join(names)
     best = next(n for n in names if n.lower() == close[0])
     return ", ".join([f"{best} (did you mean it?)", *(n for n in names if n != best)])
+
+
+def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
+    """Build the error for a name that is not in a registry.
+
+    Parameters
+    ----------
+    kind : str
+        What the name should be, such as ``"law"``.
+    given : str
+        What was given.
+    accepted : iterable of str
+        The valid names.
+
+    Returns
+    -------
+    InputError
+        Naming the nearest valid name and all accepted ones.
+    """
+    names = sorted(accepted)
+    close = difflib.get_close_matches(given, names, n=1)
+    hint = f" did you mean {close[0]!r}?" if close else ""
+    return InputError(f"unknown {kind} {given!r};{hint} accepted: {', '.join(names)}")

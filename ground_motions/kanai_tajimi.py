@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ground_motions.checks import FloatArray, choice, exactly_one, positive, sample_count
 from ground_motions.envelopes import JENNINGS_HOUSNER_B, Envelope
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.record import Record
 from ground_motions.synthesis import frequencies, random_phases
 
@@ -33,7 +33,7 @@ class Soil:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If a parameter is not a finite number above 0.
     """
 
@@ -154,7 +154,7 @@ def kanai_tajimi_motion(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If an argument is out of range, or the soil is unknown.
     """
     return _motion(
@@ -199,7 +199,7 @@ def clough_penzien_motion(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If an argument is out of range, or the soil is unknown.
     """
     return _motion(
@@ -228,7 +228,7 @@ def _motion(
     if target == "pga":
         peak = float(np.max(np.abs(samples)))
         if peak == 0.0:
-            raise GroundMotionError(
+            raise InputError(
                 "duration and envelope", f"{duration:g} s and {envelope!r}", "a motion not all zero"
             )
         samples = samples / peak * size

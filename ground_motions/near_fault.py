@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ground_motions.checks import FloatArray, choice, number, positive, sample_count, within
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.record import Record
 
 MAKRIS_KINDS = ("A", "B", "C1", "C2")
@@ -58,7 +58,7 @@ def mavroeidis_papageorgiou_pulse(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If an argument is out of range.
 
     Notes
@@ -70,7 +70,7 @@ def mavroeidis_papageorgiou_pulse(
     w = 2.0 * math.pi / positive("pulse_period (s)", pulse_period)
     gamma = number("cycles", cycles, "a finite number above 1")
     if gamma <= 1.0:
-        raise GroundMotionError("cycles", repr(cycles), "a finite number above 1")
+        raise InputError("cycles", repr(cycles), "a finite number above 1")
     nu = number("phase (rad)", phase, "a finite number")
     half = 0.5 * gamma * pulse_period
 
@@ -130,7 +130,7 @@ def makris_pulse(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If an argument is out of range, or the kind is unknown.
 
     Notes
@@ -208,7 +208,7 @@ def ricker_pulse(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If an argument is out of range.
 
     Notes
@@ -252,7 +252,7 @@ def _record(
     """Sample a pulse whose displacement, m, is known at all times, s, from its start."""
     dt = positive("dt (s)", dt)
     if length < 4.0 * dt:
-        raise GroundMotionError("dt (s)", f"{dt:g}", f"at most {length / 4.0:g}, a quarter pulse")
+        raise InputError("dt (s)", f"{dt:g}", f"at most {length / 4.0:g}, a quarter pulse")
     before, after = (
         within(label, value, dt * (1.0 - 1e-12), math.inf)
         for label, value in (("before (s)", before), ("after (s)", after))

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ground_motions import checks, integration
 from ground_motions.baseline import corrected
 from ground_motions.checks import FloatArray
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.resampling import resample
 from ground_motions.units import STANDARD_GRAVITY
 
@@ -43,7 +43,7 @@ class Record:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the acceleration is not one row of two or more finite numbers, or ``dt`` is not above 0.
     """
 
@@ -157,7 +157,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If the shares are not in order within [0, 1], or the record is zero throughout.
 
         Notes
@@ -168,7 +168,7 @@ class Record:
         low = checks.within("low (share)", low, 0.0, 1.0)
         high = checks.within("high (share)", high, 0.0, 1.0)
         if low >= high:
-            raise GroundMotionError("low and high (share)", f"{low:g} and {high:g}", "low < high")
+            raise InputError("low and high (share)", f"{low:g} and {high:g}", "low < high")
         self._require_motion("significant_duration")
         energy = self._energy
         start, end = np.interp([low * energy[-1], high * energy[-1]], energy, self.time)
@@ -189,7 +189,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If ``dt`` is not above 0, or is refused by `ground_motions.resampling.resample`.
 
         Notes
@@ -235,7 +235,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If ``pga`` is not above 0, or the record is zero throughout.
         """
         pga = checks.positive("pga (m/s2)", pga)
@@ -262,7 +262,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If an argument is out of range, or the record is zero throughout.
         """
         sa = checks.positive("sa (m/s2)", sa)
@@ -293,7 +293,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If ``order`` is not a whole number from 0 to 10, or ``highpass_hz`` is not between 0
             and the Nyquist frequency.
 
@@ -321,7 +321,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If either is negative.
         """
         counts = [
@@ -347,7 +347,7 @@ class Record:
 
         Raises
         ------
-        GroundMotionError
+        InputError
             If the times are out of order or outside the record, or fewer than two samples remain.
         """
         stop = self.duration if stop is None else stop
@@ -357,7 +357,7 @@ class Record:
         first = checks.whole_steps(start, self.dt)
         last = math.floor(stop / self.dt * (1.0 + 1e-12))
         if last <= first:
-            raise GroundMotionError(
+            raise InputError(
                 "start and stop (s)",
                 f"{start:g} and {stop:g}",
                 f"start < stop with two samples or more between them (dt {self.dt:g} s)",
@@ -394,6 +394,6 @@ class Record:
 
     def _require_motion(self, method: str) -> None:
         if self.pga == 0.0:
-            raise GroundMotionError(
+            raise InputError(
                 f"{method} of record {self.name!r}", "zero throughout", "a sample other than 0"
             )

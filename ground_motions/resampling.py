@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from ground_motions.checks import FloatArray
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 
 _LARGEST = 1000  # numerator or denominator of a coarsening ratio; sets the filter's length
 
@@ -32,7 +32,7 @@ def resample(samples: FloatArray, dt: float, new_dt: float) -> FloatArray:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If fewer than three samples would remain, or a coarser step is not a fraction of whole
         numbers up to 1000 times the present one.
 
@@ -43,7 +43,7 @@ def resample(samples: FloatArray, dt: float, new_dt: float) -> FloatArray:
     duration = (len(samples) - 1) * dt
     count = math.floor(duration / new_dt * (1.0 + 1e-12)) + 1
     if count < 3:
-        raise GroundMotionError(
+        raise InputError(
             "dt (s)", f"{new_dt:g}", f"at most half the duration ({duration:g} s)"
         )
     if new_dt < dt:
@@ -53,7 +53,7 @@ def resample(samples: FloatArray, dt: float, new_dt: float) -> FloatArray:
 
     ratio = Fraction(new_dt / dt).limit_denominator(_LARGEST)
     if ratio.numerator > _LARGEST or not math.isclose(ratio, new_dt / dt, rel_tol=1e-9):
-        raise GroundMotionError(
+        raise InputError(
             "dt (s)",
             f"{new_dt:g}, {new_dt / dt:g} times the present step",
             f"a coarser step that is a fraction of whole numbers up to {_LARGEST} times as long",

@@ -4,16 +4,36 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ground_motions.checks import FloatArray, positive, read_only, within
-from ground_motions.errors import GroundMotionError
-from ground_motions.record import Record
+from ground_motions.errors import InputError
 
 _SUBSTEPS_A_PERIOD = 20
 _SHORTEST_PERIOD = 1e-3  # in samples; the oscillator is rigid to about 1e-5 there
+
+
+class Motion(Protocol):
+    """A ground motion at equal steps, such as a `Record`."""
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """Ground acceleration at the samples, m/s2."""
+
+    @property
+    def dt(self) -> float:
+        """Step between samples, s."""
+
+    @property
+    def time(self) -> FloatArray:
+        """Time of the samples, s."""
+
+    @property
+    def pga(self) -> float:
+        """Peak ground acceleration, m/s2."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +91,7 @@ class OscillatorResponse:
 
 
 def response_spectrum(
-    record: Record,
+    record: Motion,
     periods: npt.ArrayLike,
     damping: float = 0.05,
     *,
@@ -100,7 +120,7 @@ def response_spectrum(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If a period is negative, not finite, or above 0 but below a thousandth of the record's
         step; or the damping is out of range.
 
@@ -135,7 +155,7 @@ def response_spectrum(
     )
 
 
-def oscillator_response(record: Record, period: float, damping: float = 0.05) -> OscillatorResponse:
+def oscillator_response(record: Motion, period: float, damping: float = 0.05) -> OscillatorResponse:
     """Return the response history of one oscillator, from rest, at the record's samples.
 
     Parameters
@@ -154,7 +174,7 @@ def oscillator_response(record: Record, period: float, damping: float = 0.05) ->
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the period is not above 0, or is below a thousandth of the record's step, or the
         damping is out of range.
     """
@@ -191,15 +211,15 @@ def _checked_damping(damping: float) -> float:
     return within("damping (ratio)", damping, 0.0, 1.0, open_high=True)
 
 
-def _checked_periods(record: Record, periods: npt.ArrayLike) -> FloatArray:
+def _checked_periods(record: Motion, periods: npt.ArrayLike) -> FloatArray:
     accepted = f"0, or finite and {_SHORTEST_PERIOD * record.dt:g} s or longer"
     try:
         result = np.atleast_1d(np.array(periods, dtype=np.float64))
     except (TypeError, ValueError):
-        raise GroundMotionError("periods (s)", "values that are not numbers", accepted) from None
+        raise InputError("periods (s)", "values that are not numbers", accepted) from None
     if result.ndim != 1:
-        raise GroundMotionError("periods (s)", f"shape {result.shape}", "one row of numbers")
+        raise InputError("periods (s)", f"shape {result.shape}", "one row of numbers")
     good = np.isfinite(result) & ((result == 0.0) | (result >= _SHORTEST_PERIOD * record.dt))
     if not good.all():
-        raise GroundMotionError("periods (s)", f"{result[~good][0]:g}", accepted)
+        raise InputError("periods (s)", f"{result[~good][0]:g}", accepted)
     return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ground_motions.checks import FloatArray
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 
 
 def random_phases(psd: FloatArray, count: int, dt: float, seed: int) -> FloatArray:
@@ -31,7 +31,7 @@ def random_phases(psd: FloatArray, count: int, dt: float, seed: int) -> FloatArr
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the seed is not one that NumPy takes.
 
     Notes
@@ -41,7 +41,7 @@ def random_phases(psd: FloatArray, count: int, dt: float, seed: int) -> FloatArr
     try:
         generator = np.random.default_rng(seed)
     except (TypeError, ValueError):
-        raise GroundMotionError("seed", repr(seed), "a whole number, 0 or above") from None
+        raise InputError("seed", repr(seed), "a whole number, 0 or above") from None
     phase = generator.uniform(0.0, 2.0 * np.pi, len(psd))
     amplitude = np.sqrt(2.0 * psd / (count * dt))
     amplitude[0] = 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from ground_motions.errors import GroundMotionError, nearest
+from ground_motions.errors import InputError, nearest
 
 STANDARD_GRAVITY = 9.80665
 """Standard gravity, m/s2 (3rd General Conference on Weights and Measures, 1901)."""
@@ -38,12 +38,12 @@ def to_m_s2(unit: str, place: str = "unit") -> float:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the unit is unknown.
     """
     try:
         return ACCELERATION_UNITS[unit.lower()]
     except (KeyError, AttributeError):
-        raise GroundMotionError(
+        raise InputError(
             place, f"unit {unit!r}", nearest(str(unit), ACCELERATION_UNITS)
         ) from None

@@ -1,6 +1,6 @@
 """Semi-active base isolation with magnetorheological isolators: simulate, control, compare.
 
-The front door; everything in it is loaded when it is first used.
+Every exported name is loaded when it is first used.
 
 >>> import isolation_sim as iso
 >>> building = iso.reference_building().on(iso.reference_isolators())
@@ -16,20 +16,20 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from controllers import available_controllers, controller
 
+    from .api import compare, diagnose, run_scenario, simulate
     from .comparison import Comparison, json_report
     from .errors import Diverged, InputError
-    from .front_door import compare, diagnose, run_scenario, simulate
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
     from .laws import Device, available_conditions, available_laws, available_sets, law
-    from .results import read_run, write_run
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
+    from .simulation.run_files import read_run, write_run
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     )
     from .sweeps.run import sweep
 
-__version__ = "0.1.0"
+from .version import __version__ as __version__
 
 # one line a name: where it lives
 _HOMES = {
@@ -62,9 +62,9 @@ _HOMES = {
     "available_controllers": "controllers",
     "available_laws": ".laws",
     "available_sets": ".laws",
-    "compare": ".front_door",
+    "compare": ".api",
     "controller": "controllers",
-    "diagnose": ".front_door",
+    "diagnose": ".api",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
@@ -75,15 +75,15 @@ _HOMES = {
     "loop_measures": ".identification.loop_measures",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
-    "read_run": ".results",
+    "read_run": ".simulation.run_files",
     "reference_building": ".structures",
     "reference_isolators": ".structures",
-    "run_scenario": ".front_door",
+    "run_scenario": ".api",
     "shear_building": ".structures",
-    "simulate": ".front_door",
+    "simulate": ".api",
     "simulate_many": ".simulation.batch",
     "sweep": ".sweeps.run",
-    "write_run": ".results",
+    "write_run": ".simulation.run_files",
 }
 
 __all__ = [

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
+from .rendering import render
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,7 +20,14 @@ if TYPE_CHECKING:
 UNCONTROLLED = "passive_off"
 """Name of the run that J1 to J9 refer to unless another is given."""
 
-_FIGURES = ("time_histories", "loops", "currents", "floor_envelopes", "energy")
+_FIGURES = {
+    "time_histories": "time_histories",
+    "loops": "loops",
+    "currents": "currents",
+    "floor_envelopes": "floor_envelopes",
+    "energy": "energy_figure",
+}
+"""Function of ``isolation_sim.reports.figures`` by the kind of figure."""
 
 
 class Comparison:
@@ -150,9 +158,7 @@ class Comparison:
             A column a controller: seven or so fit a terminal of 100 columns. An asterisk marks the
             best of a row.
         """
-        from .reports.tables import criteria_table
-
-        return criteria_table(self.criteria, self.energy, self.title)
+        return render("tables:criteria_table", self.criteria, self.energy, self.title)
 
     def to_records(self) -> list[dict[str, str | float]]:
         """List the runs as flat records, for CSV or Parquet.
@@ -188,12 +194,9 @@ class Comparison:
         InputError
             If there is no such figure.
         """
-        from .reports import figures
-
         if kind not in _FIGURES:
             raise unknown_name("figure", kind, _FIGURES)
-        draw = figures.energy_figure if kind == "energy" else getattr(figures, kind)
-        return draw(self.runs, **options)
+        return render(f"figures:{_FIGURES[kind]}", self.runs, **options)
 
     def to_html(self, path: str | Path, scenario: str = "") -> Path:
         """Write a report that opens in any browser: tables, linked charts, an animation.
@@ -210,17 +213,13 @@ class Comparison:
         pathlib.Path
             The file; it needs no network.
         """
-        from .reports.html.run_report import run_report
-
-        return run_report(self, scenario).write(path)
+        return render("html.run_report:run_report", self, scenario).write(path)
 
     def __repr__(self) -> str:
         return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"
 
     def __str__(self) -> str:
-        from .reports.tables import as_text
-
-        return "\n".join([as_text(self.table()), *self.failures()])
+        return "\n".join([render("tables:as_text", self.table()), *self.failures()])
 
     def __rich__(self) -> Table:
         return self.table()

@@ -20,7 +20,7 @@ from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
-from .whole_file import replacing
+from .io.atomic_write import atomic_write
 
 UNUSED_DAYS = 60.0
 """Days without use after which a generated module is removed."""
@@ -150,7 +150,7 @@ def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
 
 def _write(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as unfinished:
+    with atomic_write(path) as unfinished:
         unfinished.write_text(text)
 
 

@@ -22,7 +22,7 @@ import isolation_sim as iso
 from ground_motions import Record, read
 from isolation_sim.criteria import criteria
 from isolation_sim.identification.sinusoidal import sinusoidal
-from isolation_sim.results import write_table
+from isolation_sim.io.csv_table import write_table
 from isolation_sim.structures import IsolatedStructure, Structure, from_fixed_base
 
 from .benchmark_bearings import BEARINGS

@@ -26,7 +26,7 @@ from isolation_sim.simulation.result import Run
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import IsolatedStructure, reference_building, reference_isolators
 
-from .kept import kept
+from .cache import cached_result
 from .study import Step
 
 if TYPE_CHECKING:
@@ -252,7 +252,7 @@ def possible(record: Record) -> dict[str, Any]:
         off = _run(controller("passive_off"), record, Case())
         return _peaks(best.run, off) | {"certified": best.difference}
 
-    return kept("bounds", np.append(record.acceleration, record.dt).tobytes(), find)
+    return cached_result("bounds", np.append(record.acceleration, record.dt).tobytes(), find)
 
 
 def judge(

@@ -14,9 +14,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from isolation_sim.errors import InputError, unknown_name
+from isolation_sim.io.atomic_write import write_text
+from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.results_folder import ResultsFolder, write_contents
+from isolation_sim.reports.sweep_tables import heading
 from isolation_sim.reports.units import unit_of
-from isolation_sim.results import ResultsFolder, write_contents, write_table, write_text
-from isolation_sim.sweeps.tables import heading
 
 from . import STUDIES
 

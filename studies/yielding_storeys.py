@@ -17,7 +17,7 @@ import numpy as np
 import isolation_sim as iso
 from controllers import controller
 from ground_motions import Record
-from isolation_sim.results import write_table
+from isolation_sim.io.csv_table import write_table
 from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.structures import IsolatedStructure, Structure

@@ -11,12 +11,11 @@ from isolation_sim.criteria import (
     Response,
     benchmark_criteria,
     criteria,
-    level_dofs,
     response_criteria,
     response_of,
-    storey_rows,
 )
 from isolation_sim.simulation.outputs import output_names
+from isolation_sim.simulation.quantities import level_dofs, storey_rows
 
 RATIOS_TO_REFERENCE = ("J1", "J2", "J3", "J4", "J5", "J7", "J8")
 

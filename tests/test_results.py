@@ -11,7 +11,11 @@ import xarray
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim import results
+from isolation_sim import read_run, write_run
+from isolation_sim.io.atomic_write import write_text
+from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.results_folder import ResultsFolder, file_name
+from isolation_sim.reports.comparison_files import _finite, write_comparison
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +28,8 @@ def comparison():
 
 def test_histories_survive_with_units_and_scenario(comparison, tmp_path):
     run = comparison.runs["passive_on"]
-    path = results.write_run(run, tmp_path / "run.nc", "# scenario\n")
-    data = results.read_run(path)
+    path = write_run(run, tmp_path / "run.nc", "# scenario\n")
+    data = read_run(path)
     assert data.attrs["scenario"] == "# scenario\n"
     assert data.attrs["controller"] == "passive_on"
     assert data.attrs["criterion_peak_drift_m"] == run.criteria["peak_drift_m"]
@@ -37,7 +41,7 @@ def test_histories_survive_with_units_and_scenario(comparison, tmp_path):
 
 
 def test_any_reader_of_netcdf_reads_it(comparison, tmp_path):
-    path = results.write_run(comparison.runs["passive_on"], tmp_path / "run.nc")
+    path = write_run(comparison.runs["passive_on"], tmp_path / "run.nc")
     with xarray.open_dataset(path) as data:
         assert data.displacement.sizes == {"time": 150, "dof": 6}
 
@@ -48,14 +52,14 @@ def test_what_is_not_netcdf_is_refused(content, tmp_path):
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(iso.InputError, match=r"run\.nc: .*accepted: netCDF") as caught:
-        results.read_run(path)
+        read_run(path)
     assert "\n" not in str(caught.value)
 
 
 def test_a_failed_write_keeps_the_old_file(comparison, tmp_path):
-    path = results.write_text("old", tmp_path / "table.csv")
+    path = write_text("old", tmp_path / "table.csv")
     with pytest.raises(ValueError, match="dict contains"):
-        results.write_table([{"a": 1}, {1: object(), "b": set()}, {"a": Broken()}], path)
+        write_table([{"a": 1}, {1: object(), "b": set()}, {"a": Broken()}], path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
 
@@ -64,7 +68,7 @@ def test_a_write_that_fails_names_the_file(tmp_path):
     (tmp_path / "taken").mkdir()
     for path in (tmp_path / "taken", tmp_path / "nowhere" / "a.txt"):
         with pytest.raises(OSError, match="directory") as caught:
-            results.write_text("text", path)
+            write_text("text", path)
         assert caught.value.filename == str(path)
     assert [p.name for p in tmp_path.iterdir()] == ["taken"]
 
@@ -75,7 +79,7 @@ class Broken:
 
 
 def test_everything_of_a_comparison(comparison, tmp_path):
-    results.write_comparison(comparison, tmp_path, "# scenario\n")
+    write_comparison(comparison, tmp_path, "# scenario\n")
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
     figures = {"time_histories", "floor_envelopes", "energy", "loops", "currents"}
     assert found == {
@@ -93,19 +97,19 @@ def test_everything_of_a_comparison(comparison, tmp_path):
 
 
 def test_json_has_null_for_what_is_no_number():
-    assert results._finite({"a": [float("nan"), 1.0, float("inf")]}) == {"a": [None, 1.0, None]}
+    assert _finite({"a": [float("nan"), 1.0, float("inf")]}) == {"a": [None, 1.0, None]}
 
 
 @pytest.mark.parametrize(
     ("name", "file"), [("on_off", "on_off"), ("2 A/s", "2_A_s"), ("..", "unnamed"), (".a", "a")]
 )
 def test_file_names(name, file):
-    assert results.file_name(name) == file
+    assert file_name(name) == file
 
 
 def test_a_results_folder_appears_whole(tmp_path):
     wanted = tmp_path / "deep" / "results"
-    with results.ResultsFolder(wanted) as folder:
+    with ResultsFolder(wanted) as folder:
         (folder.unfinished / "a").write_text("")
         assert not wanted.exists()
     assert folder.path == wanted
@@ -115,20 +119,20 @@ def test_a_results_folder_appears_whole(tmp_path):
 def test_a_results_folder_never_replaces_another(tmp_path):
     wanted = tmp_path / "results"
     for expected in ("results", "results-2", "results-3"):
-        with results.ResultsFolder(wanted) as folder:
+        with ResultsFolder(wanted) as folder:
             (folder.unfinished / "a").write_text(expected)
         assert folder.path.name == expected
     assert (wanted / "a").read_text() == "results"
 
 
 def test_an_empty_folder_is_used(tmp_path):
-    with results.ResultsFolder(tmp_path) as folder:
+    with ResultsFolder(tmp_path) as folder:
         (folder.unfinished / "a").write_text("")
     assert (tmp_path / "a").exists()
 
 
 def test_a_failed_results_folder_leaves_nothing(tmp_path):
-    with pytest.raises(RuntimeError), results.ResultsFolder(tmp_path / "new" / "results"):
+    with pytest.raises(RuntimeError), ResultsFolder(tmp_path / "new" / "results"):
         raise RuntimeError
     assert not list(tmp_path.iterdir())
 
@@ -136,12 +140,12 @@ def test_a_failed_results_folder_leaves_nothing(tmp_path):
 def test_a_results_folder_below_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(iso.InputError, match="results cannot be written there"):
-        with results.ResultsFolder(tmp_path / "file" / "results"):
+        with ResultsFolder(tmp_path / "file" / "results"):
             pass
 
 
 def test_a_folder_says_what_is_in_it(comparison, tmp_path):
-    results.write_comparison(comparison, tmp_path, "# scenario\n")
+    write_comparison(comparison, tmp_path, "# scenario\n")
     title, _, *lines = (tmp_path / "README.txt").read_text().splitlines()
     assert title.startswith(comparison.title)
     told = {line.split()[0].rstrip("/") for line in lines}

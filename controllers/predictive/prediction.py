@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.criteria import quantity_rows
 from isolation_sim.generated import load_text
 from isolation_sim.laws.law import Law
 from isolation_sim.simulation.plan import modes_for
+from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.structures import IsolatedStructure
 
 from ..compiled import collect

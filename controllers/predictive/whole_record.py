@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.criteria import quantity_rows
 from isolation_sim.laws.emit import symbols
 from isolation_sim.simulation.plan import modes_for
+from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run
 
 from .interval import propagator, real_rows

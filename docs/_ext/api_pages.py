@@ -15,6 +15,7 @@ PACKAGES = (
     "isolation_sim.effects",
     "isolation_sim.scenario",
     "isolation_sim.simulation.batch",
+    "isolation_sim.simulation.trajectory",
     "isolation_sim.simulation.ledger",
     "isolation_sim.criteria",
     "isolation_sim.identification.campaign",

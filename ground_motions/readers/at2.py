@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ground_motions.checks import positive
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.readers.lines import parse_number, read_lines, require_two, shown
 from ground_motions.record import Record
 from ground_motions.units import STANDARD_GRAVITY
@@ -45,14 +45,14 @@ def read_at2(path: str | Path) -> Record:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the file cannot be read; holds velocity (VT2) or displacement (DT2); has no units, units
         other than g, or no NPTS and DT; holds another number of samples than NPTS; or has a
         sample that is not a finite number.
     """
     accepted = "a PEER acceleration file (AT2) in units of g"
     if Path(path).suffix.lower() in (".vt2", ".dt2"):
-        raise GroundMotionError(str(path), f"a {Path(path).suffix} file", accepted)
+        raise InputError(str(path), f"a {Path(path).suffix} file", accepted)
     lines = read_lines(path)
     after, npts, dt = _npts_and_dt(lines, path)
     _check_units(lines[:after], path, accepted)
@@ -62,7 +62,7 @@ def read_at2(path: str | Path) -> Record:
         for column, cell in enumerate(line.split(), start=1):
             samples.append(parse_number(cell, f"{path}, line {number}, column {column}"))
     if len(samples) != npts:
-        raise GroundMotionError(
+        raise InputError(
             f"{path}, line {after}", f"NPTS {npts} over {len(samples)} samples", "equal numbers"
         )
     require_two(npts, str(path))
@@ -84,10 +84,10 @@ def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:
             continue
         place = f"{path}, line {number}"
         if not count["npts"].isdecimal():
-            raise GroundMotionError(place, f"NPTS {shown(count['npts'])}", "a whole number")
+            raise InputError(place, f"NPTS {shown(count['npts'])}", "a whole number")
         dt = parse_number(step["dt"], f"{place}, DT")
         return number, int(count["npts"]), positive(f"{place}, DT (s)", dt)
-    raise GroundMotionError(
+    raise InputError(
         f"{path}, lines 1 to {min(_HEADER_LINES, len(lines))}",
         "no number of points and step",
         "a header line such as 'NPTS= 4000, DT= .01000 SEC' or '4000 0.0100 NPTS, DT'",
@@ -100,7 +100,7 @@ def _check_units(header: list[str], path: str | Path, accepted: str) -> None:
     for number, line in enumerate(header, start=1):
         series = _OTHER_SERIES.search(line)
         if series:
-            raise GroundMotionError(
+            raise InputError(
                 f"{path}, line {number}", f"a {series['kind'].lower()} time series", accepted
             )
         declared += [(number, match["unit"]) for match in _DECLARED.finditer(line)]
@@ -113,8 +113,8 @@ def _check_units(header: list[str], path: str | Path, accepted: str) -> None:
     known = [(number, unit) for number, unit in declared if _KNOWN.fullmatch(unit)]
     for number, unit in known or declared:
         if unit.upper() != "G":
-            raise GroundMotionError(f"{path}, line {number}", f"units {shown(unit)}", accepted)
+            raise InputError(f"{path}, line {number}", f"units {shown(unit)}", accepted)
     if not declared:
-        raise GroundMotionError(
+        raise InputError(
             f"{path}, lines 1 to {len(header)}", "no units", "a header line with 'UNITS OF G'"
         )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ground_motions.errors import GroundMotionError, nearest
+from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import parse_number, require_two, shown, table_lines
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
@@ -37,7 +37,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the file cannot be read; a column is missing, unknown or named twice; a cell is not a
         finite number; or the times do not increase uniformly.
     """
@@ -54,7 +54,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     for number, line in rows[1:]:
         cells = _cells(line)
         if len(cells) != len(names):
-            raise GroundMotionError(
+            raise InputError(
                 f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
             )
         time, value = (
@@ -93,12 +93,12 @@ def _quantity_of(column: str) -> str:
 
 def _check_header(names: list[str], place: str) -> None:
     if TIME_COLUMN not in names:
-        raise GroundMotionError(
+        raise InputError(
             place, f"columns {shown(', '.join(names))}", f"a column {TIME_COLUMN} among them"
         )
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise GroundMotionError(place, f"column {twice[0]!r} twice", "different column names")
+        raise InputError(place, f"column {twice[0]!r} twice", "different column names")
 
 
 def _chosen_column(names: list[str], candidates: list[str], column: str | None, place: str) -> str:
@@ -107,22 +107,22 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
     if column in candidates:
         return column
     if column is not None and column in names:
-        raise GroundMotionError(
+        raise InputError(
             place, f"column {column!r}", f"a name that ends in a unit: {suffixes}"
         )
     if not candidates:
-        raise GroundMotionError(
+        raise InputError(
             place,
             f"columns {shown(', '.join(names))}",
             f"an acceleration column whose name ends in a unit: {suffixes}",
         )
     if column is not None:
-        raise GroundMotionError(place, f"column {column!r}", nearest(column, candidates))
+        raise InputError(place, f"column {column!r}", nearest(column, candidates))
     ground = [name for name in candidates if _quantity_of(name) == PREFERRED_QUANTITY]
     for chosen in (candidates, ground):
         if len(chosen) == 1:
             return chosen[0]
-    raise GroundMotionError(
+    raise InputError(
         place,
         f"{len(candidates)} acceleration columns and no choice",
         f"column= one of {', '.join(candidates)}",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.readers.at2 import read_at2
 from ground_motions.readers.csv_file import read_csv
 from ground_motions.readers.text_file import read_text
@@ -50,13 +50,13 @@ def read(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the suffix is unknown, an option does not belong to the format, or the file is refused
         by its reader.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in _READERS:
-        raise GroundMotionError(
+        raise InputError(
             str(path), f"suffix {suffix!r}", ".at2, .csv, .txt or .dat (or call a reader by name)"
         )
     reader, accepted = _READERS[suffix]
@@ -64,13 +64,13 @@ def read(
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:
         if name not in accepted:
-            raise GroundMotionError(
+            raise InputError(
                 f"{path}, option {name}",
                 f"{given[name]!r}",
                 f"for {suffix} files: {', '.join(accepted) or 'no options'}",
             )
     if "unit" in accepted and unit is None:
-        raise GroundMotionError(
+        raise InputError(
             f"{path}, option unit", "nothing", "the unit of the accelerations, for example unit='g'"
         )
     record: Record = reader(path, **given)

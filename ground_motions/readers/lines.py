@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 
 
 def read_lines(path: str | Path) -> list[str]:
@@ -25,25 +25,25 @@ def read_lines(path: str | Path) -> list[str]:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the file is missing, unreadable, not text, or empty.
     """
     accepted = "a file of UTF-8 text, or Latin-1"
     try:
         raw = Path(path).read_bytes()
     except FileNotFoundError:
-        raise GroundMotionError(str(path), "a file that does not exist", accepted) from None
+        raise InputError(str(path), "a file that does not exist", accepted) from None
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
         reason = getattr(error, "strerror", None) or str(error)
-        raise GroundMotionError(str(path), f"unreadable ({reason})", accepted) from None
+        raise InputError(str(path), f"unreadable ({reason})", accepted) from None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
     if "\0" in text:
-        raise GroundMotionError(f"{path}, byte {raw.index(0)}", "binary content", accepted)
+        raise InputError(f"{path}, byte {raw.index(0)}", "binary content", accepted)
     if not text.strip():
-        raise GroundMotionError(str(path), "an empty file", accepted)
+        raise InputError(str(path), "an empty file", accepted)
     return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
 
@@ -62,7 +62,7 @@ def table_lines(path: str | Path) -> list[tuple[int, str]]:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         As ``read_lines``, and if there are comments only.
     """
     kept = [
@@ -71,7 +71,7 @@ def table_lines(path: str | Path) -> list[tuple[int, str]]:
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not kept:
-        raise GroundMotionError(str(path), "comments only", "a line of column names, then numbers")
+        raise InputError(str(path), "comments only", "a line of column names, then numbers")
     return kept
 
 
@@ -92,7 +92,7 @@ def parse_number(cell: str, place: str) -> float:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If it is not a finite number.
     """
     try:
@@ -100,7 +100,7 @@ def parse_number(cell: str, place: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise GroundMotionError(place, shown(cell), "a finite number")
+        raise InputError(place, shown(cell), "a finite number")
     return value
 
 
@@ -132,8 +132,8 @@ def require_two(count: int, place: str) -> None:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If there are fewer than two.
     """
     if count < 2:
-        raise GroundMotionError(place, f"{count} samples", "two samples or more")
+        raise InputError(place, f"{count} samples", "two samples or more")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ground_motions.checks import positive
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 from ground_motions.readers.lines import parse_number, read_lines, require_two
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
@@ -38,7 +38,7 @@ def read_text(
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If the file cannot be read, the unit is unknown, ``dt`` is missing or given for nothing, a
         line has another number of columns, a cell is not a finite number, or the times do not
         increase uniformly.
@@ -52,7 +52,7 @@ def read_text(
         cells = line.replace(",", " ").replace(";", " ").split()
         wanted = len(rows[0]) if rows else len(cells)
         if len(cells) not in (1, 2) or len(cells) != wanted:
-            raise GroundMotionError(
+            raise InputError(
                 f"{path}, line {number}",
                 f"{len(cells)} columns",
                 f"{wanted}, as above" if rows else "one column (acceleration) or two (time first)",
@@ -67,12 +67,12 @@ def read_text(
     table = np.array(rows)
     if table.shape[1] == 2:
         if dt is not None:
-            raise GroundMotionError(
+            raise InputError(
                 f"{path}, dt", f"{dt!r} beside a column of times", "dt for one column only"
             )
         dt = uniform_step(table[:, 0].tolist(), line_numbers, f"{path}, column 1")
     elif dt is None:
-        raise GroundMotionError(f"{path}, dt", "one column and no dt", "dt=, the step in s")
+        raise InputError(f"{path}, dt", "one column and no dt", "dt=, the step in s")
     return Record(
         table[:, -1] * factor,
         positive(f"{path}, dt (s)", dt),

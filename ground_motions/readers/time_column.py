@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ground_motions.errors import GroundMotionError
+from ground_motions.errors import InputError
 
 TOLERANCE = 0.02
 """How far a time may lie from the uniform grid, in steps: some times are printed short."""
@@ -31,7 +31,7 @@ def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: st
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If times do not increase, or one is off the uniform grid by more than `TOLERANCE` steps.
     """
     t = np.asarray(times)
@@ -39,7 +39,7 @@ def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: st
     backward = np.flatnonzero(steps <= 0.0)
     if backward.size:
         i = backward[0] + 1
-        raise GroundMotionError(
+        raise InputError(
             f"{column}, line {line_numbers[i]}",
             f"{t[i]:.12g} after {t[i - 1]:.12g}",
             "times that increase",
@@ -49,7 +49,7 @@ def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: st
     if off.max() > TOLERANCE * step:
         usual = float(np.median(steps))
         i = int(np.argmax(np.abs(steps - usual))) + 1
-        raise GroundMotionError(
+        raise InputError(
             f"{column}, line {line_numbers[i]}",
             f"a step of {steps[i - 1]:.6g} s where {usual:.6g} s is usual",
             f"uniform times, each within {TOLERANCE:g} of a step of its place",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ground_motions.errors import GroundMotionError, nearest
+from ground_motions.errors import InputError, nearest
 from ground_motions.record import Record
 from ground_motions.records.el_centro import el_centro_1940
 
@@ -40,13 +40,13 @@ def load_record(name: str) -> Record:
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If there is no such record; the message names the nearest.
     """
     try:
         loader = RECORDS[name]
     except (KeyError, TypeError):
-        raise GroundMotionError("record name", repr(name), nearest(str(name), RECORDS)) from None
+        raise InputError("record name", repr(name), nearest(str(name), RECORDS)) from None
     return loader()
 
 

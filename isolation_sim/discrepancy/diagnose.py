@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ..errors import InputError, unknown_name
 from ..identification.campaign import Campaign, read_campaign
+from ..io.toml import read_toml
 from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from ..toml_file import read_toml
 from .diagnosis import Diagnosis
 
 DEFAULT_LAW = "strain_stiffening"

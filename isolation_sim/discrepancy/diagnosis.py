@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..rendering import render
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -294,9 +295,7 @@ class Diagnosis:
 
     def report(self) -> None:
         """Print the diagnosis."""
-        from ..reports.diagnosis import print_diagnosis
-
-        print_diagnosis(self)
+        render("diagnosis:print_diagnosis", self)
 
     def plot(self) -> Figure:
         """Measured against simulated, before and after, and the errors of all runs.
@@ -305,9 +304,7 @@ class Diagnosis:
         -------
         matplotlib.figure.Figure
         """
-        from ..reports.diagnosis_figures import overview
-
-        return overview(self)
+        return render("diagnosis_figures:overview", self)
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``diagnosis.json``, ``extended_law.toml``, the report and the figures.
@@ -327,10 +324,8 @@ class Diagnosis:
         InputError
             If the folder cannot be written.
         """
-        from ..reports.diagnosis import save_diagnosis
-
         try:
-            return save_diagnosis(self, Path(folder))
+            return render("diagnosis_files:save_diagnosis", self, Path(folder))
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
 

@@ -12,10 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions import GroundMotionError
-
-from ..cell_table import read_cells
 from ..errors import InputError, unknown_name
+from ..io.csv_table import read_csv_table
 
 COLUMNS = (
     "amplitude_mm", "frequency_Hz", "current_A", "effective_stiffness_N_per_mm", "damping_ratio",
@@ -86,18 +84,15 @@ def read_loop_table(path: str | Path) -> LoopTable:
     InputError
         If the file or a column is missing, a column is unknown, or a number is not usable.
     """
-    try:
-        cells = read_cells(path)
-        names = cells.names
-        for name in names:
-            if name not in (*COLUMNS, _HOLD_OUT):
-                raise unknown_name(f"column of {path}", name, (*COLUMNS, _HOLD_OUT))
-        for name in COLUMNS:
-            if name not in names:
-                raise InputError(f"{cells.head}: no column {name}; needed: {', '.join(COLUMNS)}")
-        table = cells.numbers(range(len(names)))
-    except GroundMotionError as error:
-        raise InputError(str(error)) from None
+    cells = read_csv_table(path)
+    names = cells.names
+    for name in names:
+        if name not in (*COLUMNS, _HOLD_OUT):
+            raise unknown_name(f"column of {path}", name, (*COLUMNS, _HOLD_OUT))
+    for name in COLUMNS:
+        if name not in names:
+            raise InputError(f"{cells.head}: no column {name}; needed: {', '.join(COLUMNS)}")
+    table = cells.numbers(range(len(names)))
     column = {name: table[:, k] for k, name in enumerate(names)}
     return LoopTable(
         name=str(Path(path).stem),

@@ -2,8 +2,8 @@
 
 from .effect import Effect, EffectParameter, Signals
 from .extend import ExtendedLaw, extend, separate
-from .plain import device_section
 from .registry import EFFECTS, effect
+from .serialisation import device_section
 
 __all__ = [
     "EFFECTS",

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import device_section
+from ..io.atomic_write import write_text
 from ..laws import Device
+from ..rendering import render
 from .campaign import Campaign
 from .noise import white_noise
 from .run_table import TestRun
@@ -261,8 +263,6 @@ class Fit:
         pathlib.Path
             The file.
         """
-        from ..results import write_text
-
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         return write_text(self.scenario_section(), path)
 
@@ -273,9 +273,7 @@ class Fit:
         -------
         matplotlib.figure.Figure
         """
-        from ..reports.loops_fitted import fitted_loops
-
-        return fitted_loops(self)
+        return render("loops_fitted:fitted_loops", self)
 
     def to_html(self, path: str | Path) -> Path:
         """Write a report that opens in any browser: loops, errors, parameters.
@@ -290,6 +288,4 @@ class Fit:
         pathlib.Path
             The file; it needs no network.
         """
-        from ..reports.html.fit_report import fit_report
-
-        return fit_report(self).write(path)
+        return render("html.fit_report:fit_report", self).write(path)

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ground_motions import GroundMotionError
 from ground_motions.readers.time_column import uniform_step
 
-from ..cell_table import read_cells
 from ..errors import InputError
+from ..io.csv_table import read_csv_table
 from .velocity import smooth
 
 MINIMUM_SAMPLES = 16
@@ -116,7 +115,7 @@ class TestRun:
         """Time between samples, s."""
         try:
             return uniform_step(self.time.tolist(), range(self.time.size), f"{self.name}, time")
-        except GroundMotionError as error:
+        except InputError as error:
             raise InputError(str(error).replace(" line ", " sample ")) from None
 
 
@@ -144,19 +143,16 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         (in one unit or in two), a cell is not a finite number, times do not increase uniformly,
         there are too few samples, or a velocity is not the displacement's slope.
     """
-    try:
-        cells = read_cells(path)
-        names = cells.names
-        table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])
-        columns = _recognised(names, cells.head)
-        if len(table) < MINIMUM_SAMPLES:
-            raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
-        time_name = names[columns["time"]]
-        uniform_step(
-            table[:, columns["time"]].tolist(), cells.lines[1:], f"{path}, column {time_name}"
-        )
-    except GroundMotionError as error:
-        raise InputError(str(error)) from None
+    cells = read_csv_table(path)
+    names = cells.names
+    table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])
+    columns = _recognised(names, cells.head)
+    if len(table) < MINIMUM_SAMPLES:
+        raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
+    time_name = names[columns["time"]]
+    uniform_step(
+        table[:, columns["time"]].tolist(), cells.lines[1:], f"{path}, column {time_name}"
+    )
     data = {}
     for what, k in columns.items():
         data[what] = table[:, k] * _UNITS[what][names[k].removeprefix(f"{what}_")]

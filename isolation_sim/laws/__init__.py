@@ -4,8 +4,8 @@ from .current_dependence import CurrentDependence
 from .device import Device, Scaled
 from .law import Law, Quantity
 from .passive_switching import papers_rule, passive
-from .plain import from_dict, to_dict
 from .registry import LAWS, available_conditions, available_laws, available_sets, law
+from .serialisation import from_dict, to_dict
 
 __all__ = [
     "LAWS",

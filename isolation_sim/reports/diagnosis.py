@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
-from ..results import write_contents, write_text
 from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
 from .html.text import capital
 
@@ -26,9 +24,9 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     diagnosis : Diagnosis
         The diagnosis.
     """
-    from ..cli_habits import page
+    from .console import standard_console
 
-    console = page()
+    console = standard_console()
     console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
     console.print()
     console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
@@ -233,48 +231,3 @@ def _grid(headings: Any, rows: Any) -> str:
     lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
     lines += ["| " + " | ".join(row) + " |" for row in rows]
     return "\n".join(lines)
-
-
-def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
-    """Write everything that a diagnosis found.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-    folder : pathlib.Path
-        Made if it does not exist.
-
-    Returns
-    -------
-    list of pathlib.Path
-        ``report.html``, ``diagnosis.json``, ``report.md``, figures, ``README.txt``, and
-        ``extended_law.toml`` where the data are of a device.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be written to.
-    """
-    from ..effects.plain import device_section
-    from . import diagnosis_figures
-    from .html.diagnosis_report import diagnosis_report
-    from .style import save
-
-    folder.mkdir(parents=True, exist_ok=True)
-    texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
-    section = ""
-    if diagnosis.extended is not None:
-        comment = f"{diagnosis.model}, extended by a diagnosis of {diagnosis.data}"
-        section = texts["extended_law.toml"] = device_section(diagnosis.extended, comment)
-    written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
-    written += [write_text(text, folder / name) for name, text in texts.items()]
-    if diagnosis.traces:
-        for stem, draw in (
-            ("loops", diagnosis_figures.overview),
-            ("residuals", diagnosis_figures.residuals),
-            ("errors", diagnosis_figures.errors_by_run),
-        ):
-            written += save(draw(diagnosis), folder, stem)
-    written.append(write_contents(folder, f"Diagnosis of {diagnosis.data}"))
-    return written

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..criteria import columns, level_dofs, storey_rows
+from ..criteria import columns
 from ..errors import unknown_name
+from ..simulation.quantities import level_dofs, storey_rows
 from .style import line_styles
 
 if TYPE_CHECKING:

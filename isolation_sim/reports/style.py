@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from ..whole_file import replacing
+from ..io.atomic_write import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -221,7 +221,7 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     paths = folder / f"{stem}.svg", folder / f"{stem}.png"
     how: tuple[dict[str, Any], ...] = {"metadata": {"Date": None}}, {"dpi": 200}
     for path, options in zip(paths, how, strict=True):
-        with replacing(path) as unfinished:
+        with atomic_write(path) as unfinished:
             with style():
                 figure.savefig(unfinished, format=path.suffix[1:], **options)
             if path.suffix == ".svg":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ground_motions import GroundMotionError, Record
+from ground_motions import Record
 
 from ..errors import Diverged, InputError
 from ..structures import IsolatedStructure
@@ -63,7 +63,7 @@ class Job:
 
         try:
             run = simulate(self.isolated, self.records, self.controllers[label], **self.options)
-        except (InputError, Diverged, GroundMotionError) as error:
+        except (InputError, Diverged) as error:
             raise located(error, self.source, f"controller {label!r}") from None
         return run
 
@@ -74,14 +74,14 @@ def located(error: Exception, *places: str) -> Exception:
     Parameters
     ----------
     error : Exception
-        An InputError, GroundMotionError or Diverged.
+        An InputError or a Diverged.
     *places : str
         From the outside in; empty ones are left out.
 
     Returns
     -------
     Exception
-        Of the same kind; a GroundMotionError becomes an InputError.
+        Of the same kind.
     """
     text = ": ".join([place for place in places if place] + [str(error)])
     return Diverged(text) if isinstance(error, Diverged) else InputError(text)

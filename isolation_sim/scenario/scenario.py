@@ -9,11 +9,9 @@ from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
-from ground_motions import GroundMotionError
-
 from ..errors import InputError
+from ..io.toml import parse_toml, read_toml
 from ..structures import IsolatedStructure, Structure
-from ..toml_file import parse_toml, read_toml
 from .building import Building, ReferenceBuilding
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Belief, Element, Isolator
@@ -242,5 +240,5 @@ class Scenario(Section):
     def _at(self, section: str, build: Callable[[], T]) -> T:
         try:
             return build()
-        except (InputError, GroundMotionError) as error:
+        except InputError as error:
             raise located(error, self._source, section) from None

@@ -9,15 +9,15 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray
 
-    from .result import Run
+    from .trajectory import Trajectory
 
 
-def dataset(run: Run) -> xarray.Dataset:
+def dataset(run: Trajectory) -> xarray.Dataset:
     """Histories at the record's samples.
 
     Parameters
     ----------
-    run : Run
+    run : Trajectory
         A run.
 
     Returns

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from ..laws.derivatives import energy_gradients
 from .element_code import NODES, WEIGHTS
-from .result import coil_current, currents_at
+from .trajectory import coil_current, currents_at
 
 if TYPE_CHECKING:
-    from .result import Run
+    from .trajectory import Trajectory
 
 QUADRATURE_ERROR = 1e-10
 """Change of a piece's work, over the work of the input, from which its halves are halved again."""
@@ -86,12 +86,12 @@ class Ledger:
         }
 
 
-def ledger(run: Run) -> Ledger:
+def ledger(run: Trajectory) -> Ledger:
     """Energy ledger of a run.
 
     Parameters
     ----------
-    run : Run
+    run : Trajectory
         A run that kept its steps.
 
     Returns
@@ -135,7 +135,7 @@ def ledger(run: Run) -> Ledger:
     )
 
 
-def _carried(run: Run, velocity: NDArray) -> NDArray:
+def _carried(run: Trajectory, velocity: NDArray) -> NDArray:
     """Kinetic energy of the absolute motion beyond that of the relative motion, J."""
     structure = run.isolated.structure
     inertia = structure.mass @ structure.influence
@@ -167,7 +167,7 @@ def _device_powers(
     return scale * power, scale * loss, scale * field
 
 
-def _stored(run: Run) -> tuple[NDArray, NDArray]:
+def _stored(run: Trajectory) -> tuple[NDArray, NDArray]:
     """Devices' stored energy at the grid points and what jumps of the current added there, J."""
     n_points = len(run.grid.time)
     stored, jumps = np.zeros(n_points), np.zeros(n_points)
@@ -195,7 +195,7 @@ def _stored(run: Run) -> tuple[NDArray, NDArray]:
     return stored, jumps
 
 
-def _currents_before(run: Run) -> NDArray:
+def _currents_before(run: Trajectory) -> NDArray:
     """Coil currents at the grid points, just before any change there, A."""
     work, grid = run.work, run.grid
     n_channels = run.isolated.n_channels
@@ -217,7 +217,7 @@ class _Pieces:
     device states cubics.
     """
 
-    def __init__(self, run: Run):
+    def __init__(self, run: Trajectory):
         self.run = run
         grid, work = run.grid, run.work
         windows, kinds = grid.windows[:-1, 0], grid.windows[:-1, 1]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
 from .plan import modes_for
+from .quantities import quantity_rows
 from .workspace import Workspace
 
 RESOLVED = 1.9
@@ -55,7 +56,7 @@ def item_peaks(isolated: IsolatedStructure, work: Workspace) -> dict[str, NDArra
     Returns
     -------
     dict of str to (n_items,) array
-        Names and units as in ``isolation_sim.criteria.quantity_rows``.
+        Names and units as in ``isolation_sim.simulation.quantities.quantity_rows``.
     """
     items, peak, _ = _summed([isolated], work)
     return {name: peak[own, 0] for name, own in items}
@@ -113,8 +114,6 @@ def _rows(
     isolated: IsolatedStructure,
 ) -> tuple[tuple[tuple[str, list[int]], ...], NDArray, NDArray]:
     """Names of a structure's quantities with their items' numbers; rows, and moduli, of items."""
-    from ..criteria import quantity_rows
-
     modes, outputs = modes_for(isolated)
     named = quantity_rows(isolated, outputs.names)
     # an item of several quantities, such as a floor's acceleration, is followed once

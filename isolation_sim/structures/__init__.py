@@ -1,10 +1,10 @@
 """Linear structures and the nonlinear elements that they stand on."""
 
-from .isolated import Element, IsolatedStructure
+from .element import Element
 from .matrices import from_fixed_base, from_matrices, read_matrices
 from .reference import reference_building, reference_isolators
 from .shear_building import shear_building
-from .structure import Structure
+from .structure import IsolatedStructure, Structure
 
 __all__ = [
     "Element",

@@ -8,17 +8,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ground_motions import GroundMotionError
-
 from ..errors import Diverged, InputError
-from ..results import file_name, write_run
+from ..io.results_folder import file_name
 from ..simulation.batch import Case, simulate_many
 from ..simulation.run import simulate
+from ..simulation.run_files import write_run
 from .design import CaseSpec, validated
+from .rows import Row, energy_record, table_bytes
 
 if TYPE_CHECKING:
-    from ..scenario import Job
-    from ..simulation.control import Control
     from ..simulation.result import Run
 
 
@@ -80,47 +78,6 @@ class Finished:
     histories: dict[str, bytes] = field(default_factory=dict)
 
 
-@dataclass
-class Row:
-    """One run of a chunk, as it comes to be known.
-
-    Attributes
-    ----------
-    case : CaseSpec
-        The case.
-    controller : str
-        Label of the controller.
-    job : Job or None
-        The case made ready; None where it cannot be.
-    control : Controller or None
-        The controller, a fresh one.
-    criteria, energy : dict of str to float
-        What came of it, SI units.
-    clamped : int
-        Commands that were clamped.
-    status : {"ok", "diverged", "refused", "error"}
-        Refused is input that cannot be used, a current outside the limits for one.
-    reason : str
-        Why there is no result.
-    """
-
-    case: CaseSpec
-    controller: str
-    job: Job | None = None
-    control: Control | None = None
-    criteria: dict[str, float] = field(default_factory=dict)
-    energy: dict[str, float] = field(default_factory=dict)
-    clamped: int = 0
-    status: str = "ok"
-    reason: str = ""
-
-    def fail(self, error: Exception) -> None:
-        """Record why there is no result."""
-        known = isinstance(error, InputError | GroundMotionError | Diverged)
-        self.status = "diverged" if isinstance(error, Diverged) else "refused" if known else "error"
-        self.reason = str(error) if known else f"{type(error).__name__}: {error}"
-
-
 def run_chunk(chunk: Chunk) -> Finished:
     """Run a chunk.
 
@@ -137,8 +94,6 @@ def run_chunk(chunk: Chunk) -> Finished:
     Finished
         A case that fails is a row with its reason.
     """
-    from .rows import energy_record, table_bytes
-
     kept: dict[tuple[str, ...], Any] = {}
     rows = [row for case in chunk.cases for row in _rows(chunk, case, kept)]
     histories: dict[str, bytes] = {}

@@ -13,11 +13,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from .. import __version__
 from ..errors import InputError
 from ..scenario import Scenario
 from ..scenario.job import located
 from ..scenario.problems import one_line
+from ..version import __version__
 from .axes import Axis, axes_of
 from .fields import Change, changed, with_seed
 from .plan import SweepPlan

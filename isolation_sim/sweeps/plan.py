@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from ..errors import InputError
+from ..io.toml import read_toml
 from ..scenario import Scenario
 from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
 from ..scenario.job import located
 from ..scenario.problems import one_line
-from ..toml_file import read_toml
 from .fields import completed
 
 Count = Annotated[int, Field(gt=0)]

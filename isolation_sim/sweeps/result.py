@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, unknown_name
-from ..whole_file import replacing
+from ..io.atomic_write import atomic_write
+from ..rendering import render
 
 if TYPE_CHECKING:
     import pandas
@@ -122,7 +123,7 @@ class Sweep:
         InputError
             If there is no such criterion, or the count is below 1.
         """
-        from .tables import is_gain
+        from ..criteria import is_gain
 
         self.check(criterion, self.criteria, "criterion")
         if count < 1:
@@ -158,7 +159,10 @@ class Sweep:
         """
         from .sensitivity import indices
 
-        return indices(self, criterion, controller)
+        self.check(criterion, self.criteria, "criterion")
+        label = self.one_controller(controller)
+        values = self.table.loc[self.table["controller"] == label, criterion].to_numpy()
+        return indices(self.plan, values, str(self.folder), label)
 
     def history(self, case: int, controller: str | None = None) -> xarray.Dataset:
         """Return a run's histories, where the plan keeps them.
@@ -179,7 +183,7 @@ class Sweep:
         InputError
             If they were not kept.
         """
-        from ..results import read_run
+        from ..simulation.run_files import read_run
         from .chunk import history_name
 
         return read_run(self._store.histories / history_name(case, self.one_controller(controller)))
@@ -199,7 +203,7 @@ class Sweep:
         """
         from pyarrow import csv
 
-        with replacing(path) as unfinished, unfinished.open("wb") as file:
+        with atomic_write(path) as unfinished, unfinished.open("wb") as file:
             csv.write_csv(self._store.read(), file)
         return Path(path)
 
@@ -223,9 +227,7 @@ class Sweep:
         InputError
             If there is no such criterion.
         """
-        from ..reports.html.sweep_report import sweep_report
-
-        return sweep_report(self, criterion).write(path)
+        return render("html.sweep_report:sweep_report", self, criterion).write(path)
 
     def plot_comparison(self, criteria: Sequence[str] | None = None) -> Figure:
         """Draw all criteria of all controllers side by side, medians and spreads over the cases.
@@ -239,9 +241,7 @@ class Sweep:
         -------
         matplotlib.figure.Figure
         """
-        from .figures import comparison
-
-        return comparison(self, criteria)
+        return render("sweep_figures:comparison", self, criteria)
 
     def plot_map(
         self,
@@ -268,9 +268,7 @@ class Sweep:
         InputError
             If fewer than two quantities that are numbers are varied, or a name is unknown.
         """
-        from .figures import heat_map
-
-        return heat_map(self, x, y, criterion)
+        return render("sweep_figures:heat_map", self, x, y, criterion)
 
     def plot_sensitivity(
         self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
@@ -288,9 +286,7 @@ class Sweep:
         -------
         matplotlib.figure.Figure
         """
-        from .figures import sensitivity
-
-        return sensitivity(self, criterion, controller)
+        return render("sweep_figures:sensitivity", self, criterion, controller)
 
     def one_controller(self, label: str | None) -> str:
         """Return a controller's label, the first by default.

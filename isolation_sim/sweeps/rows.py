@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +13,59 @@ import pyarrow.parquet as pq
 
 from ..comparison import UNCONTROLLED
 from ..criteria import GEOMETRIC, Response, benchmark_criteria, response_criteria
+from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
 
 if TYPE_CHECKING:
+    from ..scenario import Job
+    from ..simulation.control import Control
     from ..simulation.result import Run
-    from .chunk import Row
+    from .design import CaseSpec
 
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
 FORMAT: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
 """How Parquet is written; readers may check the pages."""
+
+
+@dataclass
+class Row:
+    """One run of a chunk, as it comes to be known.
+
+    Attributes
+    ----------
+    case : CaseSpec
+        The case.
+    controller : str
+        Label of the controller.
+    job : Job or None
+        The case made ready; None where it cannot be.
+    control : Controller or None
+        The controller, a fresh one.
+    criteria, energy : dict of str to float
+        What came of it, SI units.
+    clamped : int
+        Commands that were clamped.
+    status : {"ok", "diverged", "refused", "error"}
+        Refused is input that cannot be used, a current outside the limits for one.
+    reason : str
+        Why there is no result.
+    """
+
+    case: CaseSpec
+    controller: str
+    job: Job | None = None
+    control: Control | None = None
+    criteria: dict[str, float] = field(default_factory=dict)
+    energy: dict[str, float] = field(default_factory=dict)
+    clamped: int = 0
+    status: str = "ok"
+    reason: str = ""
+
+    def fail(self, error: Exception) -> None:
+        """Record why there is no result."""
+        known = isinstance(error, InputError | Diverged)
+        self.status = "diverged" if isinstance(error, Diverged) else "refused" if known else "error"
+        self.reason = str(error) if known else f"{type(error).__name__}: {error}"
 
 
 @cache
@@ -33,7 +77,7 @@ def criteria_names() -> tuple[str, ...]:
     tuple of str
     """
     nothing = np.zeros((2, 2))
-    per_item = (field.name for field in fields(Response))
+    per_item = (each.name for each in fields(Response))
     still = Response(**{name: nothing for name in per_item} | {"time": np.arange(2.0)})
     return tuple(response_criteria(still))
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..results import file_name
+from ..io.results_folder import file_name
 from ..simulation.batch import LANES
 from .chunk import Chunk, Finished, run_chunk
 from .design import Design

@@ -12,20 +12,20 @@ from .axes import problem_of, sample_of
 if TYPE_CHECKING:
     import pandas
 
-    from .result import Sweep
+    from .plan import SweepPlan
 
 
-def indices(sweep: Sweep, criterion: str, controller: str | None) -> pandas.DataFrame:
+def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pandas.DataFrame:
     """Indices of every sampled quantity; see `Sweep.sensitivity`.
 
     Parameters
     ----------
-    sweep : Sweep
-        A finished sweep in which nothing but the sample is varied.
-    criterion : str
-        Column of results.
-    controller : str or None
-        Label of one; the first if None.
+    plan : SweepPlan
+        With a ``sample`` section, and nothing varied but the sample.
+    values : (n_points,) array
+        A criterion of one controller's runs, in the sample's order; not a number if a run failed.
+    place, label : str
+        The sweep's folder and the controller, for errors.
 
     Returns
     -------
@@ -45,29 +45,23 @@ def indices(sweep: Sweep, criterion: str, controller: str | None) -> pandas.Data
     """
     import pandas
 
-    plan = sweep.plan
     if plan.sample is None:
-        raise InputError(
-            f"{sweep.folder}: nothing was sampled; accepted: a plan with a [sample] section"
-        )
-    sweep.check(criterion, sweep.criteria, "criterion")
+        raise InputError(f"{place}: nothing was sampled; accepted: a plan with a [sample] section")
     sampled = [each for each in plan.vary if each.sampled]
     problem = problem_of(sampled)
     points = sample_of(plan.sample, sampled)
     for column, each in zip(points.T, sampled, strict=True):
         if each.spacing == "log":
             column[:] = np.log(column)
-    label = sweep.one_controller(controller)
-    values = sweep.table.loc[sweep.table["controller"] == label, criterion].to_numpy()
     if len(values) != len(points):
         raise InputError(
-            f"{sweep.folder}: {len(values)} runs of {label} for {len(points)} points; accepted: a "
+            f"{place}: {len(values)} runs of {label} for {len(points)} points; accepted: a "
             "finished sweep in which nothing but the sample is varied"
         )
     failed = int(np.isnan(values).sum())
     if failed:
         raise InputError(
-            f"{sweep.folder}: {failed} runs of {label} failed; accepted: limits within which all "
+            f"{place}: {failed} runs of {label} failed; accepted: limits within which all "
             "succeed"
         )
     found = _analysed(plan.sample.method, problem, points, values, plan.sample.seed)

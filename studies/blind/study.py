@@ -119,7 +119,7 @@ def leave(lines: Sequence[str], table: str, stem: str = "") -> None:
     stem : str
         What the files' names begin with.
     """
-    from isolation_sim.results import write_text
+    from isolation_sim.io.atomic_write import write_text
 
     RESULTS.mkdir(parents=True, exist_ok=True)
     write_text("\n".join(lines) + "\n", RESULTS / f"{stem}rates.md")

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
+from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.reports.style import save
-from isolation_sim.results import ResultsFolder, write_contents, write_table
 
 from . import figures_000, figures_001, figures_002, paper_000, paper_001, paper_002, paper_003
 from .report import report

@@ -14,12 +14,12 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from ground_motions.spectra import response_spectrum
-from isolation_sim.cli_habits import page
 from isolation_sim.discrepancy.building import BuildingDiagnosis
 from isolation_sim.discrepancy.consequence import CASES, consequence
 from isolation_sim.discrepancy.device_scale import carrying
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors
 from isolation_sim.reports.consequence import HEADINGS, consequence_rows
+from isolation_sim.reports.console import standard_console
 from isolation_sim.reports.diagnosis import markdown
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report
 from isolation_sim.scenario.consequence import with_consequence
@@ -171,7 +171,7 @@ def test_the_reports_show_it(diagnosed, capsys):
     diagnosed.report()
     printed = capsys.readouterr().out
     assert all(cell in printed for cell in row) and "misses the peak base" in printed
-    assert max(map(len, printed.splitlines())) <= page().width
+    assert max(map(len, printed.splitlines())) <= standard_console().width
     assert f"| {' | '.join(row)} |" in markdown(diagnosed)
     section = next(
         s for s in diagnosis_report(diagnosed).sections if s.title.startswith("What it changes")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ground_motions import GroundMotionError
+from ground_motions import InputError
 
 Refused = Callable[..., AbstractContextManager[None]]
 
@@ -18,7 +18,7 @@ def refused() -> Refused:
 
     @contextmanager
     def check(*parts: object) -> Iterator[None]:
-        with pytest.raises(GroundMotionError) as caught:
+        with pytest.raises(InputError) as caught:
             yield
         message = str(caught.value)
         assert len(message.splitlines()) == 1

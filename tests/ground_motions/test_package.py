@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import ground_motions
-from ground_motions import GroundMotionError
+from ground_motions import InputError
 
 MODULES = [m.name for m in pkgutil.walk_packages(ground_motions.__path__, "ground_motions.")]
 PUBLIC = [
@@ -55,7 +55,7 @@ def test_examples_run(module):
 
 
 def test_the_error_is_one_line_and_survives_pickling():
-    error = GroundMotionError("a\nfile", "x\r\ny", "z")
+    error = InputError("a\nfile", "x\r\ny", "z")
     assert str(error) == "a file: given x y; accepted: z"
     assert isinstance(error, ValueError)
     again = pickle.loads(pickle.dumps(error))

@@ -5,7 +5,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.structures.isolated import Element, IsolatedStructure
+from isolation_sim.structures import Element, IsolatedStructure
 
 # each alone, with more about each, in tests/simulation/test_ledger.py
 ELSEWHERE = {"strain_stiffening", "hybrid", "linear", "kelvin_voigt"}

@@ -10,7 +10,7 @@ from isolation_sim.laws import available_laws, available_sets, from_dict, law, t
 from isolation_sim.laws.hybrid import condition
 
 
-def test_front_door():
+def test_names_of_the_package():
     assert law("strain_stiffening") == law("strain_stiffening", "generalised")
     assert law("hybrid", "generalised_refitted").law.name == "hybrid"
     assert law("linear", {"k": (1e6, 1e5)}).force(0.1, 0.0, (), 2.0) == pytest.approx(1.2e5)

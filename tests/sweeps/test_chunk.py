@@ -8,7 +8,7 @@ import pandas
 import pyarrow.parquet as pq
 import pytest
 
-from isolation_sim.front_door import run_scenario
+from isolation_sim.api import run_scenario
 from isolation_sim.sweeps.chunk import run_chunk
 from isolation_sim.sweeps.design import validated
 from isolation_sim.sweeps.run import chunk_of
@@ -134,7 +134,7 @@ def test_what_cannot_even_start_is_a_row_too():
 
 
 def test_histories_are_those_of_the_single_run(tmp_path, mixed):
-    from isolation_sim.results import read_run
+    from isolation_sim import read_run
     from isolation_sim.scenario import Scenario
 
     _, finished = rows_of(mixed, [4, 17], histories=frozenset([17]))

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from isolation_sim.cli_sweep import PLAN
+from isolation_sim.cli.sweep import PLAN
 from isolation_sim.errors import InputError
 from isolation_sim.sweeps.design import Design, differences, validated
 from isolation_sim.sweeps.plan import SweepPlan

@@ -10,8 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
+from isolation_sim.reports.sweep_tables import best_table
 from isolation_sim.sweeps.result import Sweep
-from isolation_sim.sweeps.tables import best_table
 
 from .conftest import MIXED, SHORT, plan_of
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions import GroundMotionError, Record
+from ground_motions import Record
 from ground_motions.readers.time_column import uniform_step
 
-from ...cell_table import read_cells
 from ...errors import InputError
+from ...io.csv_table import read_csv_table
 
 MINIMUM_SAMPLES = 64
 DISPLACEMENT = "isolator_displacement_m"
@@ -144,17 +144,14 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
     InputError
         Naming the file, the place, what was given and what is accepted.
     """
-    try:
-        cells = read_cells(path)
-        _check_names(cells.names, cells.head)
-        table = cells.numbers(range(len(cells.names)))
-        if len(table) < MINIMUM_SAMPLES:
-            raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
-        columns = dict(zip(cells.names, table.T, strict=True))
-        times = columns.pop("time_s").tolist()
-        dt = uniform_step(times, cells.lines[1:], f"{path}, column time_s")
-    except GroundMotionError as error:
-        raise InputError(str(error)) from None
+    cells = read_csv_table(path)
+    _check_names(cells.names, cells.head)
+    table = cells.numbers(range(len(cells.names)))
+    if len(table) < MINIMUM_SAMPLES:
+        raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
+    columns = dict(zip(cells.names, table.T, strict=True))
+    times = columns.pop("time_s").tolist()
+    dt = uniform_step(times, cells.lines[1:], f"{path}, column time_s")
     name = Path(path).stem
     ground = Record(columns.pop("ground_acceleration_m_s2"), dt, name, source=str(path))
     current = columns.pop("current_A", None)

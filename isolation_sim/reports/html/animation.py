@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...criteria import columns, level_dofs
+from ...criteria import columns
+from ...simulation.quantities import level_dofs
 from .page import Animation
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...sweeps.tables import heading, is_gain, told
+from ...criteria import is_gain
 from ..style import light_shades
+from ..sweep_tables import heading, told
 from ..units import unit_of
 from .charts import layout, looks
 from .page import Chart, Explorer
@@ -18,7 +19,7 @@ from .page import Chart, Explorer
 if TYPE_CHECKING:
     import pandas
 
-    from ...sweeps import Sweep
+    from ...sweeps.result import Sweep
 
 # what keeps a report of tens of thousands of runs small
 _MOST_NUMBERS = 150_000

@@ -11,7 +11,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
-from ... import __version__
+from ...io.atomic_write import write_text
+from ...version import __version__
 from .charts import Look
 from .text import is_number, tied
 
@@ -371,8 +372,6 @@ class Page:
         pathlib.Path
             The file.
         """
-        from ...results import write_text
-
         return write_text(self.html(), path)
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...criteria import columns, level_dofs, storey_rows
+from ...criteria import columns
+from ...simulation.quantities import level_dofs, storey_rows
 from ..energy import SINKS, instants_of, supply
 from ..panels import base_dof, element_along, roof_dof, without_direction
 from .charts import Look, layout, numbers, over, peaks, span, thinned

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions import STANDARD_GRAVITY
 
-from ... import __version__
+from ...version import __version__
 from ..references import of_runs
 from ..tables import criteria_lines
 from .animation import animation

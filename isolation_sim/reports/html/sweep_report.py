@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from ...criteria import is_gain
 from ...errors import InputError
-from ...sweeps.figures import spoken
-from ...sweeps.tables import heading, is_gain, median_rows, told
+from ..sweep_figures import spoken
+from ..sweep_tables import heading, median_rows, told
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
@@ -15,7 +16,7 @@ from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
 from .run_report import versions
 
 if TYPE_CHECKING:
-    from ...sweeps import Sweep
+    from ...sweeps.result import Sweep
 
 _MOST_FAILED = 200
 

@@ -1,14 +1,23 @@
-"""What ``isolation-sim list`` shows."""
+"""The command ``isolation-sim list``."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from typing import Annotated
+
+import typer
+
+from ..errors import unknown_name
+from .common_options import AsJson, examples
+
+EXAMPLES = examples("isolation-sim list laws", "isolation-sim list controllers --json")
 
 Rows = tuple[list[str], list[list[str]]]
 
 
 def _laws() -> Rows:
-    from .laws import LAWS, available_conditions, available_sets
+    from ..laws import LAWS, available_conditions, available_sets
 
     entries = []
     for name, law in LAWS.items():
@@ -21,7 +30,7 @@ def _laws() -> Rows:
 
 
 def _sets() -> Rows:
-    from .laws import LAWS, available_conditions, available_sets, law
+    from ..laws import LAWS, available_conditions, available_sets, law
 
     entries = [
         [name, each, law(name, each).source]
@@ -56,7 +65,7 @@ def _records() -> Rows:
 
 
 def _effects() -> Rows:
-    from .effects import EFFECTS
+    from ..effects import EFFECTS
 
     entries = []
     for cause, forms in EFFECTS.items():
@@ -67,7 +76,7 @@ def _effects() -> Rows:
 
 
 def _structures() -> Rows:
-    from .scenario.building import MatricesFile, ReferenceBuilding, ShearBuilding
+    from ..scenario.building import MatricesFile, ReferenceBuilding, ShearBuilding
 
     entries = []
     for kind in (ReferenceBuilding, ShearBuilding, MatricesFile):
@@ -86,3 +95,34 @@ SUBJECTS: dict[str, Callable[[], Rows]] = {
     "structures": _structures,
 }
 """Headings and rows of each list."""
+
+
+def list_names(
+    subject: Annotated[
+        str,
+        typer.Argument(
+            help="What to list.", metavar="|".join(SUBJECTS), autocompletion=lambda: list(SUBJECTS)
+        ),
+    ],
+    as_json: AsJson = False,
+) -> None:
+    """List what a scenario may name."""
+    from rich.table import Table
+
+    from ..reports.console import standard_console
+
+    if subject not in SUBJECTS:
+        raise unknown_name("subject", subject, SUBJECTS)
+    headings, entries = SUBJECTS[subject]()
+    if as_json:
+        print(json.dumps([dict(zip(headings, entry, strict=True)) for entry in entries], indent=2))
+        return
+    if not entries:
+        print(f"no {subject} yet")
+        return
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(headings):
+        table.add_column(heading, no_wrap=k == 0)
+    for entry in entries:
+        table.add_row(*entry)
+    standard_console().print(table)

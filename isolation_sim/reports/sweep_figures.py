@@ -9,7 +9,7 @@ import numpy as np
 
 from ..comparison import UNCONTROLLED
 from ..errors import InputError
-from ..reports.style import (
+from .style import (
     DOUBLE_COLUMN,
     contour_lines,
     label_outer,
@@ -19,14 +19,14 @@ from ..reports.style import (
     new_figure,
     style,
 )
-from ..reports.units import unit_of
+from .units import unit_of
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from .result import Sweep
+    from ..sweeps.result import Sweep
 
 _MOST_CELLS = 24
 """Values of a quantity that a map shows one by one; more are put into intervals."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..reports.tables import marked
-from ..reports.units import unit_of
-from .figures import spoken
+from ..criteria import is_gain
+from .sweep_figures import spoken
+from .tables import marked
+from .units import unit_of
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from .result import Sweep
+    from ..sweeps.result import Sweep
 
 
 def controllers_table(sweep: Sweep) -> Table:
@@ -61,21 +62,6 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
         values = [float(value) * factor for value in medians[name]]
         rows.append((spoken(name), unit, marked(values, max if is_gain(name) else min)))
     return rows
-
-
-def is_gain(criterion: str) -> bool:
-    """Whether more of a criterion is better: of those of the energy that the devices take out.
-
-    Parameters
-    ----------
-    criterion : str
-        Column of results.
-
-    Returns
-    -------
-    bool
-    """
-    return criterion in ("J9", "normalised_device_dissipation")
 
 
 def heading(criterion: str) -> str:

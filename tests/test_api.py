@@ -1,4 +1,4 @@
-"""The front door: lazy, complete, and with controllers by name."""
+"""The api: lazy, complete, and with controllers by name."""
 
 from __future__ import annotations
 
@@ -24,6 +24,21 @@ def _modules_after(statement: str) -> set[str]:
 
 def test_import_loads_nothing_heavy():
     assert not _modules_after("import isolation_sim") & set(HEAVY)
+
+
+def test_the_command_line_loads_nothing_heavy():
+    assert not _modules_after("import isolation_sim.cli") & (set(HEAVY) - {"rich"})
+
+
+def test_there_is_one_error_for_input_that_cannot_be_used():
+    import ground_motions
+    from isolation_sim.errors import InputError as of_errors
+
+    assert iso.InputError is ground_motions.InputError is of_errors
+    with pytest.warns(DeprecationWarning, match="now InputError"):
+        assert ground_motions.GroundMotionError is iso.InputError
+    with pytest.raises(iso.InputError, match="dt"):
+        Record([0.0, 1.0], -1.0)
 
 
 def test_a_law_and_a_building_load_no_compiler_and_no_figures():

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..laws.device import Device
-from ..laws.plain import to_dict
+from ..laws.serialisation import to_dict
 from .extend import separate
 
 

@@ -8,7 +8,9 @@ from typing import Annotated
 
 import typer
 
-from .cli_habits import AsJson
+from .common_options import AsJson, examples
+
+EXAMPLES = examples("isolation-sim cite", "isolation-sim cite results/main_job --json")
 
 
 def cite(
@@ -22,8 +24,8 @@ def cite(
     as_json: AsJson = False,
 ) -> None:
     """Print the references of the methods that a result used."""
-    from . import __version__
-    from .reports.references import of_path
+    from ..reports.references import of_path
+    from ..version import __version__
 
     citations = of_path(what)
     if as_json:

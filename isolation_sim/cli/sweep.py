@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from .cli_habits import AsJson, Quiet, examples, page, progress
-from .errors import InputError
+from ..errors import InputError
+from .common_options import AsJson, Force, Quiet, examples, progress, write_new_file
 
 if TYPE_CHECKING:
-    from .sweeps import Estimate, Sweep
+    from ..sweeps import Estimate, Sweep
 
 PLAN = """\
 # A plan of isolation-sim sweep: a scenario, and what is varied in it.
@@ -93,7 +93,7 @@ class _WithDefault(TyperGroup):
         return super().parse_args(ctx, args)
 
 
-sweeps = typer.Typer(
+app = typer.Typer(
     cls=_WithDefault,
     help="Run a plan of many cases, and show what came of it.",
     no_args_is_help=True,
@@ -106,7 +106,7 @@ sweeps = typer.Typer(
 )
 
 
-@sweeps.command(
+@app.command(
     "run",
     epilog=examples(
         "isolation-sim sweep new my_plan.toml",
@@ -131,9 +131,9 @@ def run_plan(
     quiet: Quiet = False,
 ) -> None:
     """Run a plan; the word run may be left out."""
-    from .sweeps.design import Design
-    from .sweeps.plan import SweepPlan
-    from .sweeps.run import default_folder, run_design
+    from ..sweeps.design import Design
+    from ..sweeps.plan import SweepPlan
+    from ..sweeps.run import default_folder, run_design
 
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
@@ -173,7 +173,7 @@ def run_plan(
         raise typer.Exit(1)
 
 
-@sweeps.command(
+@app.command(
     epilog=examples(
         "isolation-sim sweep show my_sweep",
         "isolation-sim sweep show my_sweep --criterion rms_drift_m --csv table.csv",
@@ -197,25 +197,26 @@ def show(
     ] = True,
 ) -> None:
     """Print and draw a sweep: controllers side by side, maps, sensitivities, the best runs."""
-    from .reports.style import save
-    from .results import write_contents
-    from .sweeps import Sweep
-    from .sweeps.tables import best_table, controllers_table, sensitivity_table
+    from ..io.results_folder import write_contents
+    from ..reports.console import standard_console
+    from ..reports.style import save
+    from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
+    from ..sweeps import Sweep
 
     result = Sweep(folder)
     if figures is not None and figures.is_file():
         raise InputError(f"--figures {figures}: a file; accepted: a folder")
-    paper = page()
-    paper.print(controllers_table(result))
-    paper.print(best_table(result, criterion, best))
+    console = standard_console()
+    console.print(controllers_table(result))
+    console.print(best_table(result, criterion, best))
     sampled = result.finished and result.plan.sample is not None
     if sampled:
         for label in result.controllers:
             try:
-                paper.print(sensitivity_table(result, criterion, label))
+                console.print(sensitivity_table(result, criterion, label))
             except InputError as error:
                 # the rest of the page is as good without
-                paper.print(f"no sensitivity: {error}")
+                console.print(f"no sensitivity: {error}")
                 sampled = False
                 break
     _show_failures(result)
@@ -236,17 +237,13 @@ def show(
     write_contents(figures or folder, f"Sweep {result.plan.name}")
 
 
-@sweeps.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))
+@app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))
 def new_plan(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("sweep.toml"),
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that exists.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a commented plan to start from."""
-    from .results import write_text
-
-    if path.exists() and not force:
-        raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
-    write_text(PLAN, path)
+    write_new_file(path, PLAN, force)
     print(f"wrote {path}; run it with: isolation-sim sweep {path}")
 
 

@@ -1,21 +1,24 @@
-"""A table in a CSV file whose first line names the columns, with errors that name the cell."""
+"""CSV tables whose first line names the columns; errors name the cell."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions.readers.lines import parse_number, table_lines
 
-from .errors import InputError
+from ..errors import InputError
+from .atomic_write import atomic_write
 
 
 @dataclass(frozen=True)
-class CellTable:
+class CsvTable:
     """Cells of a file, and where they stand in it.
 
     Attributes
@@ -56,9 +59,8 @@ class CellTable:
         Raises
         ------
         InputError
-            If a row has more or fewer cells than the header.
-        GroundMotionError
-            If a cell of a used column is not a finite number.
+            If a row has more or fewer cells than the header, or a cell of a used column is not a
+            finite number.
         """
         table = np.zeros((len(self.rows), len(self.names)))
         try:
@@ -84,7 +86,7 @@ class CellTable:
                 parse_number(row[k], f"{place}, column {self.names[k]}")
 
 
-def read_cells(path: str | Path) -> CellTable:
+def read_csv_table(path: str | Path) -> CsvTable:
     """Read the cells of a CSV file; lines that begin with ``#`` are skipped.
 
     Parameters
@@ -94,13 +96,39 @@ def read_cells(path: str | Path) -> CellTable:
 
     Returns
     -------
-    CellTable
+    CsvTable
 
     Raises
     ------
-    GroundMotionError
+    InputError
         If it is missing, unreadable, not text, empty, or comments only.
     """
-    kept = table_lines(path)
-    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in kept]
-    return CellTable(path, names, rows, [number for number, _ in kept])
+    numbered = table_lines(path)
+    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in numbered]
+    return CsvTable(path, names, rows, [number for number, _ in numbered])
+
+
+def write_table(records: Sequence[Mapping[str, Any]], path: str | Path) -> Path:
+    """Write records as CSV, a column a key.
+
+    Parameters
+    ----------
+    records : sequence of mapping
+        Such as ``Comparison.to_records()``.
+    path : str or pathlib.Path
+        File to write, replaced whole or not at all.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+    """
+    keys = list(dict.fromkeys(key for record in records for key in record))
+    with (
+        atomic_write(path) as unfinished,
+        unfinished.open("w", newline="", encoding="utf-8") as file,
+    ):
+        writer = csv.DictWriter(file, keys, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(records)
+    return Path(path)

@@ -9,11 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .cli_habits import AsJson, Quiet, page, progress
-from .errors import InputError
+from ..errors import InputError
+from .common_options import AsJson, Quiet, examples, progress
 
 if TYPE_CHECKING:
-    from .identification.fitted import Fit
+    from ..identification.fitted import Fit
+
+EXAMPLES = examples(
+    "isolation-sim fit my_tests --law kelvin_voigt",
+    "isolation-sim fit my_tests --law bouc_wen --fix n=2 --fix A=1 --out fitted.toml",
+)
 
 
 def fit(
@@ -42,7 +47,7 @@ def fit(
     quiet: Quiet = False,
 ) -> None:
     """Fit a law to measured runs."""
-    from .identification.fit import fit as run_fit
+    from ..identification.fit import fit as run_fit
 
     if report is None and out is not None:
         report = out.with_suffix(".html")
@@ -65,7 +70,7 @@ def fit(
     if out is not None:
         print(f"fitted law: {result.save(out)}", file=where)
     if figure is not None:
-        from .reports.style import save
+        from ..reports.style import save
 
         for path in save(result.plot(), figure.parent, figure.name):
             print(f"figure: {path}", file=where)
@@ -87,7 +92,9 @@ def _numbers(given: list[str]) -> dict[str, float]:
 
 
 def _show(result: Fit) -> None:
-    console = page()
+    from ..reports.console import standard_console
+
+    console = standard_console()
     for table in result.tables():
         console.print(table)
     for note in result.notes:

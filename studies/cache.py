@@ -1,4 +1,4 @@
-"""Results that take minutes, kept in the cache folder while their sources stay the same."""
+"""Cache of results that take minutes, valid while their sources stay the same."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from typing import Any
 import controllers
 import isolation_sim
 from isolation_sim.generated import cache_folder
-from isolation_sim.whole_file import replacing
+from isolation_sim.io.atomic_write import atomic_write
 
 
-def kept(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def cached_result(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """Return what was found before, or find and keep it.
 
     Parameters
@@ -46,7 +46,7 @@ def kept(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[
 def _write(path: Path, text: str) -> None:
     with suppress(OSError):  # a full or read-only disk costs the time, not the result
         path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as unfinished:
+        with atomic_write(path) as unfinished:
             unfinished.write_text(text)
 
 

@@ -1,4 +1,4 @@
-"""The verbs as a user types them: controllers by name, scenarios by path."""
+"""The verbs of the package: controllers by name, scenarios by path."""
 
 from __future__ import annotations
 

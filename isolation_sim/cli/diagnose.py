@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .cli_habits import AsJson, Quiet, progress
+from .common_options import AsJson, Out, Quiet, examples, print_results, progress
 
-_PARTS = 60
-"""About how many parts of a diagnosis are told of."""
+EXAMPLES = examples(
+    "isolation-sim diagnose my_tests --law bouc_wen",
+    "isolation-sim diagnose loops.csv --parameters published --out diagnosis",
+    "isolation-sim diagnose record.csv --scenario my_building.toml --json",
+)
+_STEPS = 60
+"""Approximate number of steps that a diagnosis reports while it runs."""
 
 
 def diagnose(
@@ -41,20 +45,17 @@ def diagnose(
             help="Degree of the parameters' polynomials of the current; not for building records."
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(help="Results folder; a number is added if it holds something already."),
-    ] = None,
+    out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Say what a simulation gets wrong in measured data, and why."""
-    from .front_door import diagnose as run_diagnosis
-    from .results import ResultsFolder, file_name
+    from ..api import diagnose as run_diagnosis
+    from ..io.results_folder import ResultsFolder, file_name
 
     where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
     with ResultsFolder(where) as folder:
-        with progress(quiet, _PARTS) as step:
+        with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
                 current_degree=current_degree, progress=step,
@@ -64,8 +65,4 @@ def diagnose(
         print(result.to_json())
     elif not quiet:
         result.report()
-    path = folder.path
-    shown = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
-    if not quiet:
-        print(f"report: {shown / 'report.html'}", file=sys.stderr if as_json else sys.stdout)
-    print(f"results: {shown}", file=sys.stderr if as_json else sys.stdout)
+    print_results(folder.path, as_json, quiet)

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic writes: a file appears complete or not at all."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 
 
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
-    """Write a file that appears whole or not at all.
+def atomic_write(path: str | Path) -> Iterator[Path]:
+    """Write a file that appears complete or not at all.
 
     Parameters
     ----------
@@ -41,3 +41,23 @@ def replacing(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             unfinished.unlink(missing_ok=True)
+
+
+def write_text(text: str, path: str | Path) -> Path:
+    """Write a text file.
+
+    Parameters
+    ----------
+    text : str
+        What to write.
+    path : str or pathlib.Path
+        File to write, replaced whole or not at all.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+    """
+    with atomic_write(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+    return Path(path)

@@ -1,9 +1,9 @@
-"""Results kept in the cache folder."""
+"""Results in the cache folder."""
 
 import pytest
 
-from studies import kept as module
-from studies.kept import kept
+from studies import cache as module
+from studies.cache import cached_result
 
 
 @pytest.fixture
@@ -23,24 +23,24 @@ def find():
 
 
 def test_what_was_found_is_found_once(folder, find):
-    assert kept("bounds", b"a", find) == kept("bounds", b"a", find) == {"J": 2.0}
-    assert kept("bounds", b"b", find) == {"J": 3.0} and find.calls == 2
+    assert cached_result("bounds", b"a", find) == cached_result("bounds", b"a", find) == {"J": 2.0}
+    assert cached_result("bounds", b"b", find) == {"J": 3.0} and find.calls == 2
     assert len(list((folder / "bounds").iterdir())) == 2
 
 
 def test_other_sources_find_anew(folder, find, monkeypatch):
-    kept("bounds", b"a", find)
+    cached_result("bounds", b"a", find)
     monkeypatch.setattr(module, "_sources", lambda: b"changed")
-    assert kept("bounds", b"a", find) == {"J": 3.0}
+    assert cached_result("bounds", b"a", find) == {"J": 3.0}
 
 
 def test_a_file_cut_short_is_found_anew(folder, find):
-    kept("bounds", b"a", find)
+    cached_result("bounds", b"a", find)
     (path,) = (folder / "bounds").iterdir()
     path.write_text(path.read_text()[:-3])
-    assert kept("bounds", b"a", find) == {"J": 3.0} == kept("bounds", b"a", find)
+    assert cached_result("bounds", b"a", find) == {"J": 3.0} == cached_result("bounds", b"a", find)
 
 
 def test_where_nothing_can_be_written_the_result_is_not_lost(folder, find):
     (folder / "bounds").write_text("in the way")
-    assert kept("bounds", b"a", find) == {"J": 2.0}
+    assert cached_result("bounds", b"a", find) == {"J": 2.0}

@@ -1,0 +1,78 @@
+"""The command line ``isolation-sim``: one module a command.
+
+Exit codes: 0 success; 1 a run diverged, with the results of the others written; 2 input that
+cannot be used, with one line on standard error.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from studies import command as study
+
+from ..errors import Diverged, InputError
+from ..version import __version__
+from . import cite, diagnose, fit, list_names, new, run, sweep
+from .common_options import TABLE_WIDTH, examples, print_error
+
+app = typer.Typer(
+    name="isolation-sim",
+    help="Semi-active base isolation with magnetorheological isolators.",
+    no_args_is_help=True,
+    epilog=examples(
+        "isolation-sim run                     the main job: five controllers under El Centro",
+        "isolation-sim new my_scenario.toml    a commented scenario to start from",
+        "isolation-sim COMMAND --help          more examples",
+    ),
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"max_content_width": TABLE_WIDTH},
+)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"isolation-sim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """Take options that belong to no command."""
+
+
+app.command("run", epilog=run.EXAMPLES)(run.run)
+app.command("compare", hidden=True)(run.run)  # a likely guess for run
+app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
+app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
+app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
+app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
+app.command("new", epilog=new.EXAMPLES)(new.new)
+app.add_typer(study.app, name="study")
+app.add_typer(sweep.app, name="sweep")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and end the process.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        What follows the program's name; the process's own by default.
+    """
+    try:
+        app(arguments, prog_name="isolation-sim")
+    except (InputError, Diverged) as error:
+        print_error(error)
+        sys.exit(1 if isinstance(error, Diverged) else 2)
+    except OSError as error:
+        print_error(f"{error.filename or 'results'}: {error.strerror or error}")
+        sys.exit(2)

@@ -1,0 +1,91 @@
+"""What the commands share: options, examples in their help, and how they print."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ..errors import InputError
+
+TABLE_WIDTH = 100
+"""Columns of a table where standard output is no terminal."""
+
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print the JSON report alone on standard output.")
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", help="Print only errors and where the results are.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(help="Results folder; a number is added if it holds something already."),
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
+
+_errors = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def examples(*lines: str) -> str:
+    """Text below a command's help: commands as they are typed."""
+    # \b keeps the lines as they are
+    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+def print_error(problem: Exception | str) -> None:
+    """Print one line in red on standard error."""
+    _errors.print(f"isolation-sim: {problem}", style="red", markup=False)
+
+
+def print_warning(text: str) -> None:
+    """Print one line in yellow on standard error."""
+    _errors.print(f"warning: {text}", style="yellow", markup=False)
+
+
+def print_results(folder: Path, as_json: bool, quiet: bool) -> None:
+    """Print where report and results are; on standard error if JSON is on standard output."""
+    if folder.is_relative_to(Path.cwd()):
+        folder = folder.relative_to(Path.cwd())
+    stream = sys.stderr if as_json else sys.stdout
+    if not quiet:
+        print(f"report: {folder / 'report.html'}", file=stream)
+    print(f"results: {folder}", file=stream)
+
+
+def write_new_file(path: Path, text: str, force: bool) -> None:
+    """Write a file; one that exists is replaced only by ``force``."""
+    from ..io.atomic_write import write_text
+
+    if path.exists() and not force:
+        raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
+    write_text(text, path)
+
+
+@contextmanager
+def progress(quiet: bool, steps: int) -> Iterator[Callable[..., None]]:
+    """Show progress on standard error if it is a terminal.
+
+    Yields ``step(text)``, to call when a step begins; ``step(text, done)`` ends several at once.
+    """
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"),
+        TimeRemainingColumn(),
+    )  # fmt: skip
+    hidden = quiet or not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=hidden) as shown:
+        task = shown.add_task("starting", total=steps, completed=-1)
+        yield lambda text, done=1: shown.update(task, description=text, advance=done)

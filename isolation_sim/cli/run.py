@@ -1,0 +1,72 @@
+"""The command ``isolation-sim run``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .common_options import (
+    AsJson,
+    Out,
+    Quiet,
+    examples,
+    print_error,
+    print_results,
+    print_warning,
+    progress,
+)
+
+if TYPE_CHECKING:
+    from ..simulation.result import Run
+
+EXAMPLES = examples(
+    "isolation-sim run",
+    "isolation-sim run my_scenario.toml --out my_results",
+    "isolation-sim run my_scenario.toml --json > report.json",
+)
+
+
+def run(
+    scenario: Annotated[
+        Path | None, typer.Argument(help="Scenario file; the main job by default.")
+    ] = None,
+    out: Out = None,
+    as_json: AsJson = False,
+    figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Compare the controllers of a scenario."""
+    from ..comparison import simulated
+    from ..io.results_folder import ResultsFolder, file_name
+    from ..reports.comparison_files import json_text, write_comparison
+    from ..reports.console import standard_console
+    from ..scenario import Scenario
+
+    described = Scenario() if scenario is None else Scenario.read(scenario)
+    job = described.build()
+    with ResultsFolder(out or Path("results") / file_name(described.name)) as folder:
+        with progress(quiet, len(job.controllers) + 1) as step:
+
+            def run_one(label: str) -> Run:
+                step(f"simulating {label}")
+                return job.run(label)
+
+            comparison = simulated(job.controllers, run_one)
+            step("writing results")
+            write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
+    if as_json:
+        print(json_text(comparison), end="")
+    elif not quiet:
+        standard_console().print(comparison.table())
+        for label in comparison.runs:
+            if job.controllers[label].report is not None:
+                print(f"{label}: {job.controllers[label].report}")
+    for warning in comparison.warnings():
+        print_warning(warning)
+    for divergence in comparison.diverged.values():
+        print_error(divergence)
+    print_results(folder.path, as_json, quiet)
+    if comparison.diverged:
+        raise typer.Exit(1)

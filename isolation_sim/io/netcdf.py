@@ -1,0 +1,35 @@
+"""netCDF files of labelled arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from ..errors import InputError
+from .atomic_write import atomic_write
+
+if TYPE_CHECKING:
+    import xarray
+
+# netCDF 3: SciPy writes it, every reader of netCDF reads it
+_ENGINE: Literal["scipy"] = "scipy"
+
+
+def write_netcdf(data: xarray.Dataset, path: str | Path) -> Path:
+    """Write a dataset, completely or not at all; return the file."""
+    with atomic_write(path) as unfinished:
+        data.to_netcdf(unfinished, engine=_ENGINE)
+    return Path(path)
+
+
+def read_netcdf(path: str | Path, accepted: str = "netCDF") -> xarray.Dataset:
+    """Read a dataset into memory; ``accepted`` says in the error which file is expected."""
+    import xarray
+
+    if not Path(path).is_file():
+        raise InputError(f"{path}: no such file; accepted: {accepted}")
+    try:
+        return xarray.load_dataset(path, engine=_ENGINE)
+    except (OSError, TypeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(f"{path}: not a netCDF file ({reason}); accepted: netCDF") from None

@@ -1,0 +1,67 @@
+"""Files of a comparison."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from ..comparison import Comparison, json_report
+from ..io.atomic_write import write_text
+from ..io.csv_table import write_table
+from ..io.results_folder import file_name, write_contents
+from ..simulation.run_files import write_run
+from .style import save
+
+
+def write_comparison(
+    comparison: Comparison, folder: str | Path, scenario: str = "", figures: bool = True
+) -> None:
+    """Write everything that a comparison shows.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Runs to write.
+    folder : str or pathlib.Path
+        Where to; gets ``report.html``, ``<controller>.nc``, ``criteria.csv``, ``criteria.json``,
+        ``table.txt``, ``scenario.toml``, ``figures/``, and ``README.txt``, which says what is what.
+    scenario : str
+        TOML of the scenario that produced it; no ``scenario.toml`` if empty.
+    figures : bool, default True
+        Whether to draw figures, each as SVG and PNG.
+    """
+    folder = Path(folder)
+    for name, run in comparison.runs.items():
+        write_run(run, folder / f"{file_name(name)}.nc", scenario)
+    write_table(comparison.to_records(), folder / "criteria.csv")
+    write_text(json_text(comparison), folder / "criteria.json")
+    write_text(f"{comparison}\n", folder / "table.txt")
+    if scenario:
+        write_text(scenario, folder / "scenario.toml")
+    if figures:
+        _write_figures(comparison, folder / "figures")
+    comparison.to_html(folder / "report.html", scenario)
+    write_contents(folder, comparison.title)
+
+
+def _write_figures(comparison: Comparison, folder: Path) -> None:
+    isolated = next(iter(comparison.runs.values())).isolated
+    kinds = ["time_histories", "floor_envelopes", "energy"]
+    kinds += ["loops"] * bool(isolated.elements) + ["currents"] * bool(isolated.n_channels)
+    for kind in kinds:
+        save(comparison.plot(kind), folder, kind)
+
+
+def json_text(comparison: Comparison) -> str:
+    """`json_report` as text, with null for what is not a finite number."""
+    return json.dumps(_finite(json_report(comparison)), indent=2, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,14 @@
+"""Standard output as a console for tables and paragraphs."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+
+from .tables import WIDTH
+
+
+def standard_console(width: int = WIDTH) -> Console:
+    """Standard output: as wide as the terminal, else ``width`` columns and without colours."""
+    return Console(width=None if sys.stdout.isatty() else width, highlight=False, markup=False)

@@ -1,0 +1,35 @@
+"""Files of a diagnosis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..discrepancy.diagnosis import Diagnosis
+from ..effects.serialisation import device_section
+from ..io.atomic_write import write_text
+from ..io.results_folder import write_contents
+from . import diagnosis_figures
+from .diagnosis import markdown
+from .html.diagnosis_report import diagnosis_report
+from .style import save
+
+
+def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
+    """Write report, JSON, text, figures and extended law into a folder; return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
+    section = ""
+    if diagnosis.extended is not None:
+        comment = f"{diagnosis.model}, extended by a diagnosis of {diagnosis.data}"
+        section = texts["extended_law.toml"] = device_section(diagnosis.extended, comment)
+    written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
+    written += [write_text(text, folder / name) for name, text in texts.items()]
+    if diagnosis.traces:
+        for stem, draw in (
+            ("loops", diagnosis_figures.overview),
+            ("residuals", diagnosis_figures.residuals),
+            ("errors", diagnosis_figures.errors_by_run),
+        ):
+            written += save(draw(diagnosis), folder, stem)
+    written.append(write_contents(folder, f"Diagnosis of {diagnosis.data}"))
+    return written

@@ -1,0 +1,130 @@
+"""Quantities that criteria are taken of, as rows over a structure's outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..structures import IsolatedStructure, Structure
+
+
+def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:
+    """Quantities that the criteria are taken of, as rows over a structure's outputs.
+
+    A floor's acceleration, the base's displacement and a storey's drift are vectors over the
+    directions of ground motion, taken at the dofs that the ground moves: the floors' centres.
+    Rotations count through the forces and the isolators' displacements only. The isolator force is
+    that of the elements with a coil that hold the structure to the ground; of all that hold it
+    where none has a coil.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        Structure and elements.
+    names : sequence of str
+        Names of its outputs, as in ``Outputs.names``.
+
+    Returns
+    -------
+    dict of str to (n_items, n_directions, n_outputs) array
+        Keys as in `criteria`, without ``peak_`` and ``rms_``; an item is a slab, level or storey,
+        and its quantity the norm of its rows times the outputs. Rows that are not needed are 0.
+        Of the isolators only the outermost are there: none moves further than one of these.
+    """
+    structure = isolated.structure
+    n_directions = len(structure.directions)
+    index = {name: k for k, name in enumerate(names)}
+
+    def picked(owners: Sequence[str], quantity: str) -> NDArray:
+        rows = np.zeros((len(owners), len(names)))
+        for row, owner in zip(rows, owners, strict=True):
+            row[index[f"{owner}_{quantity}"]] = 1.0
+        return rows
+
+    def items(rows: NDArray) -> NDArray:
+        missing = n_directions - rows.shape[1]
+        return np.pad(rows, ((0, 0), (0, missing), (0, 0)))
+
+    displacement = picked(structure.names, "displacement_m")
+    acceleration = picked(structure.names, "acceleration_m_s2")
+    drift = picked(structure.storeys, "drift_m")
+    force = picked(isolated.element_names, "force_N")
+    base = np.array(structure.base, dtype=int)
+    slabs = base[_by_direction(structure.influence[base])]
+    levels, storeys = level_dofs(structure), storey_rows(structure)
+    above = ~np.isin(levels, base).any(axis=1)
+    holding = isolated.holding
+    driven = np.array([e.channel is not None for e in isolated.elements], dtype=bool)
+    if np.any(holding[driven]):
+        holding = holding * driven[:, np.newaxis]
+    found = {
+        "base_displacement_m": items(displacement[slabs]),
+        "floor_acceleration_m_s2": items(acceleration[levels]),
+        "superstructure_acceleration_m_s2": items(acceleration[levels[above]]),
+        "drift_m": items(drift[storeys]),
+        "base_shear_N": -(structure.base_shear_rows(above_base=False) @ acceleration)[np.newaxis],
+        "structural_shear_N": -(structure.base_shear_rows(above_base=True) @ acceleration)[
+            np.newaxis
+        ],
+        "isolator_force_N": (holding.T @ force)[np.newaxis],
+    }
+    if structure.isolator_positions is not None:
+        rows = structure.isolator_rows[_outermost(structure.isolator_positions)]
+        found["isolator_displacement_m"] = rows @ displacement
+    if structure.heights is not None:
+        by_height = drift / structure.heights[:, np.newaxis]
+        found["drift_ratio"] = items(by_height[storeys])
+    return found
+
+
+def level_dofs(structure: Structure) -> NDArray:
+    """Dofs of each level in each direction of ground motion.
+
+    Parameters
+    ----------
+    structure : Structure
+        Its dofs in one order of levels for all directions.
+
+    Returns
+    -------
+    (n_levels, n_directions) array of int
+        A level for the k-th dof that the ground moves in each direction. Where the directions have
+        different numbers of dofs or share one, every dof is a level of its own, in one column.
+    """
+    return _by_direction(structure.influence)
+
+
+def storey_rows(structure: Structure) -> NDArray:
+    """Drift rows of each storey in each direction of ground motion, as `level_dofs`.
+
+    Parameters
+    ----------
+    structure : Structure
+        Its storeys in one order for all directions.
+
+    Returns
+    -------
+    (n_storeys, n_directions) array of int
+        Rows of ``structure.drift_rows``; those of rotations alone are left out.
+    """
+    return _by_direction(np.abs(structure.drift_rows) @ np.abs(structure.influence))
+
+
+def _by_direction(moved: NDArray) -> NDArray:
+    columns = [np.flatnonzero(column) for column in moved.T]
+    shared = np.any(np.count_nonzero(moved, axis=1) > 1)
+    if shared or len({len(column) for column in columns}) > 1:
+        return np.flatnonzero(moved.any(axis=1))[:, np.newaxis]
+    return np.stack(columns, axis=1)
+
+
+def _outermost(positions: NDArray) -> NDArray:
+    """Corners of the convex hull: a rigid slab moves no point further than one of these."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.sort(ConvexHull(positions).vertices)
+    except (QhullError, ValueError):  # in one line, or too few
+        return np.arange(len(positions))

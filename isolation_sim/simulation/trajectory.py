@@ -1,0 +1,169 @@
+"""The trajectory of one run: modes, currents, states and outputs over time."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions import Record
+
+from ..structures import IsolatedStructure
+from .grid import Grid
+from .modal import Modes
+from .outputs import Outputs
+from .workspace import ERROR_FACTOR
+
+if TYPE_CHECKING:
+    from .workspace import Workspace
+
+__all__ = ["Trajectory"]
+
+
+class Trajectory:
+    """What happened over time in one run; everything is computed when it is first used.
+
+    Attributes
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    records : tuple of Record
+        Ground motion, one a direction.
+    controller : str
+        Name of the controller.
+    clamped : int
+        Commands that were clamped to the driver's limits.
+    steps : int
+        Integration steps taken, rejected ones included.
+    unresolved : int
+        Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
+        run, was reached; as at a force that jumps back and forth.
+    reached : float
+        Tolerance that all steps meet: the wanted one unless some are unresolved.
+    """
+
+    def __init__(
+        self,
+        isolated: IsolatedStructure,
+        records: tuple[Record, ...],
+        controller: str,
+        modes: Modes,
+        outputs: Outputs,
+        work: Workspace,
+    ):
+        self.isolated, self.records, self.controller = isolated, records, controller
+        self.modes, self.outputs, self.work = modes, outputs, work
+        self.grid: Grid = work.grid
+        self.clamped = int(work.counts[0].sum())
+        self.steps = int(work.counts[1, 0])
+        self.unresolved = int(work.counts[4, 0])
+        self.reached = max(work.tolerance, float(work.missed[0]) / ERROR_FACTOR)
+
+    @cached_property
+    def time(self) -> NDArray:
+        """Samples of the record, s, (n_samples,)."""
+        return self.records[0].time
+
+    @cached_property
+    def modal(self) -> NDArray:
+        """Modes at all grid points, (n_points, 2 n_modes): real parts, then imaginary."""
+        n_points, n_modes = len(self.grid.time), self.modes.eigenvalues.size
+        z = self.work.z.reshape(n_points + 2, 2, -1)[:n_points, :, :n_modes]
+        return z.reshape(n_points, 2 * n_modes)
+
+    @cached_property
+    def grid_current(self) -> NDArray:
+        """Coil currents at all grid points, just after any change, (n_points, n_channels), A."""
+        return currents_at(self.work, self.isolated.n_channels, 0)
+
+    @cached_property
+    def current(self) -> NDArray:
+        """Coil currents at the samples, (n_samples, n_channels), A."""
+        return self.grid_current[self.grid.samples]
+
+    @cached_property
+    def command(self) -> NDArray:
+        """Commands in force at the samples, (n_samples, n_channels), A."""
+        work = self.work
+        start = np.repeat(self.grid.windows[:-1, 0], self.grid.windows[:-1, 2])
+        command = work.command[np.append(start, start[-1]), : self.isolated.n_channels, 0]
+        return command[self.grid.samples]
+
+    @cached_property
+    def values(self) -> NDArray:
+        """All outputs at the samples, (n_samples, n_outputs), in the order of ``outputs.names``."""
+        samples = self.grid.samples
+        modal = self.modal[samples]
+        ground = self.work.ground[samples, :, 0]
+        force = device_forces(self.isolated, self.modes, modal, self.states, self.current)
+        return np.concatenate([modal, force, ground], axis=1) @ self.outputs.rows.T
+
+    @cached_property
+    def states(self) -> NDArray:
+        """Internal states at the samples, (n_samples, n_elements, n_states), device units."""
+        return self.work.states[self.grid.samples, :, :, 0]
+
+    def output(self, name: str) -> NDArray:
+        """One output at the samples.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``"floor5_acceleration_m_s2"``; see ``outputs.names``.
+
+        Returns
+        -------
+        (n_samples,) array
+
+        Raises
+        ------
+        InputError
+            If there is no such output.
+        """
+        self.outputs.select([name])
+        return self.values[:, self.outputs.names.index(name)]
+
+def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
+    """Coil currents at all grid points, just after any change, (n_points, n_channels), A."""
+    grid = work.grid
+    window = np.repeat(np.arange(len(grid.windows) - 1), grid.windows[:-1, 2])
+    window = np.append(window, window[-1])
+    start = work.coil_history[window, :n_channels, lane]
+    lag, slew = work.driver[:n_channels, 0, lane], work.driver[:n_channels, 1, lane]
+    if not lag.any() and not np.isfinite(slew).any():
+        return start
+    first = grid.windows[window, 0]
+    return coil_current(
+        start, work.command[first, :n_channels, lane], lag, slew,
+        (grid.time - grid.time[first])[:, None],
+    )
+
+
+def coil_current(
+    start: NDArray, command: NDArray, lag: NDArray, slew: NDArray, t: NDArray
+) -> NDArray:
+    """Coil current a time t after a command was set; as in the kernel, for arrays."""
+    gap = command - start
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        fast = np.where(np.isfinite(slew), np.maximum(np.abs(gap) - slew * lag, 0) / slew, 0.0)
+        ramped = np.where(fast > 0, np.sign(gap) * np.where(fast > 0, slew, 0.0) * fast, 0.0)
+        decay = np.where(lag > 0, np.exp((fast - t) / np.where(lag > 0, lag, 1.0)), 0.0)
+        ramping = start + np.sign(gap) * np.where(np.isfinite(slew), slew, 0.0) * t
+    return np.where(t < fast, ramping, command - (gap - ramped) * decay)
+
+
+def device_forces(
+    isolated: IsolatedStructure, modes: Modes, modal: NDArray, states: NDArray, current: NDArray
+) -> NDArray:
+    """Device forces (device scale) from modes, states and currents, (n_times, n_elements), N."""
+    forces = np.empty((len(modal), len(isolated.elements)))
+    for e, element in enumerate(isolated.elements):
+        rows = modes.deformation[e]
+        x, v = (modal @ np.concatenate([r.real, -r.imag]) for r in rows)
+        device = element.device
+        i = np.zeros(len(modal)) if element.channel is None else current[:, element.channel]
+        s = tuple(states[:, e, k] for k in range(len(device.law.states)))
+        forces[:, e] = device.law.force(x, v, s, device.parameters_at(i))
+    return forces

@@ -1,0 +1,77 @@
+"""Nonlinear elements of a structure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from ..laws.device import Device
+from .checks import numbers
+
+
+def check_device(device: Device, name: str) -> None:
+    """Refuse anything that is not a device.
+
+    Parameters
+    ----------
+    device : Device
+        What the user gave.
+    name : str
+        Element that it is for, for the error.
+
+    Raises
+    ------
+    InputError
+        Such as for a law without its numbers.
+    """
+    if not isinstance(device, Device):
+        raise InputError(
+            f"element {name!r} needs a Device, a law with its numbers, as law() returns; "
+            f"got {type(device).__name__}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """Nonlinear element: a device along a direction of the structure.
+
+    It deforms by ``direction @ q`` and puts the force ``-direction * F`` on the dofs.
+
+    Attributes
+    ----------
+    device : Device
+        Law, numbers and scale.
+    direction : numpy.ndarray, shape (n,)
+        Deformation per unit of each displacement.
+    channel : int or None
+        Coil channel that drives it; None for an element that no coil drives.
+    name : str
+        Name to print.
+
+    Raises
+    ------
+    InputError
+        If the device has a coil but no channel, or a channel or direction cannot be used.
+    """
+
+    device: Device
+    direction: np.ndarray
+    channel: int | None = None
+    name: str = "element"
+
+    def __post_init__(self) -> None:
+        check_device(self.device, self.name)
+        if self.channel is None and self.device.depends_on_current:
+            raise InputError(
+                f"element {self.name!r} depends on the coil current but has no channel: "
+                "give channel=0 or the number of its coil"
+            )
+        whole = isinstance(self.channel, (int, np.integer))
+        if self.channel is not None and not (whole and self.channel >= 0):
+            raise InputError(
+                f"element {self.name!r} has channel {self.channel!r}; accepted: 0, 1, 2"
+            )
+        direction = numbers(f"direction of element {self.name!r}", self.direction)
+        object.__setattr__(self, "direction", direction)
