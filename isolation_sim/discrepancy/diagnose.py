@@ -72,7 +72,7 @@ def diagnose(
         if law not in LAWS:
             raise unknown_name("law", law, LAWS)
         law = LAWS[law]
-    device = given_device(law, parameters)
+    device = read_parameters(law, parameters)
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
     from .adapters.device_tests import DeviceTests
@@ -120,8 +120,8 @@ def diagnose_building(
     from .adapters.building import BuildingRecords
     from .building.record import BuildingRecord
 
-    given = (records,) if isinstance(records, BuildingRecord) else tuple(records)
-    problem = BuildingRecords(given, isolated, most_causes, progress or (lambda text: None))
+    several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
+    problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
     diagnosis, found = run(problem)
     return BuildingDiagnosis(**vars(diagnosis), building=problem.building(found))
 
@@ -177,7 +177,7 @@ def kind_of(path: str | Path) -> str:
     )
 
 
-def given_device(law: Law, parameters: str | Path | Device) -> Device | None:
+def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
     """Find the numbers with which a law is to be judged."""
     if isinstance(parameters, Device):
         device = parameters

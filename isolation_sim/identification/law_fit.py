@@ -31,6 +31,9 @@ _SAFETY = 2
 """Factor on the integration steps that resolve the law: effects and noise ask for more."""
 _MOST = 16
 """Largest number of integration steps a sample."""
+_NOTHING_GAINED = 1e-3
+"""Share of one sample's cost; a step that gains less ends a fit."""
+_MOST_ITERATIONS = 300
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
@@ -161,18 +164,20 @@ def fit_law(
 
     Poor starts are discarded on thinned samples with parameters that do not depend on the current.
     The best few then get their dependence on the current, the best three of these more samples, and
-    the best one all samples. ``advance`` is called after each start.
+    the best one all samples. Held-out samples do not influence the result, except that a law that
+    diverges under their motion comes last. ``advance`` is called after each start.
 
     Raises InputError if no start gives finite forces.
     """
     p = model.parameterisation
-    data = model.data.thinned(max(_ROUGH, len(model.data.x) // 6))
+    inside = model.data.without_held_out()
+    rough = inside.thinned(max(_ROUGH, len(inside.x) // 6))
 
     def search(
         p: Parameterisation, start: NDArray, most: int = 25, expected: NDArray | None = None
     ) -> Optimum:
         for n_steps in (2, 8):
-            found = LawModel(data, p, n_steps, expected).minimise(start, most, 1e-4)
+            found = LawModel(rough, p, n_steps, expected).minimise(start, most, 1e-4)
             if np.isfinite(found.cost):
                 break
         return found
@@ -188,16 +193,18 @@ def fit_law(
     finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
     if not finite:
         raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
-    part = replace(model, data=model.data.thinned(SEARCHED))
+    part = replace(model, data=inside.thinned(SEARCHED))
+    everything = replace(model, data=model.data.thinned(SEARCHED))
 
     def compare(start: NDArray) -> tuple[bool, float, NDArray]:
         here = part.resolve_steps(start, 1)
         found = here.minimise(start, 100, 1e-6)
-        force = here.forces(found.x, False)[0]
-        # a law that diverges under any of the motions, held out or not, comes last
-        diverges = not np.array_equal(force, part.data.bounded(force))
+        force = replace(everything, n_steps=here.n_steps).forces(found.x, False)[0]
+        diverges = not np.array_equal(force, everything.data.bounded(force))
         return diverges or not np.isfinite(found.cost), found.cost, found.x
 
     best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]
     model = model.resolve_steps(best)
-    return model, model.minimise(best)
+    # the derivatives of held-out samples are not needed
+    tolerance = _NOTHING_GAINED / len(inside.x)
+    return model, replace(model, data=inside).minimise(best, _MOST_ITERATIONS, tolerance)

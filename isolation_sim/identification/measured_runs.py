@@ -17,9 +17,9 @@ from .sensitivities import Motion
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3
-"""Of a run's RMS force: a run is never trusted more than this."""
+"""Share of a run's RMS force below which no noise is believed."""
 RUNAWAY = 10.0
-"""Of the largest measured force: beyond it a model has run away."""
+"""Multiple of the largest measured force beyond which a model diverges."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
 
 
@@ -92,22 +92,22 @@ class MeasuredRuns:
         return np.repeat(1 / noise, self.lengths)
 
     def cost(self, force: NDArray, chosen: NDArray) -> float:
-        """Sum of squared residuals over their noise, over some samples."""
+        """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
         return float(np.sum(((force - self.force) * self.weight)[chosen] ** 2))
 
     def bounded(self, force: NDArray) -> NDArray:
-        """Put a limit to the force of a model that runs away."""
+        """Limit the force (N) of a model that diverges to ten times the largest measured force."""
         most = RUNAWAY * float(np.max(np.abs(self.force)))
         return np.clip(np.nan_to_num(force, nan=most), -most, most)
 
     def relative(self, residual: NDArray, chosen: NDArray) -> float:
-        """RMS of a residual over RMS of the measured force, over some samples."""
+        """RMS of a residual (N) over RMS of the measured force, of the chosen samples."""
         if not chosen.any():
             return float("nan")
         return float(np.sqrt(np.sum(residual[chosen] ** 2) / np.sum(self.force[chosen] ** 2)))
 
     def places(self, most: int) -> NDArray:
-        """Places of the samples that are left when every run is thinned evenly."""
+        """Samples that are left if every run is thinned evenly to about ``most`` in all."""
         runs = zip(self.runs, self._every(most), strict=True)
         return np.concatenate([np.arange(run.start, run.stop, every) for run, every in runs])
 
@@ -115,7 +115,7 @@ class MeasuredRuns:
         return np.maximum(np.round(self.lengths * len(self.dt) / most), 1).astype(int)
 
     def thinned(self, most: int) -> MeasuredRuns:
-        """Thin every run evenly."""
+        """Thin every run evenly, to about ``most`` samples in all."""
         at, every = self.places(most), self._every(most)
         return replace(
             self,
@@ -125,7 +125,7 @@ class MeasuredRuns:
         )
 
     def without_held_out(self) -> MeasuredRuns:
-        """Leave out the samples that are held out."""
+        """Leave out the held-out samples; of a run held out in part the first samples remain."""
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
         by_run = ("dt", "force_noise", "displacement_noise", "velocity_measured")

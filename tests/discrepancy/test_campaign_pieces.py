@@ -52,7 +52,7 @@ def test_thinning_leaves_long_and_short_runs_alike():
     thin = data.thinned(2000)
     long, short = thin.lengths
     assert long == pytest.approx(1024, rel=0.05) and short == len(a_run(seconds=5.0).time)
-    np.testing.assert_array_equal(thin.x, data.x[data.kept(2000)])
+    np.testing.assert_array_equal(thin.x, data.x[data.places(2000)])
 
 
 def test_a_current_lag_follows_a_step_as_in_the_textbook():

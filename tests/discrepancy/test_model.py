@@ -36,7 +36,7 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
     values = np.concatenate([law, own])
     _, columns = model.forces(values, True)
     for k in range(len(law)):
-        step = 1e-5 * max(abs(values[k]), model.unknowns.scale[k])
+        step = 1e-5 * max(abs(values[k]), model.parameterisation.scale[k])
         ends = []
         for side in (-step, step):
             moved = values.copy()

@@ -13,6 +13,7 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS
 
 RATE, SECONDS = 256, 12.0
@@ -34,7 +35,8 @@ def campaign(seed, noise=0.03):
         force = STIFFNESS * x + DAMPING * v + MASS * a
         seen = [y + noise * np.std(y) * rng.standard_normal(len(y)) for y in (x, force)]
         zero = np.zeros(len(time))
-        runs.append(TestRun(f"run{k}", time, seen[0], zero, seen[1], zero))
+        velocity = smooth(seen[0], 1 / RATE)[1]
+        runs.append(TestRun(f"run{k}", time, seen[0], velocity, seen[1], zero))
     return Campaign("plate", "made", runs)
 
 

@@ -16,7 +16,7 @@ from ..building.cause_search import adequacy, cell_p_values, p_value, search_cau
 from ..building.causes import TYPICAL_PERIOD
 from ..building.comparison import (
     Comparison,
-    Outcome,
+    FittedBuilding,
     compare_records,
     coordinates,
     values_of,
@@ -36,7 +36,7 @@ from ..search import Found, Round
 _FLOOR = re.compile(r"floor(\d+)")
 
 
-class BuildingRecords(Problem[Outcome]):
+class BuildingRecords(Problem[FittedBuilding]):
     """Building records against an engineer's model."""
 
     def __init__(
@@ -51,28 +51,28 @@ class BuildingRecords(Problem[Outcome]):
         self.data_name = ", ".join(record.name for record in self.records)
         self.model_name = f"{isolated.structure.name} on {isolated.elements[0].device.name}"
 
-    def nominal(self) -> Outcome:
+    def nominal(self) -> FittedBuilding:
         """Estimate the noise and simulate the engineer's model."""
         self.progress("estimating the noise")
         self.first = compare_records(self._model, self.records)
         self.engineers = self.first.evaluate(())
         return self.engineers
 
-    def search(self, base: Outcome) -> Found[Outcome]:
+    def search(self, base: FittedBuilding) -> Found[FittedBuilding]:
         """Search for causes, and fit what is left without each of them."""
         self.space, found = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
         self.without = self.space.without_each(found.best) if found.best.found else []
         return found
 
-    def dependences(self, base: Outcome) -> list[Dependence]:
+    def dependences(self, base: FittedBuilding) -> list[Dependence]:
         """Analyse the residual of the acceleration of the whole, the isolation layer's force."""
         return of_building(
             [self.first.residual((), record)[:, :-1].mean(axis=1) for record in self.records],
             [_variables(record) for record in self.records],
         )
 
-    def evaluate(self, found: Found[Outcome]) -> Evaluation:
+    def evaluate(self, found: Found[FittedBuilding]) -> Evaluation:
         """Compare all channels before and after, and test both for noise alone."""
         comparison, before, after = self.space.comparison, self.space.before, found.best
         segments = comparison.fitted + comparison.held_out
@@ -96,7 +96,7 @@ class BuildingRecords(Problem[Outcome]):
             {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
         )
 
-    def causes(self, found: Found[Outcome], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, found: Found[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
         """Causes with their shares of what all of them remove."""
         best, space = found.best, self.space
         split = inference.shares(
@@ -117,7 +117,7 @@ class BuildingRecords(Problem[Outcome]):
             for k, (cause, _) in enumerate(best.found)
         ]
 
-    def _evidence(self, best: Outcome, k: int, numbers: dict[str, Interval]) -> str:
+    def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
         comparison, without = self.space.comparison, self.without[k]
         errors = [
             100 * pooled(relative_errors(comparison, outcome, True)) for outcome in (without, best)
@@ -144,7 +144,7 @@ class BuildingRecords(Problem[Outcome]):
             named = (*named, _cell(segment, int(np.argmax(excess))))
         return named
 
-    def next_test(self, found: Found[Outcome], causes: Sequence[Cause]) -> str | None:
+    def next_test(self, found: Found[FittedBuilding], causes: Sequence[Cause]) -> str | None:
         """The ground motion scaled, or another current, where the first rivals differ most."""
         doubts = [
             (cause.label, self.space.rivals[cause.label][0])
@@ -168,16 +168,16 @@ class BuildingRecords(Problem[Outcome]):
             "noise"
         )
 
-    def devices(self, found: Found[Outcome]) -> tuple[None, Device | None]:
+    def devices(self, found: Found[FittedBuilding]) -> tuple[None, Device | None]:
         """The isolators' device, if a cause changes it."""
         model = with_causes(self._model, found.best.found)
         return None, model.device if model.effects else None
 
-    def building(self, found: Found[Outcome]) -> IsolatedStructure:
+    def building(self, found: Found[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
         return with_causes(self._model, found.best.found).assembled()
 
-    def traces(self, found: Found[Outcome]) -> tuple[Trace, ...]:
+    def traces(self, found: Found[FittedBuilding]) -> tuple[Trace, ...]:
         """Each channel in each segment of a record."""
         comparison, outcomes = self.space.comparison, (self.space.before, found.best)
         return worst_first(
@@ -231,7 +231,7 @@ class BuildingRecords(Problem[Outcome]):
             f"the chance {chance:.2g} if there is noise alone."
         )
 
-    def trials_text(self, tried: Round[Outcome]) -> Text:
+    def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
         best = tried.tried[0].causes[-1]
         sizes = sum(weighted.size for weighted in tried.base.held_out)
@@ -251,7 +251,7 @@ class BuildingRecords(Problem[Outcome]):
         )  # fmt: skip
 
     def outcome_text(
-        self, found: Found[Outcome], evaluation: Evaluation, causes: Sequence[Cause]
+        self, found: Found[FittedBuilding], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Chance of what remains, and the errors on data not fitted, channel by channel."""
         chance = evaluation.details["adequacy_p_value"]["after"]
@@ -269,7 +269,7 @@ class BuildingRecords(Problem[Outcome]):
         )
 
 
-def intervals(outcome: Outcome) -> list[dict[str, Interval]]:
+def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
     """95 % intervals of all causes' numbers; the noise counts as far as it is independent."""
     if outcome.optimum is None:
         return []
@@ -341,7 +341,7 @@ def _time(segment: Segment) -> str:
 
 
 def _segment_traces(
-    segment: Segment, held_out: bool, comparison: Comparison, outcomes: Sequence[Outcome]
+    segment: Segment, held_out: bool, comparison: Comparison, outcomes: Sequence[FittedBuilding]
 ) -> Iterator[Trace]:
     record, samples = segment.record, segment.samples
     simulated = [record.values - comparison.residual(one.found, record) for one in outcomes]

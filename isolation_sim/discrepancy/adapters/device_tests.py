@@ -381,8 +381,8 @@ class DeviceTests(Problem[FittedModel]):
             f"{self.model_name}, {how}: error {100 * errors.fit:.2f} % on the fitted runs"
             f"{held_out if errors.held_out > 0 else ''}; noise alone leaves "
             f"{100 * evaluation.noise_floor:.2f} %. Fitted as well as it can be, its squared "
-            f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, and "
-            f"a residual resembles its neighbours over {memory:.0f} samples."
+            f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, "
+            f"and a residual resembles its neighbours over {memory:.0f} samples."
         )
         if self.disturbance is not None:
             text += (

@@ -28,7 +28,7 @@ from ..decisions import (
 from ..inference import f_chance, rivals
 from ..search import Found, search
 from .causes import candidates
-from .comparison import Comparison, Outcome, compare_records
+from .comparison import Comparison, FittedBuilding, compare_records
 from .errors import excess_error, relative_noise
 from .segment import Segment, cell_means
 
@@ -49,16 +49,16 @@ class CauseSearch:
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
-        self.rivals: dict[str, list[Outcome]] = {}
+        self.rivals: dict[str, list[FittedBuilding]] = {}
         self._choices = candidates(comparison.model, comparison.records)
         self._n_tests = len({choice.key for choice in self._choices})
 
-    def is_explained(self, current: Outcome) -> bool:
+    def is_explained(self, current: FittedBuilding) -> bool:
         """Whether the residuals are as likely as those of noise alone."""
         segments = self.comparison.fitted + self.comparison.held_out
         return adequacy(segments, current.fitted + current.held_out) > QUIET
 
-    def candidates(self, current: Outcome) -> list[Outcome]:
+    def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit each cause's own numbers roughly, and the best causes with all numbers."""
         self.progress(f"looking for a cause{' beside ' * bool(current.found)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
@@ -75,7 +75,9 @@ class CauseSearch:
         refined = [self.comparison.fit((), one.found) for one in rough[:REFINED]]
         return _rank(refined + rough[REFINED:])
 
-    def choose(self, current: Outcome, tried: Sequence[Outcome]) -> Outcome | None:
+    def choose(
+        self, current: FittedBuilding, tried: Sequence[FittedBuilding]
+    ) -> FittedBuilding | None:
         """Select the best cause on which all three views agree."""
         accepted = [one for one in tried if self._is_found(current, one)]
         if not accepted:
@@ -84,7 +86,7 @@ class CauseSearch:
         self.rivals[best.causes[-1]] = _near(best, accepted[1:])
         return best
 
-    def revise(self, taken: Outcome) -> Outcome:
+    def revise(self, taken: FittedBuilding) -> FittedBuilding:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
         old = self.comparison
         self.comparison = compare_records(old.model, old.records, taken.found, old.model_error)
@@ -97,23 +99,23 @@ class CauseSearch:
             current = best
         return current
 
-    def finish(self, best: Outcome) -> Outcome:
+    def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Let each cause take a better variant; name none if together they remove too little."""
         if len(best.found) > 1:
             best = self._exchange_variants(best)
         return best if self.removed_share(best) >= TO_BLAME else self.before
 
-    def without_each(self, best: Outcome) -> list[Outcome]:
+    def without_each(self, best: FittedBuilding) -> list[FittedBuilding]:
         """Fits that lack one of the causes found."""
         return [self.before] if len(best.found) == 1 else self._without_each(best)
 
-    def removed_share(self, after: Outcome) -> float:
+    def removed_share(self, after: FittedBuilding) -> float:
         """Share of the held-out misfit above the noise that a model removes, 0 to 1."""
         noise = sum(segment.noise_cost for segment in self.comparison.held_out)
         misfit, left = (max(one.held_out_cost - noise, 0.0) for one in (self.before, after))
         return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
 
-    def _is_found(self, current: Outcome, one: Outcome) -> bool:
+    def _is_found(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
         misfit = self.before.cost - sum(s.noise_cost for s in self.comparison.fitted)
         return (
@@ -129,11 +131,11 @@ class CauseSearch:
             )
         )
 
-    def _without_each(self, current: Outcome) -> list[Outcome]:
+    def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
         found = current.found
         return [self.comparison.fit((), found[:k] + found[k + 1 :]) for k in range(len(found))]
 
-    def _exchange_variants(self, current: Outcome) -> Outcome:
+    def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
         for k in range(len(current.found)):
             cause = current.found[k][0]
             for other in self._choices:
@@ -150,7 +152,7 @@ def search_causes(
     comparison: Comparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
-) -> tuple[CauseSearch, Found[Outcome]]:
+) -> tuple[CauseSearch, Found[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
@@ -162,7 +164,7 @@ def search_causes(
         expected = left
 
 
-def p_value(smaller: Outcome, larger: Outcome) -> float:
+def p_value(smaller: FittedBuilding, larger: FittedBuilding) -> float:
     """Chance of the improvement by more causes if they were absent (likelihood ratio)."""
     added = max(larger.n_parameters - smaller.n_parameters, 1)
     return f_chance(smaller.cost, larger.cost, added, larger.n_independent)
@@ -185,12 +187,12 @@ def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:
     return t.sf(off / (examples.std(axis=0, ddof=1) * np.sqrt(1 + 1 / n)), n - 1)
 
 
-def _rank(outcomes: Sequence[Outcome]) -> list[Outcome]:
+def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
     n = min(outcomes, key=lambda outcome: outcome.cost).n_independent
     return sorted(outcomes, key=lambda outcome: outcome.criterion(n))
 
 
-def _near(best: Outcome, others: Sequence[Outcome]) -> list[Outcome]:
+def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:
     """Models that the data do not tell from the best, one for each other cause."""
     n = best.n_independent
     worse = [(one.causes[-1], one.criterion(n) - best.criterion(n)) for one in others]

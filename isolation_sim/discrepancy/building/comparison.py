@@ -21,12 +21,12 @@ from .segment import Segment, make_segment
 _STEP = 1e-3
 _MOST_STEPS = 15
 
-Found = tuple[tuple[Candidate, Values], ...]
+CauseValues = tuple[tuple[Candidate, Values], ...]
 """Causes with their numbers."""
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class FittedBuilding:
     """How well a model with some causes follows the records.
 
     Attributes
@@ -39,7 +39,7 @@ class Outcome:
         Of the fit, in the fit's coordinates; None where nothing was fitted.
     """
 
-    found: Found
+    found: CauseValues
     fitted: tuple[NDArray, ...]
     held_out: tuple[NDArray, ...]
     optimum: Optimum | None = None
@@ -116,7 +116,7 @@ class Comparison:
     _cache: dict = field(default_factory=dict)
 
     def residual(
-        self, found: Found, record: BuildingRecord, end: int | None = None
+        self, found: CauseValues, record: BuildingRecord, end: int | None = None
     ) -> NDArray:
         """Measured less predicted, (n, n_channels), in the channels' units."""
         model = with_causes(self.model, found)
@@ -141,15 +141,15 @@ class Comparison:
         )
         return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
 
-    def evaluate(self, found: Found, optimum: Optimum | None = None) -> Outcome:
-        """Weighted residuals of all parts."""
+    def evaluate(self, found: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
+        """Weigh the residuals of all segments, with given causes in the model."""
         fitted, held_out = (
             self._weighted_residuals(found, segments) for segments in (self.fitted, self.held_out)
         )
-        return Outcome(found, fitted, held_out, optimum)
+        return FittedBuilding(found, fitted, held_out, optimum)
 
-    def fit(self, kept: Found, free: Found, most: int = _MOST_STEPS) -> Outcome:
-        """Fit the numbers of some causes."""
+    def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
+        """Fit the numbers of the free causes, from the values given with them."""
         parameters = [p for cause, _ in free for p in cause.parameters]
         start = coordinates(parameters, [v for _, values in free for v in values])
         lower = coordinates(parameters, [p.lower for p in parameters])
@@ -157,14 +157,14 @@ class Comparison:
         size = np.where(start == 0, np.abs(start).max() * 0.1 + 1e-9, np.abs(start))
         size[[p.logarithmic for p in parameters]] = 1.0
 
-        def put(x: NDArray) -> Found:
+        def put(x: NDArray) -> CauseValues:
             numbers = iter(values_of(parameters, x))
             fitted = tuple((c, tuple(next(numbers) for _ in c.parameters)) for c, _ in free)
-            return kept + fitted
+            return fixed + fitted
 
         def residuals(x: NDArray) -> NDArray:
-            parts = self._weighted_residuals(put(x), self.fitted)
-            return np.concatenate([part.ravel() for part in parts])
+            weighted = self._weighted_residuals(put(x), self.fitted)
+            return np.concatenate([one.ravel() for one in weighted])
 
         def problem(x: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
             at = residuals(x)
@@ -181,19 +181,21 @@ class Comparison:
         optimum = levenberg_marquardt(problem, start, lower, upper, most, 1e-6, eager=False)
         return self.evaluate(put(optimum.x), optimum)
 
-    def _weighted_residuals(self, found: Found, parts: Sequence[Segment]) -> tuple[NDArray, ...]:
-        # a lone record's later part is not simulated while its earlier part is fitted
-        ends = {p.record.name: p.samples.indices(len(p.record.ground))[1] for p in parts}
+    def _weighted_residuals(
+        self, found: CauseValues, segments: Sequence[Segment]
+    ) -> tuple[NDArray, ...]:
+        # a lone record's later segment is not simulated while its earlier one is fitted
+        ends = {s.record.name: s.samples.indices(len(s.record.ground))[1] for s in segments}
         residuals = {
-            p.record.name: self.residual(found, p.record, ends[p.record.name]) for p in parts
+            s.record.name: self.residual(found, s.record, ends[s.record.name]) for s in segments
         }
-        return tuple(part.whiten(residuals[part.record.name]) for part in parts)
+        return tuple(s.whiten(residuals[s.record.name]) for s in segments)
 
 
 def compare_records(
     model: BuildingModel,
     records: Sequence[BuildingRecord],
-    found: Found = (),
+    found: CauseValues = (),
     model_error: float = 0.0,
 ) -> Comparison:
     """Estimate the noise of records and divide them into what is fitted and what judges."""
@@ -229,7 +231,7 @@ def compare_records(
 
 
 def split(record: BuildingRecord) -> int:
-    """Sample at which a lone record is divided."""
+    """Number of samples of a lone record that are fitted."""
     values = record.values
     energy = np.cumsum(((values / values.std(axis=0)) ** 2).sum(axis=1))
     n = len(values)
@@ -245,7 +247,7 @@ def with_causes(model: BuildingModel, found: Iterable[tuple[Candidate, Values]])
 
 
 def coordinates(parameters: Sequence[Parameter], values: Sequence[float]) -> NDArray:
-    """Coordinates in which numbers are fitted."""
+    """Coordinates in which numbers are fitted: logarithms if only the order of size is known."""
     logs = [p.logarithmic for p in parameters]
     return np.array([np.log(v) if log else v for v, log in zip(values, logs, strict=True)], float)
 

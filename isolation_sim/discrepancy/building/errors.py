@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .causes import TYPICAL_PERIOD
-from .comparison import Comparison, Outcome
+from .comparison import Comparison, FittedBuilding
 
 
-def relative_errors(comparison: Comparison, outcome: Outcome, held_out: bool) -> NDArray:
+def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> NDArray:
     """Error of each channel: RMS of the residual over RMS of what was measured."""
     squares = 0.0, 0.0
     for segment in comparison.held_out if held_out else comparison.fitted:
@@ -32,7 +32,7 @@ def relative_noise(comparison: Comparison) -> float:
     return pooled(np.array([f.total / np.sqrt(np.mean(r.values**2, axis=0)) for f, r in floors]))
 
 
-def excess_error(comparison: Comparison, outcome: Outcome) -> float:
+def excess_error(comparison: Comparison, outcome: FittedBuilding) -> float:
     """Error that a model has beyond the noise, on data not fitted."""
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
@@ -44,7 +44,7 @@ def excess_error(comparison: Comparison, outcome: Outcome) -> float:
     return float(np.sqrt(max(float(np.mean(beyond / measured)), 0.0)))
 
 
-def squared_blocks(comparison: Comparison, outcomes: Sequence[Outcome]) -> NDArray:
+def squared_blocks(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> NDArray:
     """Squared relative residual of each outcome in blocks of a period, (n_blocks, n_outcomes)."""
     blocks = []
     for segment in comparison.held_out:

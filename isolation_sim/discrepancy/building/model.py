@@ -109,7 +109,10 @@ class BuildingModel:
         )
 
     def predict(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
-        """Simulate what a record's channels show."""
+        """Simulate a record's channels, (n, n_channels); not a number if the model diverges.
+
+        ``ground`` may take the place of the record's ground motion on the same samples, m/s^2.
+        """
         return self.simulated(record, ground) + self.bias(record)
 
     def simulated(
@@ -137,7 +140,7 @@ class BuildingModel:
         return run.values[:, columns]
 
     def bias(self, record: BuildingRecord) -> NDArray:
-        """Error of the sensors."""
+        """Error of the sensors, (n, n_channels), in each channel's unit."""
         n = len(record.ground)
         error = np.zeros((n, len(record.channels)))
         for k, channel in enumerate(record.channels):
@@ -210,7 +213,7 @@ def building_model(
 
 
 def shear_stiffness(structure: Structure) -> NDArray:
-    """Stiffness of each storey, by least squares if the building is no pure shear building."""
+    """Stiffness of each storey, N/m, by least squares if it is no pure shear building."""
     rows = structure.drift_rows
     patterns = np.array([np.outer(row, row).ravel() for row in rows]).T
     return np.linalg.lstsq(patterns, structure.stiffness.ravel(), rcond=None)[0]

@@ -53,7 +53,11 @@ class NoiseFloor:
 
 
 def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
-    """Upper end of the band in which building and simulation are compared."""
+    """Upper end of the band in which building and simulation are compared, Hz.
+
+    Half as much again as the highest natural frequency, and at most 0.6 of the Nyquist frequency,
+    so that noise can be seen above it.
+    """
     current = 0.0
     if isolated.n_channels:
         low, high = isolated.current_range()
@@ -64,7 +68,11 @@ def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
 
 
 def white_noise(values: NDArray, dt: float, band: float, quantile: float) -> NDArray:
-    """Size of the white noise in signals, from what they hold above a band."""
+    """Standard deviation of the white noise in signals (n, n_channels), from above a band (Hz).
+
+    ``quantile`` chooses among windows of half a second: 0.5 for the median, which impacts do not
+    move; less if the signal fills most of the time.
+    """
     size = _window_quantile(values, dt, band, quantile)
     return size / _window_quantile(_unit_noise(len(values)), dt, band, quantile)
 
@@ -171,7 +179,10 @@ def _ground_share(
 
 
 def spectra(values: NDArray, n_frequencies: int) -> NDArray:
-    """Fourier coefficients whose real and imaginary parts have the variance of white noise."""
+    """First Fourier coefficients of signals (n_signals, n, n_channels), scaled to white noise.
+
+    Real and imaginary parts have the variance of white noise.
+    """
     n = values.shape[1]
     found = np.fft.rfft(values, axis=1)[:, :n_frequencies] / np.sqrt(n / 2)
     found[:, 0] /= np.sqrt(2)
@@ -179,7 +190,7 @@ def spectra(values: NDArray, n_frequencies: int) -> NDArray:
 
 
 def covariance(examples: NDArray) -> NDArray:
-    """Covariance of the channels at each frequency, smoothed over neighbouring ones."""
+    """Smoothed covariance of the channels, (n_frequencies, n_channels, n_channels)."""
     products = np.einsum("dfi,dfj->fij", examples, examples.conj())
     return smooth_spectrum(products / (2 * len(examples)))
 

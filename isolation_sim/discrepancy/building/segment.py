@@ -43,11 +43,14 @@ class Segment:
     noise_cells: NDArray
 
     def whiten(self, residual: NDArray) -> NDArray:
-        """Weight a residual."""
+        """Weight a record's residual (n, n_channels) by the noise, (n_frequencies, n_channels, 2).
+
+        Real and imaginary parts have unit variance for noise alone.
+        """
         return _whiten(residual[self.samples], self.whitening)
 
     def halves(self, whitened: NDArray) -> NDArray:
-        """Tell where in its time a weighted residual is."""
+        """Mean square of a weighted residual before and after half of the measured energy, (2,)."""
         measured = self.record.values[self.samples] / self.rms
         energy = np.cumsum((measured**2).sum(axis=1))
         middle = int(np.clip(np.searchsorted(energy, energy[-1] / 2), 1, len(energy) - 1))
@@ -95,7 +98,7 @@ def make_segment(
 
 
 def cell_means(whitened: NDArray) -> NDArray:
-    """Mean square of each channel's residual in each band."""
+    """Mean square of each channel's residual in each band, bands from below, (n_cells,)."""
     edges = band_edges(len(whitened))
     power = (whitened**2).sum(axis=2)
     sums = [power[a:b].mean(axis=0) / 2 for a, b in pairwise(edges)]
@@ -103,7 +106,7 @@ def cell_means(whitened: NDArray) -> NDArray:
 
 
 def band_edges(n: int) -> NDArray:
-    """Bounds of the bands in which residuals are judged, each about twice as wide as the last."""
+    """Bounds of the bands in which residuals are compared, (n_bands + 1,), of growing width."""
     edges, width = [0], 8
     while edges[-1] + 3 * width < n:
         edges.append(edges[-1] + width)

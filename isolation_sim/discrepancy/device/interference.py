@@ -45,7 +45,7 @@ class Interference:
 
 
 def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
-    """Look for a frequency that all runs share."""
+    """Look for a periodic disturbance that all runs share; ``modelled`` is the law's force, N."""
     if len(data.dt) < 3 or np.ptp(data.dt) > 1e-9:
         return None
     residual = data.force - modelled

@@ -17,7 +17,7 @@ _FINER = 2
 
 
 def motion_noise(full: MeasuredRuns, number: int, seed: int = 0) -> NDArray:
-    """Draw noise of the displacement as it passes the smoothing."""
+    """Draw noise of displacement, velocity and acceleration after smoothing, (number, 3, n)."""
     random = np.random.default_rng(seed)
     return np.stack(
         [

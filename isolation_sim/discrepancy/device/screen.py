@@ -91,7 +91,7 @@ class _Probe:
 
 
 def screen_effect(base: FittedModel, effect: Effect, noise: NDArray) -> Direction | None:
-    """Look in which shape an effect would help a fitted model most."""
+    """Find the shape in which an effect helps a fitted model most; None if it is not excited."""
     probe = _Probe(base, effect)
     place = effect.strength
     best: Direction | None = None
