@@ -164,14 +164,14 @@ def fit_law(
 
     Poor starts are discarded on thinned samples with parameters that do not depend on the current.
     The best few then get their dependence on the current, the best three of these more samples, and
-    the best one all samples. Held-out samples do not influence the result, except that a law that
-    diverges under their motion comes last. ``advance`` is called after each start.
+    the best one all samples. No residual of a held-out sample is used, but a law that diverges under
+    the motion of held-out runs comes last. ``advance`` is called after each start.
 
     Raises InputError if no start gives finite forces.
     """
     p = model.parameterisation
-    inside = model.data.without_held_out()
-    rough = inside.thinned(max(_ROUGH, len(inside.x) // 6))
+    data = model.data
+    rough = data.thinned(max(_ROUGH, len(data.x) // 6)).without_held_out()
 
     def search(
         p: Parameterisation, start: NDArray, most: int = 25, expected: NDArray | None = None
@@ -193,18 +193,17 @@ def fit_law(
     finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
     if not finite:
         raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
-    part = replace(model, data=inside.thinned(SEARCHED))
-    everything = replace(model, data=model.data.thinned(SEARCHED))
+    thin = replace(model, data=data.thinned(SEARCHED))
 
     def compare(start: NDArray) -> tuple[bool, float, NDArray]:
-        here = part.resolve_steps(start, 1)
-        found = here.minimise(start, 100, 1e-6)
-        force = replace(everything, n_steps=here.n_steps).forces(found.x, False)[0]
-        diverges = not np.array_equal(force, everything.data.bounded(force))
+        here = thin.resolve_steps(start, 1)
+        found = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
+        force = here.forces(found.x, False)[0]
+        diverges = not np.array_equal(force, thin.data.bounded(force))
         return diverges or not np.isfinite(found.cost), found.cost, found.x
 
     best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]
     model = model.resolve_steps(best)
-    # the derivatives of held-out samples are not needed
-    tolerance = _NOTHING_GAINED / len(inside.x)
-    return model, replace(model, data=inside).minimise(best, _MOST_ITERATIONS, tolerance)
+    inside = replace(model, data=data.without_held_out())
+    tolerance = _NOTHING_GAINED / len(inside.data.x)
+    return model, inside.minimise(best, _MOST_ITERATIONS, tolerance)

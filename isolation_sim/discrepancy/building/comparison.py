@@ -105,6 +105,8 @@ class Comparison:
         What is fitted and what judges.
     model_error : float
         Error to be expected of any model, as ``make_segment`` takes it.
+    _cache : dict
+        Simulations by record, last sample and causes.
     """
 
     model: BuildingModel

@@ -45,6 +45,8 @@ class EffectSearch:
         Threads that share out the fits.
     advance : callable
         Called after each fit.
+    most_causes : int
+        Number of effects at which the search stops.
     """
 
     base: FittedModel
@@ -55,7 +57,7 @@ class EffectSearch:
     advance: Callable[[], None]
     most_causes: int = MOST_EFFECTS
     _known: dict[tuple[Effect, ...], tuple[FittedModel, list[FittedModel]]] = field(
-        default_factory=dict
+        default_factory=dict, init=False
     )
 
     @cached_property

@@ -170,6 +170,8 @@ class LoopSearch:
         Of random starts and of the rows left out together.
     advance : callable
         Called before each fit.
+    most_causes : int
+        Number of effects at which the search stops.
     """
 
     table: LoopTable
