@@ -1,4 +1,4 @@
-"""The one exception that this package raises for bad input."""
+"""The error for input that cannot be used, in every package."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ def _one_line(text: object) -> str:
     return " ".join(str(text).splitlines())
 
 
-class GroundMotionError(ValueError):
+class InputError(ValueError):
+    """Input that cannot be used; one line with the place, what was given, what is accepted."""
+
+
+class GroundMotionError(InputError):
     """Bad input to `ground_motions`, told in one line.
 
     Parameters
@@ -66,3 +70,26 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         return ", ".join(names)
     best = next(n for n in names if n.lower() == close[0])
     return ", ".join([f"{best} (did you mean it?)", *(n for n in names if n != best)])
+
+
+def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
+    """Build the error for a name that is not in a registry.
+
+    Parameters
+    ----------
+    kind : str
+        What the name should be, such as ``"law"``.
+    given : str
+        What was given.
+    accepted : iterable of str
+        The valid names.
+
+    Returns
+    -------
+    InputError
+        Naming the nearest valid name and all accepted ones.
+    """
+    names = sorted(accepted)
+    close = difflib.get_close_matches(given, names, n=1)
+    hint = f" did you mean {close[0]!r}?" if close else ""
+    return InputError(f"unknown {kind} {given!r};{hint} accepted: {', '.join(names)}")

@@ -14,8 +14,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from controllers import available_controllers, controller
-
     from .comparison import Comparison, json_report
     from .errors import Diverged, InputError
     from .front_door import compare, diagnose, run_scenario, simulate
@@ -24,6 +22,7 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_measures import loop_measures
     from .laws import Device, available_conditions, available_laws, available_sets, law
+    from .registry import available_controllers, controller, register
     from .results import read_run, write_run
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
@@ -58,11 +57,11 @@ _HOMES = {
     "Sensors": ".simulation.control",
     "Structure": ".structures",
     "available_conditions": ".laws",
-    "available_controllers": "controllers",
+    "available_controllers": ".registry",
     "available_laws": ".laws",
     "available_sets": ".laws",
     "compare": ".front_door",
-    "controller": "controllers",
+    "controller": ".registry",
     "diagnose": ".front_door",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
@@ -76,6 +75,7 @@ _HOMES = {
     "read_run": ".results",
     "reference_building": ".structures",
     "reference_isolators": ".structures",
+    "register": ".registry",
     "run_scenario": ".front_door",
     "shear_building": ".structures",
     "simulate": ".front_door",
@@ -116,6 +116,7 @@ __all__ = [
     "read_run",
     "reference_building",
     "reference_isolators",
+    "register",
     "run_scenario",
     "shear_building",
     "simulate",

@@ -9,23 +9,39 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from . import __version__, cli_cite, cli_diagnose, cli_fit
 from .cli_habits import TABLE_WIDTH, AsJson, Quiet, examples, page, progress
 from .cli_lists import SUBJECTS
-from .cli_studies import studies
 from .cli_sweep import sweeps
 from .errors import Diverged, InputError, unknown_name
+from .registry import COMMANDS
 
 if TYPE_CHECKING:
     from .simulation.result import Run
 
+
+class _Commands(TyperGroup):
+    """The commands, with those that other packages add, loaded when they are asked for."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *COMMANDS]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        own = super().get_command(ctx, cmd_name)
+        added = own is None and cmd_name in COMMANDS
+        return get_command(COMMANDS[cmd_name]) if added else own
+
+
 app = typer.Typer(
     name="isolation-sim",
+    cls=_Commands,
     help="Semi-active base isolation with magnetorheological isolators.",
     no_args_is_help=True,
     epilog=examples(
@@ -37,7 +53,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"max_content_width": TABLE_WIDTH},
 )
-app.add_typer(studies, name="study")
 app.add_typer(sweeps, name="sweep")
 _messages = Console(stderr=True, soft_wrap=True, highlight=False)
 
@@ -99,8 +114,9 @@ def run(
     elif not quiet:
         page().print(comparison.table())
         for label in comparison.runs:
-            if job.controllers[label].report is not None:
-                print(f"{label}: {job.controllers[label].report}")
+            said = getattr(job.controllers[label], "report", None)
+            if said is not None:
+                print(f"{label}: {said}")
     for warning in comparison.warnings():
         _messages.print(f"warning: {warning}", style="yellow", markup=False)
     for divergence in comparison.diverged.values():

@@ -1,23 +1,38 @@
-"""``isolation-sim study``: the studies that come with the project."""
+"""``isolation-sim study``: one command a study."""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command
 
-from studies import STUDIES
+from isolation_sim.cli_habits import AsJson, Quiet, examples, page, progress
+from isolation_sim.registry import STUDIES
 
-from .cli_habits import AsJson, Quiet, examples, page, progress
+from .study import about
 
 TABLE_WIDTH = 170
 """Columns to print for where nobody says how wide the paper is."""
 
-studies = typer.Typer(
-    help="Run a study that comes with the project.",
+
+class _Studies(TyperGroup):
+    """The registered studies as commands, each made when it is asked for."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *STUDIES]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return super().get_command(ctx, cmd_name) or get_command(_run(cmd_name))
+
+
+app = typer.Typer(
+    cls=_Studies,
+    help="Run a study by its name, or by the path of its file.",
     no_args_is_help=True,
     rich_markup_mode=None,
     epilog=examples(
@@ -28,12 +43,12 @@ studies = typer.Typer(
 )
 
 
-@studies.callback()
+@app.callback()
 def _options() -> None:
     """Take options that belong to no study."""
 
 
-@studies.command(
+@app.command(
     epilog=examples("isolation-sim study papers", "isolation-sim study papers --short --quiet")
 )
 def papers(
@@ -48,8 +63,8 @@ def papers(
     quiet: Quiet = False,
 ) -> None:
     """Recompute the four papers' checkable numbers and draw their figures."""
-    from studies.papers.study import reproduce
-    from studies.papers.table import Check, layout
+    from .papers.study import reproduce
+    from .papers.table import Check, layout
 
     records: dict[str, list[dict[str, str | float]]] = {}
 
@@ -67,8 +82,9 @@ def papers(
     print(f"results: {path}", file=told)
 
 
-def _command(name: str, about: str) -> None:
-    """Make the command that runs one of ``STUDIES``."""
+def _run(name: str) -> typer.Typer:
+    """The command that runs a study."""
+    command = typer.Typer(add_completion=False, rich_markup_mode=None)
 
     def run(
         out: Annotated[
@@ -79,7 +95,7 @@ def _command(name: str, about: str) -> None:
         as_json: AsJson = False,
         quiet: Quiet = False,
     ) -> None:
-        from studies.study import layout, perform
+        from .study import layout, perform
 
         with progress(quiet, 1) as step:
             found, path = perform(name, out, short, step)
@@ -87,19 +103,15 @@ def _command(name: str, about: str) -> None:
             print(json.dumps({"finding": found.finding, "table": list(found.table)}, indent=2))
         elif not quiet:
             paper = page()
-            paper.print(layout(found.table, about))
+            paper.print(layout(found.table, about(name)))
             paper.print(f"\n{found.finding}\n")
         told = sys.stderr if as_json else sys.stdout
         if not quiet:
             print(f"report: {path / 'report.html'}", file=told)
         print(f"results: {path}", file=told)
 
-    run.__doc__ = f"{about[0].upper()}{about[1:]}."
-    studies.command(
-        name,
-        epilog=examples(f"isolation-sim study {name}", f"isolation-sim study {name} --short"),
-    )(run)
-
-
-for _name, _about in STUDIES.items():
-    _command(_name, _about)
+    said = about(name)
+    run.__doc__ = f"{said[:1].upper()}{said[1:]}."
+    called = f"isolation-sim study {name}"
+    command.command(name, epilog=examples(called, f"{called} --short"))(run)
+    return command
