@@ -25,6 +25,7 @@ from isolation_sim.cli import app, main
 from isolation_sim.effects import extend
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
 from isolation_sim.laws import LAWS, CurrentDependence
+from isolation_sim.registry import CONTROLLERS
 from studies.study import perform
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -71,6 +72,8 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
     """A folder with the files that the pages' commands and code speak of."""
     monkeypatch.chdir(tmp_path)
     write_campaign(tests_of_a_device, tmp_path / "my_tests")
+    for path in EXAMPLES.glob("*.py"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
     # the README's own scenario
     scenario = _blocks(TEXTS["README.md"], "toml")[0]
     (tmp_path / "my_scenario.toml").write_text(scenario)
@@ -122,9 +125,10 @@ def test_commands_named_in_passing_exist():
 
 @pytest.mark.parametrize(
     "page", ["README.md", *(n for n in TEXTS if n.startswith("docs/ideas/") or n in (
-        "docs/effects.md", "docs/observers.md"))],
+        "docs/effects.md", "docs/observers.md", "docs/guide/own_parts.md"))],
 )  # fmt: skip
-def test_the_python_of_a_page_runs(page, desk):
+def test_the_python_of_a_page_runs(page, desk, monkeypatch):
+    monkeypatch.setattr(CONTROLLERS, "_given", {})  # what a page registers is forgotten
     blocks = _blocks(TEXTS[page], "python")
     isolated = iso.reference_building().on(iso.reference_isolators())
     ground = el_centro_1940()
