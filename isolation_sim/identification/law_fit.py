@@ -164,7 +164,7 @@ def fit_law(
 
     Poor starts are discarded on thinned samples with parameters that do not depend on the current.
     The best few then get their dependence on the current, the best three of these more samples, and
-    the best one all samples. No residual of a held-out sample is used, but a law that diverges under
+    the best one all samples. No residual of a held-out sample is used, but a law that diverges in
     the motion of held-out runs comes last. ``advance`` is called after each start.
 
     Raises InputError if no start gives finite forces.
