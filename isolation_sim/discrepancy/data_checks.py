@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..identification.run_table import TestRun
-from .building.record import BuildingRecord
 from .decisions import CLIPPED, DRIFT
+
+if TYPE_CHECKING:
+    from .building.record import BuildingRecord
 
 _LARGEST_DEFORMATION = 1.0
 """m."""

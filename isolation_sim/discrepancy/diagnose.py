@@ -82,8 +82,8 @@ def diagnose(
     with workers(threads) as pool:
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
-            return run(LoopTableTests(data, *options))[0]
-        return run(DeviceTests(data, *options))[0]
+            return diagnose_problem(LoopTableTests(data, *options))[0]
+        return diagnose_problem(DeviceTests(data, *options))[0]
 
 
 def diagnose_building(
@@ -122,11 +122,11 @@ def diagnose_building(
 
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
-    diagnosis, found = run(problem)
+    diagnosis, found = diagnose_problem(problem)
     return BuildingDiagnosis(**vars(diagnosis), building=problem.building(found))
 
 
-def run(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
+def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
     """Run the pipeline on one kind of data."""
     found = problem.search(problem.nominal())
     dependences = problem.dependences(found.base)
