@@ -71,8 +71,7 @@ def scored(case: blind.BuildingCase) -> BuildingScored:
     -------
     BuildingScored
     """
-    from isolation_sim.discrepancy.building.record import read_building_record
-    from isolation_sim.discrepancy.diagnose import diagnose_building
+    from isolation_sim.discrepancy.building import diagnose_building, read_building_record
 
     with tempfile.TemporaryDirectory() as folder:
         written = case.record.write(Path(folder) / "case")

@@ -101,6 +101,7 @@ def _device(coefficients: dict[str, dict[str, float]], source: str) -> Device:
         current=CurrentDependence.polynomial(values),
         current_range=(0.0, LINEARISED_FIELDS_T[-1] / TESLA_PER_AMPERE),
         tested_deformation=AMPLITUDES[1],
+        tested_current=LINEARISED_FIELDS_T[-1] / TESLA_PER_AMPERE,
         source=f"dynamic stiffness of MR elastomers, {source}; field by Li & Li, 0.588 T/A",
     )
 

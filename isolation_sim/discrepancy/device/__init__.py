@@ -1,1 +1,0 @@
-"""A law with effects around it, fitted to measured runs."""

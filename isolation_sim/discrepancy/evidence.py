@@ -1,0 +1,206 @@
+"""What a residual depends on, found without any idea of the cause.
+
+For each set of variables a general smooth function of them is fitted to the residual on every
+other half second of the runs and judged on the seconds between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .candidates import Fitted
+from .measured import Measured
+
+BLOCK = 0.5
+"""s: length of the alternating blocks that are fitted and judged."""
+_HATS = 12
+_RIDGE = 1e-6
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How well functions of some variables predict a residual.
+
+    Attributes
+    ----------
+    variables : tuple of str
+        "displacement", "velocity", "acceleration", "current", "current_rate", "temperature",
+        "time", "amplitude", "past_deformation".
+    text : str
+        The dependence in words.
+    share : float
+        Part of the residual's misfit above the noise that it predicts on data not used for it.
+    """
+
+    variables: tuple[str, ...]
+    text: str
+    share: float
+
+
+def dependences(base: Fitted, noise_cost: float) -> list[Dependence]:
+    """Try all sets of variables on a model's residual.
+
+    Parameters
+    ----------
+    base : Fitted
+        A fitted model.
+    noise_cost : float
+        Cost that noise alone would leave.
+
+    Returns
+    -------
+    list of Dependence
+        The most telling first.
+    """
+    data = base.model.data
+    force = base.force
+    weight = data.weight
+    residual = (force - data.force) * weight
+    first, second = _halves(data)
+    # what noise leaves of the judged half, at best
+    part = float(np.sum(residual[second] ** 2) + np.sum(residual[first] ** 2))
+    misfit = part * max(1 - noise_cost / max(base.cost, 1e-300), 1e-12)
+    found = []
+    for names, text, columns in _sets(data, force):
+        design = columns * weight[:, np.newaxis]
+        explained = 0.0
+        for fit, judge in ((first, second), (second, first)):
+            predicted = _ridge(design[fit], residual[fit], design[judge])
+            r = residual[judge]
+            explained += float(r @ r - (r - predicted) @ (r - predicted))
+        found.append(Dependence(names, text, explained / misfit))
+    return sorted(found, key=lambda d: -d.share)
+
+
+def depends_on(found: list[Dependence]) -> tuple[str, ...]:
+    """Smallest set of variables that predicts nearly as much as any.
+
+    Parameters
+    ----------
+    found : list of Dependence
+        As of ``dependences``.
+
+    Returns
+    -------
+    tuple of str
+        Empty where nothing is predicted.
+    """
+    best = max((d.share for d in found), default=0.0)
+    if best < 0.05:
+        return ()
+    near = [d for d in found if d.share > 0.8 * best]
+    return min(near, key=lambda d: (len(d.variables), -d.share)).variables
+
+
+def _halves(data: Measured) -> tuple[NDArray, NDArray]:
+    block = np.concatenate(
+        [
+            (np.arange(n) * dt / BLOCK).astype(int) % 2 == 0
+            for n, dt in zip(data.lengths, data.dt, strict=True)
+        ]
+    )
+    return block & data.fitted, ~block & data.fitted
+
+
+def _ridge(design: NDArray, target: NDArray, judged: NDArray) -> NDArray:
+    norm = np.sqrt(np.einsum("ij,ij->j", design, design))
+    kept = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
+    if not kept.any():
+        return np.zeros(len(judged))
+    scaled = design[:, kept] / norm[kept]
+    square = scaled.T @ scaled + _RIDGE * np.eye(int(kept.sum()))
+    return (judged[:, kept] / norm[kept]) @ np.linalg.solve(square, scaled.T @ target)
+
+
+def _hats(values: NDArray, number: int = _HATS) -> NDArray:
+    """Piecewise-linear functions of a variable, a column each."""
+    low, high = np.quantile(values, [0.002, 0.998])
+    if not high > low:
+        return np.ones((len(values), 1))
+    place = (np.clip(values, low, high) - low) / (high - low) * (number - 1)
+    return np.maximum(1 - np.abs(place[:, np.newaxis] - np.arange(number)), 0.0)
+
+
+def _times(left: NDArray, right: NDArray) -> NDArray:
+    """All products of two sets of columns."""
+    return (left[:, :, np.newaxis] * right[:, np.newaxis, :]).reshape(len(left), -1)
+
+
+def _sets(data: Measured, force: NDArray) -> list[tuple[tuple[str, ...], str, NDArray]]:
+    """Variables, words and columns of each general function."""
+    x, v = data.x / np.max(np.abs(data.x)), data.v / np.max(np.abs(data.v))
+    linear = np.stack([np.ones_like(x), x, v, force / np.max(np.abs(force))], axis=1)
+    peak, running = _amplitudes(data)
+    found: list[tuple[tuple[str, ...], str, NDArray]] = [
+        (("displacement",), "displacement alone", _hats(x)),
+        (("velocity",), "velocity alone", _hats(v)),
+        (("acceleration",), "acceleration", _hats(data.a)),
+        (("displacement", "velocity"), "displacement and velocity",
+         _times(_hats(x, 8), _hats(v, 8))),
+        (("amplitude",), "stiffness or damping by the present amplitude",
+         _times(_hats(running, 6), linear)),
+        (("past_deformation",), "stiffness or damping by the largest past deformation",
+         _times(_hats(peak, 6), linear)),
+        (("time",), "stiffness or damping that drifts in time, test by test", _by_run(data, force)),
+    ]  # fmt: skip
+    if np.ptp(data.current) > 0:
+        current = _hats(data.current, 6)
+        rate = _rate(data)
+        found += [
+            (("current",), "stiffness or damping by the current", _times(current, linear)),
+            (("current", "velocity"), "current and velocity", _times(current, _hats(v, 8))),
+            (("current", "displacement"), "current and displacement",
+             _times(current, _hats(x, 8))),
+        ]  # fmt: skip
+        if np.any(rate):
+            found.append(
+                (("current", "time"), "recent changes of the current", _times(rate, linear))
+            )
+    if np.ptp(data.temperature) > 0:
+        found.append(
+            (("temperature",), "stiffness or damping by the temperature",
+             _times(_hats(data.temperature, 5), linear))
+        )  # fmt: skip
+    return found
+
+
+def _amplitudes(data: Measured) -> tuple[NDArray, NDArray]:
+    """Largest deformation so far, and over the last second or so."""
+    peak, recent = np.empty_like(data.x), np.empty_like(data.x)
+    for run, dt in zip(data.runs, data.dt, strict=True):
+        size = np.abs(data.x[run])
+        peak[run] = np.maximum.accumulate(size)
+        width = max(int(1.0 / dt), 1)
+        square = np.cumsum(np.concatenate([np.zeros(1), size**2]))
+        first = np.maximum(np.arange(len(size)) + 1 - width, 0)
+        recent[run] = np.sqrt(
+            (square[1:] - square[first]) / (np.arange(len(size)) + 1 - first)
+        )
+    return peak, recent
+
+
+def _rate(data: Measured) -> NDArray:
+    """What is left of changes of the current after 20, 60 and 200 ms."""
+    columns = []
+    for lag in (0.02, 0.06, 0.2):
+        column = np.empty_like(data.current)
+        for run, dt in zip(data.runs, data.dt, strict=True):
+            keep, value, current = np.exp(-dt / lag), data.current[run.start], data.current[run]
+            for k, now in enumerate(current.tolist()):
+                value = now + (value - now) * keep
+                column[run.start + k] = now - value
+        columns.append(column)
+    return np.stack(columns, axis=1)
+
+
+def _by_run(data: Measured, force: NDArray) -> NDArray:
+    """The modelled force times four slow functions of time, each run by itself."""
+    columns = np.zeros((len(data.x), 4 * len(data.dt)))
+    for k, run in enumerate(data.runs):
+        columns[run, 4 * k : 4 * k + 4] = (
+            _hats(np.arange(run.stop - run.start, dtype=float), 4) * force[run, np.newaxis]
+        )
+    return columns

@@ -1,1 +1,0 @@
-"""Loop tables, and a law with effects that is fitted to them."""
