@@ -387,10 +387,11 @@ def test_without_an_installation_the_reason_is_told(monkeypatch):
 
 
 def test_an_installed_copy_is_found_by_its_metadata(site, monkeypatch):
-    """Without pyproject.toml beside it, as in site-packages."""
-    install(site, "isolation-sim", "[isolation_sim.laws]\nmaxwell=isolation_sim.laws.maxwell:LAW\n")
+    """Without pyproject.toml beside it, as in site-packages; no real copy has this group."""
+    group = "isolation_sim.installed_laws"
+    install(site, "isolation-sim", f"[{group}]\nmaxwell=isolation_sim.laws.maxwell:LAW\n")
     monkeypatch.setattr(mechanism, "checkout_entries", dict)
-    installed = Registry("isolation_sim.laws", "law", "a law", lambda found: found)
+    installed = Registry(group, "law", "a law", lambda found: found)
     assert list(installed) == ["maxwell"] and installed["maxwell"] is LAWS["maxwell"]
 
 

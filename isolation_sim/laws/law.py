@@ -10,12 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from .device import Device
 
 
 @dataclass(frozen=True)
@@ -118,8 +115,8 @@ class Law:
     springs: tuple[Spring, ...] = ()
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
-    sets: Mapping[str, Callable[[], Device]] = field(default_factory=dict, repr=False)
-    conditions: Mapping[str, Callable[[], Device]] = field(default_factory=dict, repr=False)
+    sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
+    conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
