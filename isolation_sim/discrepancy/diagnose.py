@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..io.toml import read_toml
 from ..laws import Device
@@ -58,8 +58,6 @@ def diagnose(
         If the data cannot be read, a name is unknown, or the law cannot be fitted.
     """
     if isinstance(law, str):
-        if law not in LAWS:
-            raise unknown_name("law", law, LAWS)
         law = LAWS[law]
     device = given_device(law, parameters)
     if not isinstance(data, Campaign) and kind_of(data) == "loops":
@@ -144,7 +142,7 @@ def given_device(law: Law, parameters: str | Path | Device) -> Device | None:
     elif str(parameters) == "fit":
         return None
     elif str(parameters) == "published":
-        device = published(law.name)
+        device = published(law)
     else:
         device = _from_file(Path(parameters))
     if device.law is not law:
