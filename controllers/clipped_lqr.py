@@ -20,7 +20,7 @@ from .force_tracking import (
     force_tracking,
     nearest_currents,
 )
-from .settings import Number, Optional, setting
+from .settings import Number, Optional, SearchRange, setting
 
 # settings: these, the gains, the elements' directions, then those of the force tracking
 N_DOFS, N_ELEMENTS, HEAD = range(3)
@@ -75,13 +75,15 @@ class ClippedLQR(BrysonsRule):
     source = "Dyke et al. 1996 (clipped optimal control); Bryson and Ho 1975 (weights)"
 
     largest_force: float = setting(
-        0.05, "acceptable control force of an isolator over the structure's weight", Number(above=0)
-    )
+        0.05, "acceptable control force of an isolator over the structure's weight",
+        Number(above=0), search=SearchRange(0.002, 0.5),
+    )  # fmt: skip
     reference: float | None = setting(
         None,
         "current at which the isolators are linearised; None for the middle of the range",
         Optional(Number()),
         "A",
+        SearchRange(0.0, 3.0, "linear"),
     )
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from isolation_sim.structures import IsolatedStructure
 from .compiled import CompiledController, Decision
 from .force_tracking import driven_elements, motion_of_driven
 from .open_loop import highest_tested, lowest
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 RULES = (
     # velocity: back fast, back slowly, still, out slowly, out fast; by a deformation that is
@@ -84,9 +84,11 @@ class Fuzzy(CompiledController):
     source = "Kim and Roschke 2006 (fuzzy control of isolated buildings); Takagi and Sugeno 1985"
 
     large_deformation: float = setting(
-        0.2, "deformation that counts as large", Number(above=0), "m"
+        0.2, "deformation that counts as large", Number(above=0), "m", SearchRange(0.02, 2.0)
     )
-    fast: float = setting(1.2, "velocity that counts as fast", Number(above=0), "m/s")
+    fast: float = setting(
+        1.2, "velocity that counts as fast", Number(above=0), "m/s", SearchRange(0.05, 10.0)
+    )
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
         """Deformation and velocity of each element that a coil drives."""

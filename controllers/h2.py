@@ -24,7 +24,7 @@ from .force_tracking import (
 )
 from .observers.ground_noise import GroundNoise
 from .observers.linear_belief import LinearBelief, linear_belief
-from .settings import Number, Optional, setting
+from .settings import Number, Optional, SearchRange, setting
 
 # settings: these; the sampled controller's matrices; springs and dashpots of the reference
 # isolators; the force tracking's
@@ -137,20 +137,21 @@ class H2(CompiledController):
     source = "Doyle et al. 1989; Dyke et al. 1996 (clipped optimal control); Spencer et al. 1994"
 
     largest_displacement: float = setting(
-        0.2, "acceptable isolator deformation", Number(above=0), "m"
+        0.2, "acceptable isolator deformation", Number(above=0), "m", SearchRange(0.02, 2.0)
     )
     largest_acceleration: float = setting(
-        0.6, "acceptable absolute acceleration of a level", Number(above=0), "m/s^2"
-    )
+        0.6, "acceptable absolute acceleration of a level", Number(above=0), "m/s^2",
+        SearchRange(0.06, 6.0),
+    )  # fmt: skip
     largest_force: float = setting(
         0.045, "acceptable control force of an isolator over the structure's weight",
-        Number(above=0),
+        Number(above=0), search=SearchRange(0.002, 0.5),
     )  # fmt: skip
     ground_intensity: float = setting(
         0.1, "one-sided density of the ground's white noise, (m/s^2)^2/Hz", Number(above=0)
     )
     ground_frequency: float = setting(
-        15.0, "circular frequency of the ground", Number(above=0), "rad/s"
+        15.0, "circular frequency of the ground", Number(above=0), "rad/s", SearchRange(2.0, 60.0)
     )
     ground_damping: float = setting(0.6, "damping ratio of the ground", Number(above=0))
     acceleration_noise: float = setting(
@@ -158,7 +159,7 @@ class H2(CompiledController):
     )
     reference: float | None = setting(
         None, "current at which the isolators are linearised; None for the middle of the range",
-        Optional(Number()), "A",
+        Optional(Number()), "A", SearchRange(0.0, 3.0, "linear"),
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from .estimating import Estimating
 from .force_tracking import COILS, N_DEVICES, N_NUMBERS, device_force, driven_elements
 from .observers.kalman import TRACKING, kalman_memory, kalman_update
 from .observers.observer import N_DOFS, N_ELEMENTS
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 # settings: where the observer's begin; the softening; how the energy falls with each element's
 # force, per unit of displacement and velocity; the observer's
@@ -73,7 +73,7 @@ class Lyapunov(Estimating, BrysonsRule):
 
     softening: float = setting(
         350.0, "how much faster the energy must fall for the full current; in proportion below; 0 "
-        "switches", Number(at_least=0), "1/s",
+        "switches", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
     )  # fmt: skip
 
     def decision(self, situation: Situation) -> Decision:

@@ -19,7 +19,7 @@ from .force_tracking import (
     motion_of_driven,
     nearest_currents,
 )
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 # settings: these, the mass that each element carries, then the force tracking's
 SLOPE, GAIN, LAYER, MASSES = range(4)
@@ -62,14 +62,16 @@ class SlidingMode(CompiledController):
     source = "Yang, Wu and Agrawal 1995; Slotine and Li 1991, chapter 7 (boundary layer)"
 
     slope: float = setting(
-        0.4, "of the surface: rate at which deformation dies out on it", Number(above=0), "1/s"
-    )
+        0.4, "of the surface: rate at which deformation dies out on it", Number(above=0), "1/s",
+        SearchRange(0.02, 10.0),
+    )  # fmt: skip
     gain: float = setting(
-        0.4, "acceleration that pulls towards the surface", Number(at_least=0), "m/s^2"
-    )
+        0.4, "acceleration that pulls towards the surface", Number(at_least=0), "m/s^2",
+        SearchRange(0.01, 5.0),
+    )  # fmt: skip
     layer: float = setting(
         0.09, "distance from the surface within which the pull is proportional", Number(above=0),
-        "m/s",
+        "m/s", SearchRange(0.01, 3.0),
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
