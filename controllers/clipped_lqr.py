@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
@@ -143,10 +145,33 @@ class ClippedLQR(BrysonsRule):
         outputs = self.weighted_outputs(linear, rows)
         through = np.zeros((len(outputs), m))
         through[-n:] = on_acceleration / self.largest_acceleration
-        gain, _, _ = control.lqr(
-            a, b, outputs.T @ outputs, np.eye(m) + through.T @ through, outputs.T @ through
-        )
+        weights = outputs.T @ outputs, np.eye(m) + through.T @ through, outputs.T @ through
+        with designing(self.name):
+            gain, _, _ = control.lqr(a, b, *weights)
         return unit * np.asarray(gain)
+
+
+@contextmanager
+def designing(name: str) -> Iterator[None]:
+    """Say in one line that a Riccati equation has no solution within the numbers' accuracy.
+
+    Parameters
+    ----------
+    name : str
+        Of the controller.
+
+    Raises
+    ------
+    InputError
+        In place of the solver's error.
+    """
+    try:
+        yield
+    except ValueError as error:
+        raise InputError(
+            f"{name}: the Riccati equation has no accurate solution with these settings "
+            f"({str(error).partition(';')[0]}); accepted: settings that are less far apart"
+        ) from None
 
 
 def linear_model(belief: IsolatedStructure, currents: NDArray) -> tuple[float, Structure]:

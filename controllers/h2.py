@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure
 
-from .clipped_lqr import STANDARD_GRAVITY
+from .clipped_lqr import STANDARD_GRAVITY, designing
 from .compiled import CompiledController, Decision
 from .force_tracking import (
     MOTION,
@@ -175,7 +175,8 @@ class H2(CompiledController):
         tracking = force_tracking(driven_elements(belief, self.name), situation)
         reference = tracking.reference(self.reference)
         plant, unit, linear = self.plant(belief, reference, situation.period)
-        sampled = control.sample_system(plant.controller(), situation.period, "bilinear")
+        with designing(self.name):
+            sampled = control.sample_system(plant.controller(), situation.period, "bilinear")
         driven = [element.channel is not None for element in belief.elements]
         head = [belief.structure.n_dofs, len(sampled.A), len(tracking.elements)]
         parts = [sampled.A, sampled.B, unit * sampled.C, unit * sampled.D, linear.passive[driven]]

@@ -82,12 +82,12 @@ def motion_set(given: Motions, job: Job, seed: int = 0, pga_g: float | None = No
         kind, colon, count = str(given).partition(":")
         if kind == MIXTURE and (count.isdigit() and int(count) > 0 if colon else True):
             drawn = motion_mixture(int(count or COUNT) * n, seed)
-            name = f"mixture of {len(drawn) // n}, seed {seed}"
+            name = f"mixture of {len(drawn) // n} motions, seed {seed}"
             return MotionSet(name, tuple(zip(*(iter(drawn),) * n, strict=True)))
         if str(given) == SCENARIO:
             return MotionSet("the scenario's motion", (job.records,))
         if not Path(given).is_dir():
-            raise InputError("motions", repr(str(given)), _ACCEPTED)
+            raise InputError("motions", str(given), _ACCEPTED)
         records = read_folder(given)
         if pga_g is not None:
             records = tuple(record.scaled_to_pga(pga_g * STANDARD_GRAVITY) for record in records)

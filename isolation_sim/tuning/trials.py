@@ -97,17 +97,30 @@ class Trials:
         Raises
         ------
         InputError
-            If there is no run with a result.
+            If the runs of a single candidate all fail.
         """
-        batch = self._run(controllers)
-        shape = (-1, len(self.motions.records))
+        n = len(self.motions.records)
+        try:
+            batch = self._run(controllers)
+        except InputError:
+            # a design that fails takes the others with it
+            if len(controllers) > n:
+                alone = (controllers[k : k + n] for k in range(0, len(controllers), n))
+                return np.vstack([self._sums_or_failed(each) for each in alone])
+            raise
+        if len(controllers) == n and None not in batch.failure:
+            raise InputError(f"every run fails, the first one: {batch.failure[0]}")
         total = sum(
-            weight * batch.criteria[name].reshape(shape) / self._off[name]
+            weight * batch.criteria[name].reshape(-1, n) / self._off[name]
             for name, weight in self.criteria.items()
         )
-        if None not in batch.failure:
-            raise InputError(f"every run fails, the first one: {batch.failure[0]}")
         return np.where(np.isfinite(total), total, FAILED)
+
+    def _sums_or_failed(self, controllers: Sequence[Control]) -> NDArray:
+        try:
+            return self.sums(controllers)
+        except InputError:
+            return np.full((1, len(controllers)), FAILED)
 
     def scores(self, controllers: Sequence[Control]) -> NDArray:
         """Scores of controllers under every motion.

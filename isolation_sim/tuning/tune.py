@@ -108,19 +108,20 @@ def tune(
     _check(weights, evaluations, seed)
     ranges, present = search_space(name, settings, held)
     tuned_on = motion_set(motions, job, 2 * seed, pga_g)
-    groups = unseen if isinstance(unseen, Mapping) else {"unseen": unseen}
-    judged_by = {key: motion_set(each, job, 2 * seed + 1, pga_g) for key, each in groups.items()}
-    for key, group in judged_by.items():
+    groups = unseen if isinstance(unseen, Mapping) else {"": unseen}
+    judged_by = {tuned_on.name: tuned_on}
+    for key, each in groups.items():
+        group = motion_set(each, job, 2 * seed + 1, pga_g)
         if group.digest == tuned_on.digest:
-            raise InputError(f"unseen motions, {key}", "those that are tuned on", "others")
+            raise InputError(f"unseen motions, {key or group.name}", "those tuned on", "others")
+        judged_by[f"unseen: {key or group.name}"] = group
     declared = CONTROLLERS[name].settings  # type: ignore[attr-defined]
     tuning = begin(out, {
         "isolation_sim": __version__,
         "command": _command(name, scenario_file, motions, groups, weights, settings, held,
                             evaluations, seed, pga_g), "controller": name, "fixed": held,
         "scenario": scenario.to_toml(), "criteria": weights, "evaluations": evaluations,
-        "seed": seed, "motions": {tuned_on.name: tuned_on.digest},
-        "unseen": {f"{key}, {each.name}": each.digest for key, each in judged_by.items()},
+        "seed": seed, "motions": {key: each.digest for key, each in judged_by.items()},
         "settings": {
             key: asdict(one) | {"present": present[key], "unit": declared[key].unit,
                                 "meaning": declared[key].meaning}
@@ -149,16 +150,13 @@ def tune(
         scores = evaluate([best | {key: value} for value in values]).mean(axis=1)
         tuning.sensitivity[key] = values, scores.tolist()
     progress("judging", 0)
-    for key, group in {f"tuned on, {tuned_on.name}": tuned_on, **judged_by}.items():
+    for key, group in judged_by.items():
         on = trials if group is tuned_on else Trials(job, group, weights, threads)
         before, after = evaluate([{}, best], on).tolist()
         current, constant = (values.tolist() for values in on.constant)
-        shown = key if group is tuned_on else f"{key}, {group.name}"
-        tuning.judged.append(
-            Judgement(shown, group.names, current, constant, before, after)
-        )
+        tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
     if out is not None:
-        tuning.save_state(out)
+        tuning.save(out)
     return tuning
 
 

@@ -107,8 +107,29 @@ class Tuning:
         if not self.best.settings:
             first = "No candidate did better than the controller as it was."
         else:
-            first = f"Tuned in {len(self.trials)} trials under {self.judged[0].name}."
+            first = f"Tuned on the {self.judged[0].name}, in {len(self.trials)} trials."
         return [first, *map(_told, self.judged)]
+
+    def report(self) -> dict[str, Any]:
+        """Report that JSON can hold.
+
+        Returns
+        -------
+        dict
+            Controller, settings, command and, for each set of motions, mean score before and after
+            and gain, each with its interval.
+        """
+        return {
+            "controller": self.controller,
+            "settings": self.settings,
+            "trials": len(self.trials),
+            "command": self.content["command"],
+            "judged": [
+                {"motions": judged.name, "count": len(judged.motions), "better": judged.better}
+                | {name: mean._asdict() for name, mean in judged.means.items()}
+                for judged in self.judged
+            ],
+        }
 
     def scenario_section(self) -> str:
         """Write the tuned controller as a scenario's section.
@@ -288,16 +309,16 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
 
 def _told(judged: Judgement) -> str:
     """What one set of motions says, in one or two sentences."""
-    means = judged.means
-    after = means["after"]
+    before, after, gain = judged.means.values()
     if after.high < 0:
-        beats = "It does better than the best constant current."
+        beats = "It beats the best constant current of each motion"
     elif after.low > 0:
-        beats = "It does worse than the best constant current of each motion."
+        beats = "It does not beat the best constant current of each motion"
     else:
-        beats = "It is not told apart from the best constant current of each motion."
+        beats = "It is not told apart from the best constant current of each motion"
+    name = judged.name[:1].upper() + judged.name[1:]
     return (
-        f"{judged.name}: mean score {means['before']} before, {after} after, gain "
-        f"{means['gain']}. {beats} It is better in {judged.better} of {len(judged.motions)}."
+        f"{name}: mean score {before} before, {after} after, gain {gain}. "
+        f"{beats}; it is better in {judged.better} of {len(judged.motions)}."
     )
 
