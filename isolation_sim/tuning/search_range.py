@@ -41,6 +41,9 @@ class SearchRange:
                 "finite bounds that increase, scale 'log' (bounds above 0) or 'linear'"
             )
 
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g}, {self.scale}"
+
     def value(self, place: float) -> float:
         """Return the setting at a place of its range.
 
