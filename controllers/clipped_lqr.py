@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,19 +70,30 @@ class ClippedLQR(BrysonsRule):
     the largest value that is acceptable, and the squares are added.
 
     The wanted force goes through the inverse of the law believed in, with device states followed
-    along the measured deformation, and is clipped to the nearest force within reach.
+    along the measured deformation, and is clipped to the nearest force within reach. Defaults are
+    tuned (``studies/tuned/clipped_lqr.toml``).
     """
 
     name = "clipped_lqr"
     title = "Clipped LQR"
     source = "Dyke et al. 1996 (clipped optimal control); Bryson and Ho 1975 (weights)"
 
+    presets: ClassVar = {
+        "published": {
+            "largest_displacement": 0.2, "largest_velocity": 0.3, "largest_acceleration": 1.0,
+            "largest_force": 0.05, "reference": None,
+        },
+    }  # fmt: skip
+    largest_displacement = 1.305
+    largest_velocity = 0.8051
+    largest_acceleration = 0.1037
+
     largest_force: float = setting(
-        0.05, "acceptable control force of an isolator over the structure's weight",
+        0.402, "acceptable control force of an isolator over the structure's weight",
         Number(above=0), search=SearchRange(0.002, 0.5),
     )  # fmt: skip
     reference: float | None = setting(
-        None,
+        2.16,
         "current at which the isolators are linearised; None for the middle of the range",
         Optional(Number()),
         "A",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +101,8 @@ class FrequencyTracking(CompiledController):
     The frequency is that of a second-order autoregression of the ground's acceleration, fitted
     recursively with forgetting, after a low-pass that keeps what isolators can respond to. From
     the devices linearised at every current, the current is tabulated at which a rigid building on
-    them amplifies a motion of this frequency least.
+    them amplifies a motion of this frequency least. The preset ``tuned``
+    (``studies/tuned/frequency_tracking.toml``) is not surely better on unseen motions.
     """
 
     name = "frequency_tracking"
@@ -109,6 +111,10 @@ class FrequencyTracking(CompiledController):
         "Narasimhan and Nagarajaiah 2005 (variable-stiffness isolators, tracked by short-time "
         "Fourier transform); Behrooz, Wang and Gordaninejad 2014 (MR elastomer isolators)"
     )
+
+    presets: ClassVar = {
+        "tuned": {"forgetting": 8.931, "corner": 9.953, "threshold": 0.0317, "settling": 0.269},
+    }
 
     forgetting: float = setting(
         2.0, "time after which the past counts by 1/e", Number(above=0), "s",

@@ -24,7 +24,7 @@ from isolation_sim.tuning.motions import Motions, MotionSet, motion_set
 from isolation_sim.tuning.trials import CRITERIA, Trials
 
 from .cache import cached_result
-from .study import Outcome, Step, data_folder
+from .study import PUBLISHED, Outcome, Step, data_folder, published_entry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +36,7 @@ PGA_G = 0.33
 """Peak to which recorded components are scaled, g."""
 UNSEEN_SEED = 1
 """Of the unseen mixture: that of a tuning with the seed 0."""
-PUBLISHED, AS_TUNED, OFF = "published", "tuned", "no current"
+AS_TUNED, OFF = "tuned", "no current"
 
 
 def tuned_settings() -> dict[str, dict[str, Any]]:
@@ -52,22 +52,6 @@ def tuned_settings() -> dict[str, dict[str, Any]]:
         for entry in Scenario.read(path).controller if path.stem != "reference" else ():
             found[entry.name] = dict(entry.settings)
     return found
-
-
-def published(name: str) -> Control:
-    """Return a controller with its published settings.
-
-    Parameters
-    ----------
-    name : str
-        Of a controller.
-
-    Returns
-    -------
-    Control
-    """
-    presets = getattr(type(controller(name)), "presets", {})
-    return controller(name, **({"preset": PUBLISHED} if PUBLISHED in presets else {}))
 
 
 def motions(short: bool) -> tuple[dict[str, MotionSet], str]:
@@ -146,7 +130,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     entrants = {OFF: controller("passive_off")}
     for name in names:
         entrants |= {
-            f"{name} {PUBLISHED}": published(name),
+            f"{name} {PUBLISHED}": controller(**published_entry(name)),
             f"{name} {AS_TUNED}": controller(name, **found[name]),
         }
     means: dict[tuple[str, str], MeanInterval] = {}
