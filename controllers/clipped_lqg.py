@@ -105,12 +105,11 @@ class ClippedLQG(Estimating, ClippedLQR):
     largest_velocity = 0.7754
     largest_acceleration = 0.1095
     largest_force = 0.3718
-    reference = 1.777
 
     presets: ClassVar = {
         "published": {
             "largest_displacement": 0.2, "largest_velocity": 2.5, "largest_acceleration": 0.35,
-            "largest_force": 0.023, "reference": None,
+            "largest_force": 0.023,
         },
     }  # fmt: skip
 

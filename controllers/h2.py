@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure
 
-from .clipped_lqr import STANDARD_GRAVITY, designing
+from .clipped_lqr import STANDARD_GRAVITY, designing, regulator_gain
 from .compiled import CompiledController, Decision
 from .force_tracking import (
     MOTION,
@@ -112,7 +112,7 @@ class WeightedPlant:
         import control
 
         # a regulator for the outputs, an estimator for the noise; they are optimal together
-        gain, _, _ = control.lqr(
+        gain = regulator_gain(
             self.a, self.b2, self.c1.T @ self.c1, self.d12.T @ self.d12, self.c1.T @ self.d12
         )
         correction, _, _ = control.lqe(
@@ -135,6 +135,13 @@ class H2(CompiledController):
     name = "h2"
     title = "H2"
     source = "Doyle et al. 1989; Dyke et al. 1996 (clipped optimal control); Spencer et al. 1994"
+
+    presets: ClassVar = {
+        "published": {
+            "largest_displacement": 0.2, "largest_acceleration": 0.6, "largest_force": 0.045,
+            "ground_frequency": 15.0,
+        },
+    }  # fmt: skip
 
     largest_displacement: float = setting(
         0.2, "acceptable isolator deformation", Number(above=0), "m", SearchRange(0.02, 2.0)
@@ -159,7 +166,7 @@ class H2(CompiledController):
     )
     reference: float | None = setting(
         None, "current at which the isolators are linearised; None for the middle of the range",
-        Optional(Number()), "A", SearchRange(0.0, 3.0, "linear"),
+        Optional(Number()), "A",
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
