@@ -83,8 +83,10 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 for lane in range(LANES):
                     moving[e, lane] = 0
                     w[(e * STRIDE + SLOT_BENT) * LANES + lane] = 0.0
+                    w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = 1.0
                     if coil[c, lane] != command[g, c, lane]:
                         moving[e, lane] = 1
+                        w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = MOVING_FACTOR
                     elif coil[c, lane] != applied[e, lane]:
                         changed = 1
                 if changed:
