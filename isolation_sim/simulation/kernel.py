@@ -20,7 +20,7 @@ from .smaller_text import smaller_text
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "march", "summary")
+    for part in ("step", "control", "integration", "summary")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
 HEADER = """
@@ -206,4 +206,4 @@ def compiling(module: ModuleType) -> Iterator[None]:
 
 def _is_cached(module: ModuleType) -> bool:
     path = Path(str(module.__file__))
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.march-*.nbc"))
+    return any((path.parent / "__pycache__").glob(f"{path.stem}.integrate-*.nbc"))

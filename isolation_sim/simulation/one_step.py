@@ -1,7 +1,7 @@
 """One integration step in NumPy, slow and readable: what the compiled kernel does.
 
-The kernel (``kernel_march_template.py``, ``element_code.py``) takes the same step in complex modes,
-for many runs side by side. Nothing here is used by a simulation: tests compare the two.
+The kernel (``kernel_integration_template.py``, ``element_code.py``) takes the same step in complex
+modes, for many runs side by side. Nothing here is used by a simulation: tests compare the two.
 
 The method is exponential collocation with the three Gauss points of the step as nodes:
 
