@@ -124,7 +124,10 @@ class DeviceTests(Problem[FittedModel]):
         """Search for effects, then fit them to all samples."""
         found = search(self.space, base)
         self.progress("fitting all samples")
-        self.final = found.best.on(self.law.model) if found.best.effects else self.law
+        best = found.best
+        self.final = self.law
+        if best.effects:
+            self.final = best.on(self.law.model.resolve_steps(best.values))
         # an effect that helps on the fitted runs alone, or only where the law diverges, is no cause
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             self.final = self.law
