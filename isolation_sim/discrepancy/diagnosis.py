@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..laws import Device
+    from ..structures import IsolatedStructure
     from .consequence import Consequence
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
@@ -298,7 +299,7 @@ class Diagnosis:
         render("diagnosis:print_diagnosis", self)
 
     def plot(self) -> Figure:
-        """Measured against simulated, before and after, and the errors of all runs.
+        """MeasuredRuns against simulated, before and after, and the errors of all runs.
 
         Returns
         -------
@@ -328,6 +329,20 @@ class Diagnosis:
             return render("diagnosis_files:save_diagnosis", self, Path(folder))
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingDiagnosis(Diagnosis):
+    """What the simulation of a building gets wrong, and why.
+
+    Attributes
+    ----------
+    building : IsolatedStructure or None
+        Structure and isolators with the causes in them, to be simulated like the nominal one.
+        What is wrong in a sensor, or between a command and the coil, is no part of it.
+    """
+
+    building: IsolatedStructure | None = None
 
 
 def _number(value: float) -> float | None:
