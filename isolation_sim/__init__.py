@@ -14,8 +14,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from controllers import available_controllers, controller
-
     from .api import compare, diagnose, run_scenario, simulate
     from .comparison import Comparison, json_report
     from .errors import Diverged, InputError
@@ -25,6 +23,7 @@ if TYPE_CHECKING:
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
     from .laws import Device, available_conditions, available_laws, available_sets, law
+    from .registry import available_controllers, controller, register
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
@@ -59,11 +58,11 @@ _HOMES = {
     "Sensors": ".simulation.control",
     "Structure": ".structures",
     "available_conditions": ".laws",
-    "available_controllers": "controllers",
+    "available_controllers": ".registry",
     "available_laws": ".laws",
     "available_sets": ".laws",
     "compare": ".api",
-    "controller": "controllers",
+    "controller": ".registry",
     "diagnose": ".api",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
@@ -78,6 +77,7 @@ _HOMES = {
     "read_run": ".simulation.run_files",
     "reference_building": ".structures",
     "reference_isolators": ".structures",
+    "register": ".registry",
     "run_scenario": ".api",
     "shear_building": ".structures",
     "simulate": ".api",
@@ -119,6 +119,7 @@ __all__ = [
     "read_run",
     "reference_building",
     "reference_isolators",
+    "register",
     "run_scenario",
     "shear_building",
     "simulate",

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import controllers as registry
 from ground_motions import Record
 
 from .errors import InputError
+from .registry import controller as named_controller
 from .simulation.control import Control
 from .simulation.result import Run
 from .structures import IsolatedStructure
@@ -38,7 +38,8 @@ def simulate(
     ground : Record or sequence of Record
         Ground acceleration, m/s2, one record a direction of the structure.
     controller : str or Control, default "passive_off"
-        Name of a controller, or one with settings such as ``controller("constant",
+        Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or one with
+        settings such as ``controller("constant",
         amperes=1.5)``, or one of your own.
     **options
         Keyword arguments of ``isolation_sim.simulation.run.simulate``: ``belief``, ``driver``,
@@ -160,7 +161,8 @@ def diagnose(
         A campaign of device tests or its folder, the CSV file of a loop table, or one or several
         CSV files of building records.
     law : str or Law, default "strain_stiffening"
-        The law to judge, or its registry name; for device tests and loop tables.
+        The law to judge, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
+        tests and loop tables.
     parameters : str, pathlib.Path or Device, default "fit"
         Its numbers: "fit", "published", or a file that ``fit --out`` writes.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
@@ -226,4 +228,4 @@ def diagnose(
 
 
 def _controller(given: str | Control) -> Control:
-    return registry.controller(given) if isinstance(given, str) else given
+    return named_controller(given) if isinstance(given, str) else given

@@ -1,12 +1,14 @@
-"""``isolation-sim study``: the studies that come with the project."""
+"""``isolation-sim study``: one command a study."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from isolation_sim.cli.common_options import (
     AsJson,
@@ -16,14 +18,27 @@ from isolation_sim.cli.common_options import (
     print_results,
     progress,
 )
+from isolation_sim.registry import STUDIES
 
-from . import STUDIES
+from .study import about
 
 _PAPERS_WIDTH = 170
 """Columns of the papers' tables where standard output is no terminal."""
 
+
+class _Studies(TyperGroup):
+    """The registered studies as commands, each made when it is asked for."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *STUDIES]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return super().get_command(ctx, cmd_name) or get_command(_run(cmd_name))
+
+
 app = typer.Typer(
-    help="Run a study that comes with the project.",
+    cls=_Studies,
+    help="Run a study by its name, or by the path of its file.",
     no_args_is_help=True,
     rich_markup_mode=None,
     epilog=examples(
@@ -72,8 +87,9 @@ def papers(
     print_results(path, as_json, quiet)
 
 
-def _command(name: str, about: str) -> None:
-    """Make the command that runs one of ``STUDIES``."""
+def _run(name: str) -> typer.Typer:
+    """The command that runs a study."""
+    command = typer.Typer(add_completion=False, rich_markup_mode=None)
 
     def run(
         out: Out = None,
@@ -91,16 +107,12 @@ def _command(name: str, about: str) -> None:
             print(json.dumps({"finding": found.finding, "table": list(found.table)}, indent=2))
         elif not quiet:
             console = standard_console()
-            console.print(layout(found.table, about))
+            console.print(layout(found.table, about(name)))
             console.print(f"\n{found.finding}\n")
         print_results(path, as_json, quiet)
 
-    run.__doc__ = f"{about[0].upper()}{about[1:]}."
-    app.command(
-        name,
-        epilog=examples(f"isolation-sim study {name}", f"isolation-sim study {name} --short"),
-    )(run)
-
-
-for _name, _about in STUDIES.items():
-    _command(_name, _about)
+    said = about(name)
+    run.__doc__ = f"{said[:1].upper()}{said[1:]}."
+    called = f"isolation-sim study {name}"
+    command.command(name, epilog=examples(called, f"{called} --short"))(run)
+    return command

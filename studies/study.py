@@ -1,26 +1,27 @@
 """What the studies have in common: how one is run, what it leaves, and the motions that they use.
 
-A study is a module of this package and a line in ``STUDIES``. It has a ``TITLE`` and a function
-``outcome(folder, short, step)``, which runs the study and returns what it found.
+A study is a module with a ``TITLE`` and a function ``outcome(folder, short, step)``, which runs the
+study and returns what it found; its docstring's first line says what it is about. Its name is an
+entry point ``isolation_sim.studies``; a file of your own may be named by its path instead.
 """
 
 from __future__ import annotations
 
-import importlib
+import ast
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from isolation_sim.errors import InputError, unknown_name
+from isolation_sim.errors import InputError
 from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
+from isolation_sim.registry import STUDIES
 from isolation_sim.reports.sweep_tables import heading
 from isolation_sim.reports.units import unit_of
-
-from . import STUDIES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,10 +149,10 @@ def perform(
     Parameters
     ----------
     name : str
-        One of ``STUDIES``.
+        Of a study, or the path of its file.
     out : str or pathlib.Path, optional
-        Folder to make, ``results/`` and the name by default; one that holds something is left
-        alone and a number is put after its name.
+        Folder to make, ``results/`` and the study's name by default; one that holds something is
+        left alone and a number is put after its name.
     short : bool
         Whether to run fewer cases.
     step : callable
@@ -173,10 +174,8 @@ def perform(
     from isolation_sim.reports.html.study_report import study_report
     from isolation_sim.reports.style import save
 
-    if name not in STUDIES:
-        raise unknown_name("study", name, STUDIES)
-    study = importlib.import_module(f"studies.{name}")
-    with ResultsFolder(out or Path("results") / name) as folder:
+    study = STUDIES[name]
+    with ResultsFolder(out or Path("results") / Path(name).stem) as folder:
         step("preparing", 1.0)  # from -1, where the progress begins, to 0
         found: Outcome = study.outcome(folder.unfinished, short, step)
         write_table(found.table, folder.unfinished / "table.csv")
@@ -187,11 +186,40 @@ def perform(
         ]
         study_report(
             study.TITLE, found.finding.splitlines(), {"What was found": texts(found.table)},
-            [svg for svg, _ in drawn], STUDIES[name],
+            [svg for svg, _ in drawn], about(name),
             f"isolation-sim study {name}{' --short' * short}",
         ).write(folder.unfinished / "report.html")  # fmt: skip
         write_contents(folder.unfinished, study.TITLE)
     return found, folder.path
+
+
+def about(name: str) -> str:
+    """Return what a study is about: the first line of its docstring, read without running it.
+
+    Parameters
+    ----------
+    name : str
+        Of a study, or the path of its file.
+
+    Returns
+    -------
+    str
+        Empty for a study that was registered in this process.
+
+    Raises
+    ------
+    InputError
+        If there is no such study.
+    """
+    place = STUDIES.place(name)
+    if place.endswith(".py"):
+        path: str | None = place
+    else:
+        spec = find_spec(place.partition(":")[0]) if place else None
+        path = spec.origin if spec else None
+    text = Path(path).read_text(encoding="utf-8") if path and Path(path).is_file() else ""
+    said = (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
+    return said[:1].lower() + said[1:].rstrip(".")
 
 
 def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:

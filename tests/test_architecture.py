@@ -17,25 +17,6 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
 """From the lowest to the highest: each imports only those before it."""
 
-UPWARD: set[tuple[str, str]] = {
-    ("isolation_sim", "controllers"),
-    ("isolation_sim.api", "controllers"),
-    ("isolation_sim.cli.list_names", "controllers"),
-    ("isolation_sim.cli", "studies.command"),
-    ("isolation_sim.discrepancy.building.model", "controllers.open_loop"),
-    ("isolation_sim.discrepancy.building.model", "controllers.passive_off"),
-    ("isolation_sim.reports.references", "controllers"),
-    ("isolation_sim.scenario.consequence", "controllers"),
-    ("isolation_sim.scenario.control", "controllers"),
-    ("isolation_sim.scenario.job", "controllers"),
-    ("isolation_sim.sweeps.fields", "controllers"),
-}
-"""Known imports of a higher package. To become empty; nothing may be added."""
-
-KNOWN: list[set[str]] = []
-"""Known circles between files. Empty, and to stay so."""
-
-
 MOST_LAYERS = 15
 """Packages and folders on the longest chain of imports."""
 
@@ -157,8 +138,7 @@ def test_packages_import_one_way():
         for each in imported
         if rank[each.split(".")[0]] > rank[name.split(".")[0]]
     }
-    assert upward - UPWARD == set(), "imports of a higher package"
-    assert UPWARD - upward == set(), "gone: take them off the list"
+    assert upward == set(), "imports of a higher package"
 
 
 def test_no_package_imports_the_tests():
@@ -167,15 +147,7 @@ def test_no_package_imports_the_tests():
 
 
 def test_no_files_import_each_other_in_a_circle():
-    below = {name: set(imported) for name, imported in graph().items()}
-    for name, each in UPWARD:
-        below[name].discard(each)
-    for known in KNOWN:
-        found = circle({name: below[name] & known for name in known})
-        assert found, f"gone: take {sorted(known)} off the list"
-        for name in known:
-            below[name] -= known
-    assert circle(below) == []
+    assert circle({name: set(imported) for name, imported in graph().items()}) == []
 
 
 def component(name: str) -> str:
@@ -188,7 +160,7 @@ def test_folders_stand_on_each_other_without_a_circle():
     below: dict[str, set[str]] = {component(name): set() for name in files()}
     for name, imported in graph().items():
         for each in imported:
-            if (name, each) not in UPWARD and component(each) != component(name):
+            if component(each) != component(name):
                 below[component(name)].add(component(each))
     assert circle(below) == []
     assert layers(below) <= MOST_LAYERS, layers(below)

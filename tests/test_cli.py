@@ -32,12 +32,20 @@ CRITERIA = {
     for name in (
         "base_displacement_m",
         "floor_acceleration_m_s2",
+        "superstructure_acceleration_m_s2",
         "drift_m",
         "base_shear_N",
         "structural_shear_N",
         "isolator_force_N",
     )
-} | {f"J{k}" for k in range(1, 10)}
+} | {f"J{k}" for k in range(1, 10)} | {
+    "normalised_peak_base_displacement",
+    "normalised_peak_drift",
+    "normalised_peak_floor_acceleration",
+    "normalised_rms_base_displacement",
+    "normalised_rms_floor_acceleration",
+    "normalised_device_dissipation",
+}
 
 
 @pytest.fixture

@@ -30,5 +30,3 @@ LAW = Law(
     source="Duffing",
     springs=(Spring("k", ("x",)), Spring("k3", ("x",), power=3.0)),
 )
-
-SETS: dict = {}

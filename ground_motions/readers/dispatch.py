@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from ground_motions.errors import InputError
 from ground_motions.readers.at2 import read_at2
-from ground_motions.readers.csv_file import read_csv
-from ground_motions.readers.text_file import read_text
 from ground_motions.record import Record
+from ground_motions.registry import Registry
 
-# Suffix: reader, and the options that it takes.
-_READERS: dict[str, tuple[Any, tuple[str, ...]]] = {
-    ".at2": (read_at2, ()),
-    ".vt2": (read_at2, ()),  # refused there, with the reason
-    ".dt2": (read_at2, ()),
-    ".csv": (read_csv, ("column",)),
-    ".txt": (read_text, ("unit", "dt")),
-    ".dat": (read_text, ("unit", "dt")),
-}
+READERS: Registry[Callable[..., Record]] = Registry(
+    "ground_motions.readers",
+    "reader",
+    "a function of a path that returns a Record",
+    lambda found: found if callable(found) else None,
+)
+"""Every reader by the suffix of its files, without the dot."""
+
+_NO_ACCELERATIONS = {"vt2", "dt2"}  # PEER velocities and displacements: `read_at2` says why not
 
 
 def read(
@@ -28,6 +28,7 @@ def read(
     column: str | None = None,
     unit: str | None = None,
     dt: float | None = None,
+    reader: str | None = None,
 ) -> Record:
     """Read a ground motion; the file's suffix says how.
 
@@ -35,13 +36,15 @@ def read(
     ----------
     path : str or Path
         ``.at2`` (see `read_at2`), ``.csv`` (see `read_csv`), ``.txt`` or ``.dat`` (see
-        `read_text`).
+        `read_text`), or a suffix for which a package brings a reader.
     column : str, optional
         CSV only: name of the acceleration column.
     unit : str, optional
         Text only, and needed there: unit of the accelerations.
     dt : float, optional
         Text only: sampling step, s.
+    reader : str, optional
+        Another reader than the suffix's: its name, or a place such as ``"my_reader.py:read"``.
 
     Returns
     -------
@@ -55,23 +58,24 @@ def read(
         by its reader.
     """
     suffix = Path(path).suffix.lower()
-    if suffix not in _READERS:
-        raise InputError(
-            str(path), f"suffix {suffix!r}", ".at2, .csv, .txt or .dat (or call a reader by name)"
-        )
-    reader, accepted = _READERS[suffix]
+    name = reader or suffix.removeprefix(".")
+    if READERS and reader is None and name not in (*READERS, *_NO_ACCELERATIONS):
+        known = ", ".join(f".{each}" for each in READERS)
+        raise InputError(str(path), f"suffix {suffix!r}", f"{known} (or name a reader)")
+    chosen = read_at2 if name in _NO_ACCELERATIONS else READERS[name]
+    accepted = inspect.signature(chosen).parameters
     options = {"column": column, "unit": unit, "dt": dt}
     given = {name: value for name, value in options.items() if value is not None}
-    for name in given:
-        if name not in accepted:
+    for option, value in given.items():
+        if option not in accepted:
+            taken = ", ".join(each for each in ("column", "unit", "dt") if each in accepted)
             raise InputError(
-                f"{path}, option {name}",
-                f"{given[name]!r}",
-                f"for {suffix} files: {', '.join(accepted) or 'no options'}",
+                f"{path}, option {option}",
+                f"{value!r}",
+                f"for {reader or suffix} files: {taken or 'no options'}",
             )
-    if "unit" in accepted and unit is None:
+    if "unit" in accepted and accepted["unit"].default is inspect.Parameter.empty and not unit:
         raise InputError(
             f"{path}, option unit", "nothing", "the unit of the accelerations, for example unit='g'"
         )
-    record: Record = reader(path, **given)
-    return record
+    return chosen(path, **given)

@@ -7,19 +7,34 @@ cannot be used, with one line on standard error.
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
-
-from studies import command as study
+from typer.core import TyperGroup
+from typer.main import get_command
 
 from ..errors import Diverged, InputError
+from ..registry import COMMANDS
 from ..version import __version__
 from . import cite, diagnose, fit, list_names, new, run, sweep
 from .common_options import TABLE_WIDTH, examples, print_error
 
+
+class _Commands(TyperGroup):
+    """The commands, with those that other packages add, loaded when they are asked for."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *COMMANDS]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        own = super().get_command(ctx, cmd_name)
+        added = own is None and cmd_name in COMMANDS
+        return get_command(COMMANDS[cmd_name]) if added else own
+
+
 app = typer.Typer(
     name="isolation-sim",
+    cls=_Commands,
     help="Semi-active base isolation with magnetorheological isolators.",
     no_args_is_help=True,
     epilog=examples(
@@ -56,7 +71,6 @@ app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
-app.add_typer(study.app, name="study")
 app.add_typer(sweep.app, name="sweep")
 
 

@@ -41,15 +41,15 @@ def _sets() -> Rows:
 
 
 def _controllers() -> Rows:
-    from controllers import CONTROLLERS
+    from ..registry import CONTROLLERS
 
     entries = []
     for name, kind in CONTROLLERS.items():
         settings = ", ".join(
             f"{key} ({setting.unit})" if setting.unit else key
-            for key, setting in kind.settings.items()
+            for key, setting in getattr(kind, "settings", {}).items()
         )
-        entries.append([name, kind.title, settings])
+        entries.append([name, getattr(kind, "title", ""), settings])
     return ["controller", "title", "settings"], entries
 
 
@@ -75,6 +75,21 @@ def _effects() -> Rows:
     return ["effect", "form", "title", "parameters", "source"], entries
 
 
+def _readers() -> Rows:
+    from ground_motions.readers import READERS
+
+    entries = []
+    for name, read in READERS.items():
+        entries.append([name, (read.__doc__ or "").partition("\n")[0], READERS.place(name)])
+    return ["reader", "what it reads", "place"], entries
+
+
+def _studies() -> Rows:
+    from ..registry import STUDIES
+
+    return ["study", "title"], [[name, study.TITLE] for name, study in STUDIES.items()]
+
+
 def _structures() -> Rows:
     from ..scenario.building import MatricesFile, ReferenceBuilding, ShearBuilding
 
@@ -92,6 +107,8 @@ SUBJECTS: dict[str, Callable[[], Rows]] = {
     "controllers": _controllers,
     "records": _records,
     "effects": _effects,
+    "readers": _readers,
+    "studies": _studies,
     "structures": _structures,
 }
 """Headings and rows of each list."""

@@ -61,8 +61,9 @@ def run(
     elif not quiet:
         standard_console().print(comparison.table())
         for label in comparison.runs:
-            if job.controllers[label].report is not None:
-                print(f"{label}: {job.controllers[label].report}")
+            said = getattr(job.controllers[label], "report", None)
+            if said is not None:
+                print(f"{label}: {said}")
     for warning in comparison.warnings():
         print_warning(warning)
     for divergence in comparison.diverged.values():

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.workers import workers
 from ..io.toml import read_toml
@@ -69,8 +69,6 @@ def diagnose(
         If the data cannot be read, a name is unknown, or the law cannot be fitted.
     """
     if isinstance(law, str):
-        if law not in LAWS:
-            raise unknown_name("law", law, LAWS)
         law = LAWS[law]
     device = read_parameters(law, parameters)
     if not isinstance(data, Campaign | LoopTable):
@@ -184,7 +182,7 @@ def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
     elif str(parameters) == "fit":
         return None
     elif str(parameters) == "published":
-        device = published(law.name)
+        device = published(law)
     else:
         device = _from_file(Path(parameters))
     if device.law is not law:

@@ -2,50 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from ground_motions.registry import Registry
+
 from ..errors import unknown_name
-from . import (
-    ambient_temperature,
-    amplitude_softening,
-    coulomb_friction,
-    current_lag,
-    cyclic_degradation,
-    end_stop,
-    extra_relaxation,
-    field_gap_coupling,
-    field_saturation,
-    force_offset,
-    inertia_force,
-    magnetic_remanence,
-    self_heating,
-    sensor_delay,
-    stress_softening,
-    tension_compression_asymmetry,
-    weak_rate_dependence,
-)
 from .effect import Effect
 
-# one line an effect: its file holds FORMS, the forms of one cause, the default one first
-_FILES = (
-    current_lag,
-    field_saturation,
-    magnetic_remanence,
-    field_gap_coupling,
-    stress_softening,
-    amplitude_softening,
-    self_heating,
-    ambient_temperature,
-    tension_compression_asymmetry,
-    force_offset,
-    coulomb_friction,
-    inertia_force,
-    sensor_delay,
-    extra_relaxation,
-    weak_rate_dependence,
-    end_stop,
-    cyclic_degradation,
-)
 
-EFFECTS: dict[str, tuple[Effect, ...]] = {file.FORMS[0].cause: file.FORMS for file in _FILES}
+def _forms(found: Any) -> tuple[Effect, ...] | None:
+    """The forms of one cause; an effect alone is its only form."""
+    forms = (found,) if isinstance(found, Effect) else found
+    if not (isinstance(forms, tuple) and forms and all(isinstance(one, Effect) for one in forms)):
+        return None
+    return forms if len({one.cause for one in forms}) == 1 else None
+
+
+EFFECTS: Registry[tuple[Effect, ...]] = Registry(
+    "isolation_sim.effects",
+    "effect",
+    "an isolation_sim.effects.Effect, or a tuple of them with one cause",
+    _forms,
+    lambda forms: forms[0].cause,
+)
 """Forms of each cause, the default one first."""
 
 
@@ -55,7 +34,7 @@ def effect(cause: str, form: str | None = None) -> Effect:
     Parameters
     ----------
     cause : str
-        Such as "current_lag".
+        Such as "current_lag", or a place such as ``"my_effects.py:FORMS"``.
     form : str, optional
         The default form if not given.
 
@@ -68,11 +47,9 @@ def effect(cause: str, form: str | None = None) -> Effect:
     InputError
         If there is no such cause or form.
     """
-    if cause not in EFFECTS:
-        raise unknown_name("effect", cause, EFFECTS)
     forms = {one.form: one for one in EFFECTS[cause]}
     if form is None:
-        return EFFECTS[cause][0]
+        return next(iter(forms.values()))
     if form not in forms:
         raise unknown_name(f"form of {cause}", form, forms)
     return forms[form]

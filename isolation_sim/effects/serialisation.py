@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ground_motions.registry import code_files
+
 from ..errors import InputError
 from ..laws.device import Device
 from ..laws.serialisation import to_dict
 from .extend import separate
+from .registry import EFFECTS
 
 
 def device_section(device: Device, *comments: str) -> str:
@@ -43,6 +46,9 @@ def device_section(device: Device, *comments: str) -> str:
             "one polynomial for all currents"
         )
     section = tomlkit.table()
+    names = {effect: EFFECTS.called(effect, effect.cause) for effect, _ in applied}
+    for path, digest in code_files([data["law"], *names.values()]).items():
+        comments = (*comments, f"code: {path}, SHA-256 {digest}")
     left_out = [effect.name for effect, _ in applied if not effect.of_device]
     if left_out:
         comments = (*comments, f"without what happened in the instruments: {', '.join(left_out)}")
@@ -61,7 +67,7 @@ def device_section(device: Device, *comments: str) -> str:
     tables = tomlkit.aot()
     for effect, values in applied:
         if effect.of_device:
-            tables.append(tomlkit.item({"name": effect.cause, "form": effect.form} | values))
+            tables.append(tomlkit.item({"name": names[effect], "form": effect.form} | values))
     if tables:
         section["effect"] = tables
     document = tomlkit.document()

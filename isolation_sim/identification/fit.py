@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law
 from ..laws.registry import LAWS
@@ -53,7 +53,7 @@ def fit(
     campaign : Campaign, str or pathlib.Path
         The campaign, or its folder.
     law : str or Law
-        The law, or its registry name.
+        The law, its registry name, or a place such as ``"my_laws.py:CUBIC"``.
     current_degree : int, optional
         Degree of the polynomials of the current; by default the highest that the currents of the
         fitted runs determine, 2 at most.
@@ -82,8 +82,6 @@ def fit(
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
     if isinstance(law, str):
-        if law not in LAWS:
-            raise unknown_name("law", law, LAWS)
         law = LAWS[law]
     if starts < 1:
         raise InputError(f"starts is {starts}; accepted: 1 or more")

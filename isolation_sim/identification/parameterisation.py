@@ -115,7 +115,7 @@ class Parameterisation:
         random = np.random.default_rng(seed)
         begin = []
         try:
-            begin.append(self.of(published(self.law.name)))
+            begin.append(self.of(published(self.law)))
         except InputError:
             pass  # a law without published numbers
         while len(begin) < number:

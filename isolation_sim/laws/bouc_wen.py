@@ -57,5 +57,3 @@ LAW = Law(
     rates=rates,
     source="Yu et al., Eqs 19 and 20; Tao et al., Eq 19",
 )
-
-SETS: dict = {}

@@ -48,5 +48,3 @@ LAW = Law(
     source="Dahl (1968), exponent 1",
     springs=(Spring("k", ("x",)), Spring("sigma", ("z",))),
 )
-
-SETS: dict = {}

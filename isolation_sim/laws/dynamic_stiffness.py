@@ -85,31 +85,6 @@ def _held(value: Any, low: float, high: float) -> Any:
     return (low + high + np.hypot(value - low, corner) - np.hypot(value - high, corner)) / 2
 
 
-LAW = Law(
-    name="dynamic_stiffness",
-    title="Dynamic stiffness by regression",
-    states=(
-        Quantity("e", "m", "running mean square of the deformation, over 0.2 mm"),
-        Quantity("g", "m", "the same of the velocity over 2 pi 10 Hz"),
-    ),
-    parameters=(
-        Quantity("k_0", "N/m", "storage stiffness without field, motion"),
-        Quantity("k_A", "N/m^2", "its slope over the amplitude"),
-        Quantity("k_B", "N/(m T)", "its slope over the field"),
-        Quantity("k_f", "N s/m", "its slope over the frequency"),
-        Quantity("l_0", "N/m", "loss stiffness without field, motion"),
-        Quantity("l_A", "N/m^2", "its slope over the amplitude"),
-        Quantity("l_B", "N/(m T)", "its slope over the field"),
-        Quantity("l_f", "N s/m", "its slope over the frequency"),
-        Quantity("B", "T", "field, against the current", lower=0.0),
-        Quantity("tau", "s", "averaging time of the motion", lower=0.0, divides=True),
-    ),
-    force=force,
-    rates=rates,
-    source="A study of the dynamic stiffness of MR elastomers, second Eqs 10-11; Li & Li, Section "
-    "4.2, for the field at 1 A",
-)
-
 # from N/mm over mm, T and Hz to SI
 _SI = {"constant": ("0", 1e3), "A": ("A", 1e6), "B": ("B", 1e3), "f": ("f", 1e3)}
 
@@ -126,6 +101,7 @@ def _device(coefficients: dict[str, dict[str, float]], source: str) -> Device:
         current=CurrentDependence.polynomial(values),
         current_range=(0.0, LINEARISED_FIELDS_T[-1] / TESLA_PER_AMPERE),
         tested_deformation=AMPLITUDES[1],
+        tested_current=LINEARISED_FIELDS_T[-1] / TESLA_PER_AMPERE,
         source=f"dynamic stiffness of MR elastomers, {source}; field by Li & Li, 0.588 T/A",
     )
 
@@ -156,4 +132,28 @@ def printed() -> Device:
     return _device(LINEARISED_REGRESSION_PRINTED, "second Eqs 10-11 as printed")
 
 
-SETS = {"regression_sound": sound, "regression_printed": printed}
+LAW = Law(
+    name="dynamic_stiffness",
+    title="Dynamic stiffness by regression",
+    states=(
+        Quantity("e", "m", "running mean square of the deformation, over 0.2 mm"),
+        Quantity("g", "m", "the same of the velocity over 2 pi 10 Hz"),
+    ),
+    parameters=(
+        Quantity("k_0", "N/m", "storage stiffness without field, motion"),
+        Quantity("k_A", "N/m^2", "its slope over the amplitude"),
+        Quantity("k_B", "N/(m T)", "its slope over the field"),
+        Quantity("k_f", "N s/m", "its slope over the frequency"),
+        Quantity("l_0", "N/m", "loss stiffness without field, motion"),
+        Quantity("l_A", "N/m^2", "its slope over the amplitude"),
+        Quantity("l_B", "N/(m T)", "its slope over the field"),
+        Quantity("l_f", "N s/m", "its slope over the frequency"),
+        Quantity("B", "T", "field, against the current", lower=0.0),
+        Quantity("tau", "s", "averaging time of the motion", lower=0.0, divides=True),
+    ),
+    force=force,
+    rates=rates,
+    source="A study of the dynamic stiffness of MR elastomers, second Eqs 10-11; Li & Li, Section "
+    "4.2, for the field at 1 A",
+    sets={"regression_sound": sound, "regression_printed": printed},
+)

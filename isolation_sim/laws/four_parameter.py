@@ -33,6 +33,23 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2 + alpha * x**4 / 4
 
 
+def base_model() -> Device:
+    """Build the base model of the paper's parameter study (Section 4.1) without its dashpot c1.
+
+    Returns
+    -------
+    Device
+        On which the current has no effect.
+    """
+    values = {name: SI_LI_LI[name] * LI_LI_BASE_MODEL[name] for name in LAW.parameter_names}
+    return Device(
+        law=LAW,
+        current=CurrentDependence.constant(values),
+        tested_deformation=8e-3,
+        source=f"{LI_LI}, Section 4.1, without c1",
+    )
+
+
 LAW = Law(
     name="four_parameter",
     title="Strain stiffening (four parameters)",
@@ -52,24 +69,5 @@ LAW = Law(
         Spring("k0", ("x",), less="y"),
         Spring("alpha", ("x",), power=3.0),
     ),
+    sets={"base_model": base_model},
 )
-
-
-def base_model() -> Device:
-    """Build the base model of the paper's parameter study (Section 4.1) without its dashpot c1.
-
-    Returns
-    -------
-    Device
-        On which the current has no effect.
-    """
-    values = {name: SI_LI_LI[name] * LI_LI_BASE_MODEL[name] for name in LAW.parameter_names}
-    return Device(
-        law=LAW,
-        current=CurrentDependence.constant(values),
-        tested_deformation=8e-3,
-        source=f"{LI_LI}, Section 4.1, without c1",
-    )
-
-
-SETS = {"base_model": base_model}

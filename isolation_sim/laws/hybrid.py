@@ -47,24 +47,6 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     return 2 * alpha / beta * np.sinh(beta * x / 2) ** 2 + F0 * x
 
 
-LAW = Law(
-    name="hybrid",
-    title="Hybrid hyperbolic sine and Gaussian",
-    parameters=(
-        Quantity("alpha", "N", "backbone force", lower=0.0),
-        Quantity("beta", "1/m", "backbone curvature", lower=0.0, divides=True),
-        Quantity("gamma", "N", "half height of the loop at rest", lower=0.0),
-        Quantity("sigma_squared", "m^2", "width of the loop, squared", lower=0.0, divides=True),
-        Quantity("F0", "N", "initial force"),
-        Quantity(
-            "v_s", "m/s", "velocity that smooths the jump at reversal", lower=0.0, divides=True
-        ),
-    ),
-    force=force,
-    stored_energy=stored_energy,
-    source="Yu et al., Eqs 5 and 30",
-)
-
 _SI = {"alpha": 1.0, "beta": 1e3, "gamma": 1.0, "sigma_squared": 1e-6}
 _ADDED: dict[str, tuple[float, ...]] = {"F0": (0.0,), "v_s": (SMOOTHING_VELOCITY,)}
 _TABLES = {
@@ -168,13 +150,29 @@ def condition(amplitude_mm: float, frequency_hz: float, current_A: float | None 
     )
 
 
-SETS = {"generalised_refitted": generalised_refitted, "generalised_printed": generalised_printed}
-
-CONDITIONS = {
-    **{f"{A:g}mm_{f:g}Hz": partial(condition, A, f) for A, f in YU_ALPHA_N},
-    **{
-        f"{A:g}mm_{f:g}Hz_{current:g}A": partial(condition, A, f, current)
-        for A, f in YU_ALPHA_N
-        for current in CURRENTS_A
+LAW = Law(
+    name="hybrid",
+    title="Hybrid hyperbolic sine and Gaussian",
+    parameters=(
+        Quantity("alpha", "N", "backbone force", lower=0.0),
+        Quantity("beta", "1/m", "backbone curvature", lower=0.0, divides=True),
+        Quantity("gamma", "N", "half height of the loop at rest", lower=0.0),
+        Quantity("sigma_squared", "m^2", "width of the loop, squared", lower=0.0, divides=True),
+        Quantity("F0", "N", "initial force"),
+        Quantity(
+            "v_s", "m/s", "velocity that smooths the jump at reversal", lower=0.0, divides=True
+        ),
+    ),
+    force=force,
+    stored_energy=stored_energy,
+    source="Yu et al., Eqs 5 and 30",
+    sets={"generalised_refitted": generalised_refitted, "generalised_printed": generalised_printed},
+    conditions={
+        **{f"{A:g}mm_{f:g}Hz": partial(condition, A, f) for A, f in YU_ALPHA_N},
+        **{
+            f"{A:g}mm_{f:g}Hz_{current:g}A": partial(condition, A, f, current)
+            for A, f in YU_ALPHA_N
+            for current in CURRENTS_A
+        },
     },
-}
+)

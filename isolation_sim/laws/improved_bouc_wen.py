@@ -71,28 +71,6 @@ def _stiffness(x: Any, k: Any, d: Any) -> Any:
     return k * (1 - d * (x >= 0))
 
 
-LAW = Law(
-    name="improved_bouc_wen",
-    title="Improved Bouc-Wen (nine parameters)",
-    states=(Quantity("w", "1", "hysteretic variable over its yield value"),),
-    parameters=(
-        Quantity("alpha", "1/m", "slope of z at rest", lower=0.0, divides=True),
-        Quantity("beta", "1/m", "decay of z when loading and unloading", lower=0.0, divides=True),
-        Quantity("gamma", "1/m", "decay of z when loading, growth when unloading", lower=0.0),
-        Quantity("theta", "N", "hysteretic force at z = 1", lower=0.0),
-        Quantity("k", "N/m", "stiffness in compression", lower=0.0),
-        Quantity("c", "N s/m", "viscous damping", lower=0.0),
-        Quantity("d", "1", "share of the stiffness lost in extension", lower=0.0, upper=1.0),
-        Quantity("W", "m", "deformation from which return is undamped", lower=0.0),
-        Quantity("O", "1/m", "inverse length over which damping comes back", lower=0.0),
-    ),
-    force=force,
-    rates=rates,
-    stored_energy=stored_energy,
-    source="Tao et al., Eqs 20-23 mended",
-)
-
-
 def table_4() -> Device:
     """Build the identified model, linearly interpolated between its six currents (Table 4).
 
@@ -113,4 +91,24 @@ def table_4() -> Device:
     )
 
 
-SETS = {"table_4": table_4}
+LAW = Law(
+    name="improved_bouc_wen",
+    title="Improved Bouc-Wen (nine parameters)",
+    states=(Quantity("w", "1", "hysteretic variable over its yield value"),),
+    parameters=(
+        Quantity("alpha", "1/m", "slope of z at rest", lower=0.0, divides=True),
+        Quantity("beta", "1/m", "decay of z when loading and unloading", lower=0.0, divides=True),
+        Quantity("gamma", "1/m", "decay of z when loading, growth when unloading", lower=0.0),
+        Quantity("theta", "N", "hysteretic force at z = 1", lower=0.0),
+        Quantity("k", "N/m", "stiffness in compression", lower=0.0),
+        Quantity("c", "N s/m", "viscous damping", lower=0.0),
+        Quantity("d", "1", "share of the stiffness lost in extension", lower=0.0, upper=1.0),
+        Quantity("W", "m", "deformation from which return is undamped", lower=0.0),
+        Quantity("O", "1/m", "inverse length over which damping comes back", lower=0.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="Tao et al., Eqs 20-23 mended",
+    sets={"table_4": table_4},
+)

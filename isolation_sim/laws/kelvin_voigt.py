@@ -29,5 +29,3 @@ LAW = Law(
     source="Kelvin, Voigt",
     springs=(Spring("k", ("x",)),),
 )
-
-SETS: dict = {}

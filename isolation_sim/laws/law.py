@@ -8,8 +8,8 @@ Not: ``if``, builtin ``abs`` or ``max``, ``np.where``, ``np.maximum``, ``math.*`
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -98,6 +98,10 @@ class Law:
     field_power : callable or None
         ``field_power(x, states, parameters)`` -> W, what a change of the field does on the stored
         energy, in a law that holds the field among its states.
+    sets : mapping of str to callable
+        Published parameter sets by name, the default one first: functions that return a ``Device``.
+    conditions : mapping of str to callable
+        The same for sets that were published for a single loading condition each.
     """
 
     name: str
@@ -111,6 +115,8 @@ class Law:
     springs: tuple[Spring, ...] = ()
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
+    sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
+    conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

@@ -26,5 +26,3 @@ LAW = Law(
     source="Hooke",
     springs=(Spring("k", ("x",)),),
 )
-
-SETS: dict = {}

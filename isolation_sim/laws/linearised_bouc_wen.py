@@ -59,25 +59,6 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     return k1 * x**2 / 2 + k2 / C_e * z**2 / 2
 
 
-LAW = Law(
-    name="linearised_bouc_wen",
-    title="Linearised Bouc-Wen",
-    states=(Quantity("z", "1", "hysteretic variable"),),
-    parameters=(
-        Quantity("C", "N s/m", "viscous damping", lower=0.0),
-        Quantity("k1", "N/m", "stiffness", lower=0.0),
-        Quantity("k2", "N", "hysteretic force at z = 1", lower=0.0),
-        Quantity("C_e", "1/m", "slope of z at rest", lower=0.0, divides=True),
-        Quantity("k_e", "1/s", "decay rate of z", lower=0.0),
-    ),
-    force=force,
-    rates=rates,
-    stored_energy=stored_energy,
-    source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
-    springs=(Spring("k1", ("x",)), Spring("k2", ("z",))),
-)
-
-
 def storage_stiffness(k1: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
     """Part of the force in phase with the deformation, over it (Eq 10 mended).
 
@@ -262,11 +243,27 @@ def field_0p4_tesla() -> Device:
     return condition(0.4, 0.15, 10.0)
 
 
-SETS = {"field_0_tesla": field_0_tesla, "field_0p4_tesla": field_0p4_tesla}
-
-CONDITIONS = {
-    f"{B:g}T_{A:g}mm_{f:g}Hz": partial(condition, B, A, f)
-    for B, A, f in product(
-        LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ
-    )
-}
+LAW = Law(
+    name="linearised_bouc_wen",
+    title="Linearised Bouc-Wen",
+    states=(Quantity("z", "1", "hysteretic variable"),),
+    parameters=(
+        Quantity("C", "N s/m", "viscous damping", lower=0.0),
+        Quantity("k1", "N/m", "stiffness", lower=0.0),
+        Quantity("k2", "N", "hysteretic force at z = 1", lower=0.0),
+        Quantity("C_e", "1/m", "slope of z at rest", lower=0.0, divides=True),
+        Quantity("k_e", "1/s", "decay rate of z", lower=0.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
+    springs=(Spring("k1", ("x",)), Spring("k2", ("z",))),
+    sets={"field_0_tesla": field_0_tesla, "field_0p4_tesla": field_0p4_tesla},
+    conditions={
+        f"{B:g}T_{A:g}mm_{f:g}Hz": partial(condition, B, A, f)
+        for B, A, f in product(
+            LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ
+        )
+    },
+)

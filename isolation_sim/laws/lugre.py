@@ -52,5 +52,3 @@ LAW = Law(
     source="Yu et al., Eqs 21 and 22 mended",
     springs=(Spring("k0", ("x",)), Spring("beta", ("y",))),
 )
-
-SETS: dict = {}

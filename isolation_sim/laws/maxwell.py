@@ -43,5 +43,3 @@ LAW = Law(
     source="Maxwell",
     springs=(Spring("k", ("y",)),),
 )
-
-SETS: dict = {}

@@ -4,55 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ground_motions.registry import Registry
+
 from ..errors import InputError, unknown_name
-from . import (
-    bouc_wen,
-    dahl,
-    dynamic_stiffness,
-    field_gap,
-    four_parameter,
-    hybrid,
-    improved_bouc_wen,
-    kelvin_voigt,
-    linear,
-    linearised_bouc_wen,
-    lugre,
-    maxwell,
-    spring_pot,
-    standard_solid,
-    strain_stiffening,
-    strain_stiffening_power,
-)
 from .current_dependence import CurrentDependence
 from .device import Device
 from .law import Law
 
-# one line a law: its file holds LAW and SETS, the published sets by name, the default one first;
-# and CONDITIONS where numbers were published for single loading conditions as well
-_FILES = (
-    strain_stiffening,
-    hybrid,
-    linear,
-    kelvin_voigt,
-    maxwell,
-    standard_solid,
-    four_parameter,
-    strain_stiffening_power,
-    field_gap,
-    bouc_wen,
-    improved_bouc_wen,
-    linearised_bouc_wen,
-    dynamic_stiffness,
-    lugre,
-    dahl,
-    spring_pot,
+LAWS: Registry[Law] = Registry(
+    "isolation_sim.laws",
+    "law",
+    "an isolation_sim.laws.Law",
+    lambda found: found if isinstance(found, Law) else None,
+    lambda law: law.name,
 )
-
-LAWS: dict[str, Law] = {file.LAW.name: file.LAW for file in _FILES}
-"""Every law by name."""
-
-_SETS = {file.LAW.name: file.SETS for file in _FILES}
-_CONDITIONS = {file.LAW.name: getattr(file, "CONDITIONS", {}) for file in _FILES}
+"""Every law by name, or by a place such as ``"my_laws.py:CUBIC"``."""
 
 Coefficients = float | Sequence[float]
 
@@ -85,9 +51,7 @@ def available_sets(name: str) -> tuple[str, ...]:
     InputError
         If there is no such law.
     """
-    if name not in LAWS:
-        raise unknown_name("law", name, LAWS)
-    return tuple(_SETS[name])
+    return tuple(LAWS[name].sets)
 
 
 def available_conditions(name: str) -> tuple[str, ...]:
@@ -109,31 +73,28 @@ def available_conditions(name: str) -> tuple[str, ...]:
     InputError
         If there is no such law.
     """
-    if name not in LAWS:
-        raise unknown_name("law", name, LAWS)
-    return tuple(_CONDITIONS[name])
+    return tuple(LAWS[name].conditions)
 
 
-def _published(name: str, set_name: str | None) -> Device:
-    sets = available_sets(name)
-    if not sets:
-        needed = ", ".join(LAWS[name].parameter_names)
-        raise InputError(f"{name} has no published set; parameters needed: {needed}")
+def _published(law: Law, set_name: str | None) -> Device:
+    if not law.sets:
+        needed = ", ".join(law.parameter_names)
+        raise InputError(f"{law.name} has no published set; parameters needed: {needed}")
     if set_name is None:
-        set_name = sets[0]
-    published = _SETS[name] | _CONDITIONS[name]
+        set_name = next(iter(law.sets))
+    published = {**law.sets, **law.conditions}
     if set_name not in published:
-        raise unknown_name(f"parameter set of {name}", set_name, published)
+        raise unknown_name(f"parameter set of {law.name}", set_name, published)
     return published[set_name]()
 
 
-def law(name: str, parameters: str | Mapping[str, Coefficients] | None = None) -> Device:
-    """Build a device from a law's name.
+def law(name: str | Law, parameters: str | Mapping[str, Coefficients] | None = None) -> Device:
+    """Build a device from a law.
 
     Parameters
     ----------
-    name : str
-        Name of the law.
+    name : str or Law
+        Name of the law, a place such as ``"my_laws.py:CUBIC"``, or the law itself.
     parameters : str or mapping of str to float or sequence of float, optional
         Name of a published set or condition; or numbers in SI units, constants or ascending powers
         of the current in A. Numbers replace those of the default published set where the law has
@@ -149,9 +110,9 @@ def law(name: str, parameters: str | Mapping[str, Coefficients] | None = None) -
     InputError
         If a name is unknown, a parameter is missing, or a number is not usable.
     """
+    found = name if isinstance(name, Law) else LAWS[name]
     if parameters is None or isinstance(parameters, str):
-        return _published(name, parameters)
-    if available_sets(name):
-        return _published(name, None).with_parameters(**parameters)
-    order = LAWS[name].parameter_names
-    return Device(LAWS[name], CurrentDependence.polynomial(parameters, order))
+        return _published(found, parameters)
+    if found.sets:
+        return _published(found, None).with_parameters(**parameters)
+    return Device(found, CurrentDependence.polynomial(parameters, found.parameter_names))

@@ -31,16 +31,16 @@ def to_dict(device: Device) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``law``, ``name``, ``source``, ``current_range`` (A), ``tested_deformation`` (m),
-        ``tested_current`` (A), ``length``, ``force_scale``, ``parameters`` (name to ascending
-        powers of the current in A), and for piecewise dependences ``current_breaks`` (A), with one
-        such list a piece.
+        ``law`` (its name, or the place where it was found), ``name``, ``source``,
+        ``current_range`` (A), ``tested_deformation`` (m), ``tested_current`` (A), ``length``,
+        ``force_scale``, ``parameters`` (name to ascending powers of the current in A), and for
+        piecewise dependences ``current_breaks`` (A), with one such list a piece.
     """
     dependence = device.current
     rows = np.moveaxis(dependence.coefficients, 1, 0)
     one_piece = len(dependence.coefficients) == 1
     data: dict[str, Any] = {
-        "law": device.law.name,
+        "law": LAWS.called(device.law, device.law.name),
         "current_range": list(device.current_range),
         **{key: getattr(device, key) for key in _SCALARS},
     }
@@ -79,9 +79,9 @@ def from_dict(data: Mapping[str, Any], laws: Mapping[str, Law] | None = None) ->
     for key in ("law", "parameters"):
         if key not in data:
             raise InputError(f"a device needs the key {key!r}; accepted keys: {', '.join(_KEYS)}")
-    if data["law"] not in laws:
+    if laws is not LAWS and data["law"] not in laws:
         raise unknown_name("law", str(data["law"]), laws)
-    law = laws[data["law"]]
+    law = laws[str(data["law"])]
     if not isinstance(data["parameters"], Mapping):
         raise InputError(f"parameters of {law.name} must be a table of name = coefficients")
     if "current_breaks" in data:

@@ -83,5 +83,3 @@ LAW = Law(
     source="fractional power by the trapezoidal rule over its relaxation spectrum",
     springs=(Spring("k", ("x", *(f"q{j}" for j in range(1, 8)))),),
 )
-
-SETS: dict = {}

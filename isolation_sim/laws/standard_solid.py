@@ -33,23 +33,6 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2
 
 
-LAW = Law(
-    name="standard_solid",
-    title="Standard solid (three parameters)",
-    states=(Quantity("y", "m", "extension of spring k1"),),
-    parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
-        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
-    ),
-    force=force,
-    rates=rates,
-    stored_energy=stored_energy,
-    source="Li & Li, Eqs 9 and 10",
-    springs=(Spring("k1", ("y",)), Spring("k0", ("x",), less="y")),
-)
-
-
 def base_model() -> Device:
     """Build the upper branch of the base model of the paper's parameter study (Section 4.1).
 
@@ -67,4 +50,19 @@ def base_model() -> Device:
     )
 
 
-SETS = {"base_model": base_model}
+LAW = Law(
+    name="standard_solid",
+    title="Standard solid (three parameters)",
+    states=(Quantity("y", "m", "extension of spring k1"),),
+    parameters=(
+        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="Li & Li, Eqs 9 and 10",
+    springs=(Spring("k1", ("y",)), Spring("k0", ("x",), less="y")),
+    sets={"base_model": base_model},
+)

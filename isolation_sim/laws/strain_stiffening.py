@@ -29,33 +29,6 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2 + alpha * z**4 / 4
 
 
-LAW = Law(
-    name="strain_stiffening",
-    title="Strain stiffening (modified, five parameters)",
-    states=(
-        Quantity("y", "m", "extension of spring k1"),
-        Quantity("z", "m", "extension of the strain-stiffening spring"),
-    ),
-    parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
-        Quantity(
-            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
-        ),
-        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
-        Quantity("alpha", "N/m^3", "strain-stiffening spring", lower=0.0),
-    ),
-    force=force,
-    rates=rates,
-    stored_energy=stored_energy,
-    source="Li & Li, Eqs 10-14",
-    springs=(
-        Spring("k1", ("y",)),
-        Spring("k0", ("x",), less="y"),
-        Spring("alpha", ("z",), power=3.0),
-    ),
-)
-
 _SI = {"c0": 1e3, "k0": 1e3, "c1": 1e3, "k1": 1e3, "alpha": 1e9}
 
 
@@ -99,4 +72,30 @@ def base_model() -> Device:
     )
 
 
-SETS = {"generalised": generalised, "base_model": base_model}
+LAW = Law(
+    name="strain_stiffening",
+    title="Strain stiffening (modified, five parameters)",
+    states=(
+        Quantity("y", "m", "extension of spring k1"),
+        Quantity("z", "m", "extension of the strain-stiffening spring"),
+    ),
+    parameters=(
+        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity(
+            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
+        ),
+        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        Quantity("alpha", "N/m^3", "strain-stiffening spring", lower=0.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="Li & Li, Eqs 10-14",
+    springs=(
+        Spring("k1", ("y",)),
+        Spring("k0", ("x",), less="y"),
+        Spring("alpha", ("z",), power=3.0),
+    ),
+    sets={"generalised": generalised, "base_model": base_model},
+)

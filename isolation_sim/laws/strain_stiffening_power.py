@@ -50,34 +50,6 @@ def _spring(z: Any, alpha: Any, p: Any) -> Any:
     return alpha * ratio * (ratio * ratio + _TINY) ** ((p - 1) / 2)
 
 
-LAW = Law(
-    name="strain_stiffening_power",
-    title="Strain stiffening (modified, any odd power)",
-    states=(
-        Quantity("y", "m", "extension of spring k1"),
-        Quantity("z", "m", "extension of the strain-stiffening spring"),
-    ),
-    parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
-        Quantity(
-            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
-        ),
-        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
-        Quantity("alpha", "N", "force of the strain-stiffening spring at 1 mm", lower=0.0),
-        Quantity("p", "1", "power n/m of the strain-stiffening spring", lower=1.0, upper=15.0),
-    ),
-    force=force,
-    rates=rates,
-    stored_energy=stored_energy,
-    source="Li & Li, Eqs 7 and 10-14",
-    springs=(
-        Spring("k1", ("y",)),
-        Spring("k0", ("x",), less="y"),
-        Spring("alpha", ("z",), power="p"),
-    ),
-)
-
 _SI = {name: SI_LI_LI[name] for name in ("c0", "k0", "c1", "k1")} | {"alpha": 1.0, "p": 1.0}
 
 
@@ -154,4 +126,31 @@ def base_model(n: int = 3, m: int = 1) -> Device:
     )
 
 
-SETS = {"generalised": generalised, "base_model": base_model}
+LAW = Law(
+    name="strain_stiffening_power",
+    title="Strain stiffening (modified, any odd power)",
+    states=(
+        Quantity("y", "m", "extension of spring k1"),
+        Quantity("z", "m", "extension of the strain-stiffening spring"),
+    ),
+    parameters=(
+        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity(
+            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
+        ),
+        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        Quantity("alpha", "N", "force of the strain-stiffening spring at 1 mm", lower=0.0),
+        Quantity("p", "1", "power n/m of the strain-stiffening spring", lower=1.0, upper=15.0),
+    ),
+    force=force,
+    rates=rates,
+    stored_energy=stored_energy,
+    source="Li & Li, Eqs 7 and 10-14",
+    springs=(
+        Spring("k1", ("y",)),
+        Spring("k0", ("x",), less="y"),
+        Spring("alpha", ("z",), power="p"),
+    ),
+    sets={"generalised": generalised, "base_model": base_model},
+)

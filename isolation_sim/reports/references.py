@@ -83,7 +83,7 @@ def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     list of Citation
         Controllers of a user's own have none.
     """
-    from controllers import CONTROLLERS
+    from ..registry import CONTROLLERS
 
     first = next(iter(runs.values()))
     kinds = {name: CONTROLLERS.get(run.controller) for name, run in runs.items()}
@@ -155,5 +155,5 @@ def _used(
     for record in records:
         yield f"ground motion {record.name}", record.source
     for label, controller in controllers.items():
-        yield f"controller {label}", controller.source if controller else ""
+        yield f"controller {label}", getattr(controller, "source", "")
     yield from ENGINE

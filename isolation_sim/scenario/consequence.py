@@ -13,6 +13,7 @@ from ..discrepancy.diagnosis import BuildingDiagnosis
 from ..effects.extend import extend, separate
 from ..errors import InputError
 from ..laws import Device
+from ..registry import controller
 from ..structures import IsolatedStructure
 
 if TYPE_CHECKING:
@@ -111,9 +112,7 @@ def _carried(isolated: IsolatedStructure, device: Device) -> IsolatedStructure:
 
 def _controllers(job: Job, isolated: IsolatedStructure) -> dict:
     """The scenario's controllers, those without current first; alone where there is no coil."""
-    from controllers import PassiveOff
-
-    off = {UNCONTROLLED: PassiveOff()}
+    off = {UNCONTROLLED: controller(UNCONTROLLED)}
     if not any(element.device.depends_on_current for element in isolated.elements):
         return off
     return off | job.controllers

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from ..simulation.control import CoilDriver, Sensors
-from .fields import NonNegative, Number, Positive, Section, WholeNumber, absolute
-
-if TYPE_CHECKING:
-    from controllers import Controller
+from ..registry import controller
+from ..simulation.control import CoilDriver, Control, Sensors
+from .fields import NonNegative, Number, Positive, Registered, Section, WholeNumber, absolute
 
 
 class ControllerEntry(Section):
     """A controller by its registry name; every key but ``name`` and ``label`` is its setting."""
 
-    name: Annotated[str, Field(description="isolation-sim list controllers")]
+    name: Annotated[
+        Registered, Field(description="isolation-sim list controllers, or file.py:CLASS")
+    ]
     label: Annotated[str | None, Field(min_length=1, description="to print; the name")] = None
     settings: dict[str, Any] = Field(default_factory=dict)
 
@@ -30,10 +30,13 @@ class ControllerEntry(Section):
         settings = {key: value for key, value in data.items() if key not in (*own, "settings")}
         return own | {"settings": _located(settings, info) | data.get("settings", {})}
 
-    def build(self) -> Controller:
-        """Return the controller."""
-        from controllers import controller
+    @property
+    def shown(self) -> str:
+        """The label, or the name without the path of its file."""
+        return self.label or self.name.rpartition(":")[2]
 
+    def build(self) -> Control:
+        """Return the controller."""
         return controller(self.name, **self.settings)
 
 

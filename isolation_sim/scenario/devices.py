@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..laws import Device, law, passive
 from ..structures import IsolatedStructure
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
-from .fields import Coefficients, Number, Positive, Section
+from .fields import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
     str | Annotated[dict[str, Coefficients], Field(min_length=1)] | None,
@@ -30,7 +30,9 @@ _Range = Annotated[
 class AppliedEffect(Section):
     """An effect by its cause and form; every other key is one of its parameters."""
 
-    name: Annotated[str, Field(description="cause; isolation-sim list effects")]
+    name: Annotated[
+        Registered, Field(description="cause; isolation-sim list effects, or file.py:FORMS")
+    ]
     form: Annotated[str | None, Field(description="the cause's first form if left out")] = None
     parameters: dict[str, Number] = Field(default_factory=dict)
 
@@ -55,7 +57,9 @@ _Effects = Annotated[
 
 
 class _Device(Section):
-    law: Annotated[str, Field(description="isolation-sim list laws")] = "strain_stiffening"
+    law: Annotated[
+        Registered, Field(description="isolation-sim list laws, or file.py:LAW")
+    ] = "strain_stiffening"
     parameters: _Parameters = None
     current_range_A: _Range = None
     tested_deformation_m: Annotated[
@@ -151,7 +155,7 @@ class Element(_Device):
 class Belief(Section):
     """What controllers believe of the isolators where it differs from the truth."""
 
-    law: Annotated[str | None, Field(description="another law")] = None
+    law: Annotated[Registered | None, Field(description="another law")] = None
     parameters: _Parameters = None
     length_factor: Annotated[
         Positive, Field(description="believed over true length scale")

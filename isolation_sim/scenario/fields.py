@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +15,8 @@ from pydantic import (
     ValidationInfo,
     model_validator,
 )
+
+from ground_motions.registry import absolute_place
 
 from ..errors import unknown_name
 
@@ -82,9 +84,44 @@ def absolute(path: Any, info: ValidationInfo) -> Any:
     return (Path(folder) / Path(path).expanduser()).resolve()
 
 
+def _placed(name: Any, info: ValidationInfo) -> Any:
+    """Make the file of a place such as ``my_laws.py:CUBIC`` absolute."""
+    folder = (info.context or {}).get("folder", Path())
+    return absolute_place(name, folder) if isinstance(name, str) else name
+
+
+def names_in(data: Any, key: str = "") -> Iterator[str]:
+    """Yield the registered names in a scenario's data: laws, effects, controllers, readers.
+
+    Parameters
+    ----------
+    data : object
+        As ``Scenario.model_dump`` gives it, or a part of it.
+    key : str
+        Key of the part.
+
+    Yields
+    ------
+    str
+    """
+    if isinstance(data, dict):
+        for inner, value in data.items():
+            yield from names_in(value, inner)
+    elif isinstance(data, list | tuple):
+        for value in data:
+            yield from names_in(value, key)
+    elif isinstance(data, str) and key in NAMING:
+        yield data
+
+
+NAMING = ("law", "name", "reader")
+"""Keys whose value is a registered name."""
+
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 WholeNumber = Annotated[int, Field(ge=0)]
+Registered = Annotated[str, BeforeValidator(_placed)]
+"""A registered name, or a place such as ``"my_laws.py:CUBIC"``."""
 InputPath = Annotated[Path, BeforeValidator(absolute), PlainSerializer(str)]
 Coefficients = Number | Annotated[list[Number], Field(min_length=1)]

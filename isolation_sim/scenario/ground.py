@@ -10,7 +10,16 @@ import ground_motions
 from ground_motions import STANDARD_GRAVITY, Record
 
 from ..errors import InputError
-from .fields import InputPath, NonNegative, Number, Positive, Section, WholeNumber, kind_by_keys
+from .fields import (
+    InputPath,
+    NonNegative,
+    Number,
+    Positive,
+    Registered,
+    Section,
+    WholeNumber,
+    kind_by_keys,
+)
 
 _SCALES = ("scale_factor", "scale_to_pga_g", "scale_to_sa_g")
 
@@ -96,16 +105,22 @@ class RecordFile(_Ground):
     """A record in a file of your own."""
 
     kind: Literal["record_file"] = "record_file"
-    file: Annotated[InputPath, Field(description=".at2, .csv, .txt or .dat")]
+    file: Annotated[InputPath, Field(description=".at2, .csv, .txt, .dat, or what reader reads")]
     column: Annotated[
         str | None, Field(description="CSV: column, such as ground_acceleration_m_s2")
     ] = None
     unit: Annotated[str | None, Field(description="text: m/s2, g, cm/s2, gal or mm/s2")] = None
     dt_s: Annotated[Positive | None, Field(description="one-column text: sampling step")] = None
+    reader: Annotated[
+        Registered | None,
+        Field(description="isolation-sim list readers, or file.py:FUNCTION; the suffix's"),
+    ] = None
 
     def motion(self) -> Record:
         """Return the motion before anything is done to it."""
-        return ground_motions.read(self.file, column=self.column, unit=self.unit, dt=self.dt_s)
+        return ground_motions.read(
+            self.file, column=self.column, unit=self.unit, dt=self.dt_s, reader=self.reader
+        )
 
 
 class BandLimitedNoise(_Ground):

@@ -11,8 +11,7 @@ from ..errors import Diverged, InputError
 from ..structures import IsolatedStructure
 
 if TYPE_CHECKING:
-    from controllers import Controller
-
+    from ..simulation.control import Control
     from ..simulation.result import Run
 
 
@@ -28,7 +27,7 @@ class Job:
         The plant.
     records : tuple of Record
         Ground motion, one a direction.
-    controllers : dict of str to Controller
+    controllers : dict of str to Control
         By the name to print.
     options : dict of str to object
         Keyword arguments of ``isolation_sim.simulation.run.simulate``.
@@ -37,7 +36,7 @@ class Job:
     source: str
     isolated: IsolatedStructure
     records: tuple[Record, ...]
-    controllers: dict[str, Controller]
+    controllers: dict[str, Control]
     options: dict[str, Any]
 
     def run(self, label: str) -> Run:

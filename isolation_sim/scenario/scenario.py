@@ -73,7 +73,7 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _labels_differ(self) -> Self:
-        labels = [entry.label or entry.name for entry in self.controller]
+        labels = [entry.shown for entry in self.controller]
         for label in labels:
             if labels.count(label) > 1:
                 raise InputError(
@@ -220,7 +220,7 @@ class Scenario(Section):
                 for k, ground in enumerate(self.ground)
             ),
             controllers={
-                entry.label or entry.name: at(f"controller[{k}]", entry.build)
+                entry.shown: at(f"controller[{k}]", entry.build)
                 for k, entry in enumerate(self.controller)
             },
             options=options,

@@ -9,9 +9,11 @@ import tomlkit
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from ground_motions.registry import code_files
+
 from .control import ControllerEntry
 from .devices import AppliedEffect
-from .fields import Section
+from .fields import Section, names_in
 
 _COMMENT_COLUMN = 40
 _HEADER = """\
@@ -37,6 +39,9 @@ def written(scenario: Section, comments: bool) -> str:
         TOML.
     """
     blocks = [[_HEADER]] if comments else []
+    own = code_files(names_in(scenario.model_dump(mode="json")))
+    if own:
+        blocks.append([f"# code: {path}, SHA-256 {digest}" for path, digest in own.items()])
     for key, field in type(scenario).model_fields.items():
         value = getattr(scenario, key)
         if not isinstance(value, Section | list) and value is not None:

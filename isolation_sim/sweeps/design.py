@@ -11,10 +11,14 @@ from math import prod
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
+
+from ground_motions.registry import code_files
 
 from ..errors import InputError
 from ..scenario import Scenario
+from ..scenario.fields import names_in
 from ..scenario.job import located
 from ..scenario.problems import one_line
 from ..version import __version__
@@ -102,7 +106,7 @@ class Design:
                     self.base["controller"] = each.values
             scenario = validated(self.base)
             self.base = scenario.model_dump(mode="json")
-            self.controllers = tuple(entry.label or entry.name for entry in scenario.controller)
+            self.controllers = tuple(entry.shown for entry in scenario.controller)
             self.axes = axes_of(plan)
             self._check_values()
             validated(self.case(0).data(self.base)).build()
@@ -178,7 +182,24 @@ class Design:
             for each in content["vary"]
         ]
         files = {path: _digest(path) for path in sorted(set(_files(content)))}
+        files |= code_files(self.names())
         return {"plan": content, "files": files, "software": f"isolation-sim {__version__}"}
+
+    def names(self) -> Iterator[str]:
+        """Registered names that the cases use, or may use.
+
+        Yields
+        ------
+        str
+        """
+        yield from names_in(self.base)
+        for axis in self.axes:
+            if isinstance(axis.points, np.ndarray):
+                continue  # numbers alone
+            for k, quantity in enumerate(axis.quantities):
+                column = [point[k] for point in axis.points]
+                for field in quantity.fields:
+                    yield from names_in(column, field.rpartition(".")[2])
 
     def _check_values(self) -> None:
         """Try every value with the first ones of the other axes, but for a long file's."""

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.registry import absolute_place
+
 from ..errors import InputError, unknown_name
 
 _STEP = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
@@ -137,10 +139,13 @@ def completed(field: str, value: Any, folder: str | Path) -> Any:
         If it is no such section.
     """
     from ..scenario import Scenario
+    from ..scenario.fields import NAMING
 
     name, *rest = steps_of(field)
     if isinstance(value, str) and str((name, *rest)[-1]).endswith("file"):
         return str((Path(folder) / Path(value).expanduser()).resolve())
+    if isinstance(value, str) and rest and rest[-1] in NAMING:
+        return absolute_place(value, folder)
     if name not in Scenario.model_fields or any(isinstance(step, str) for step in rest):
         return value
     if isinstance(value, str) and name in _NAMED_BY:
@@ -213,9 +218,9 @@ def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
 
         return {**value, "belief": Belief().model_dump(mode="json")}
     if "settings" in value:
-        from controllers import CONTROLLERS
+        from ..registry import CONTROLLERS
 
-        declared = CONTROLLERS[value["name"]].settings
+        declared = getattr(CONTROLLERS[value["name"]], "settings", {})
         defaults = {name: setting.default for name, setting in declared.items()}
         return {**value, **defaults, **value["settings"]}
     if place[-1:] == ("noise",):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..io.results_folder import file_name
+from ..registry import registry
 from ..simulation.batch import LANES
 from .chunk import Chunk, Finished, run_chunk
 from .design import Design
@@ -173,6 +174,8 @@ def run_design(
     """
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}; accepted: 1 or more")
+    if scheduler is not None or (workers or os.cpu_count() or 1) > 1:
+        _check_found_elsewhere(design)
     with reached(scheduler) as cluster:
         store = Store(out)
         content = design.content()
@@ -204,6 +207,19 @@ def run_design(
                     progress(finished.n_runs, finished.n_failed)
             store.close()
         return Sweep(store.folder)
+
+
+def _check_found_elsewhere(design: Design) -> None:
+    """Refuse names that were registered in this process alone, which the workers do not know."""
+    used = set(design.names())
+    for kind in ("law", "effect", "controller", "reader"):
+        for name in registry(kind).only_here():
+            if name in used:
+                raise InputError(
+                    f"{kind} {name!r} was registered in this process, and worker processes do not "
+                    "know it; accepted: workers=1, a place such as file.py:NAME, or an installed "
+                    "package with an entry point"
+                )
 
 
 def default_folder(plan: SweepPlan) -> Path:

@@ -60,8 +60,9 @@ def record(el_centro):
 def situation_of(controller, belief, period=0.02, duration=8.0, high=3.0):
     n = belief.n_channels
     outputs = (*controller.measures(belief), *(f"coil{c}_current_A" for c in range(n)))
+    tested = np.array([belief.tested_current(c) for c in range(n)])
     return Situation(
-        belief, period, duration, np.zeros(n), np.full(n, high), np.full(n, high), outputs
+        belief, period, duration, np.zeros(n), np.full(n, high), np.minimum(tested, high), outputs
     )
 
 

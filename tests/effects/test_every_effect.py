@@ -29,7 +29,7 @@ DESIGN = (
 
 
 def test_every_cause_of_the_design_is_there():
-    assert list(EFFECTS) == DESIGN
+    assert sorted(EFFECTS) == sorted(DESIGN)
     for cause, forms in EFFECTS.items():
         assert {form.cause for form in forms} == {cause}
         assert len({form.form for form in forms}) == len(forms)

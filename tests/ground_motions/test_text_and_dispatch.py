@@ -97,8 +97,8 @@ def test_read_goes_by_suffix(text, tmp_path):
 @pytest.mark.parametrize(
     ("name", "options", "parts"),
     [
-        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .txt or .dat")),
-        ("a", {}, ("suffix ''", ".at2, .csv, .txt or .dat")),
+        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .txt")),
+        ("a", {}, ("suffix ''", ".at2, .csv, .dat, .txt")),
         ("a.vt2", {}, ("a .vt2 file", "units of g")),
         ("a.csv", {"unit": "g"}, ("option unit", "'g'", "for .csv files: column")),
         ("a.at2", {"dt": 0.1}, ("option dt", "0.1", "for .at2 files: no options")),

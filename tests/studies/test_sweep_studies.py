@@ -11,11 +11,11 @@ from typer.testing import CliRunner
 
 from isolation_sim.cli import app
 from isolation_sim.errors import InputError
+from isolation_sim.registry import STUDIES
 from isolation_sim.sweeps import Sweep
 from isolation_sim.sweeps.design import Design
 from isolation_sim.sweeps.plan import SweepPlan
 from studies import (
-    STUDIES,
     device_scaling,
     fragility,
     level_and_period,

@@ -75,7 +75,10 @@ def test_histories_are_kept_on_request(tmp_path):
     (row,) = result.table[
         (result.table["case"] == 2) & (result.table["controller"] == "on_off")
     ].to_dict("records")
-    assert float(abs(history.displacement[:, 0]).max()) == row["peak_base_displacement_m"]
+    peak = row["peak_base_displacement_m"]
+    assert history.attrs["criterion_peak_base_displacement_m"] == peak
+    # the samples miss the peak between two of them
+    assert 0.99 * peak < float(abs(history.displacement[:, 0]).max()) <= peak
     with pytest.raises(InputError, match="no such file"):
         result.history(1)
 

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.open_loop import OpenLoop
-from controllers.passive_off import PassiveOff
 from ground_motions import Record
 
 from ...effects import Effect, extend
 from ...errors import Diverged, InputError
 from ...laws import Device
-from ...simulation.control import CoilDriver
+from ...registry import controller
+from ...simulation.control import CoilDriver, Control, Schedule, Situation
 from ...simulation.run import simulate
 from ...structures import IsolatedStructure, Structure
 from .isolator_effects import ISOLATOR_EFFECTS, absent
@@ -148,25 +147,25 @@ class BuildingModel:
                 error[:, k] = _legendre(self.biases[channel], n)
         return error
 
-    def _control(self, record: BuildingRecord) -> OpenLoop:
+    def _control(self, record: BuildingRecord) -> Control:
         if record.current is None:
-            return PassiveOff()
+            return controller("passive_off")
         return RecordedCurrent(
             record.ground.time, np.minimum(record.current, self.supply_limit), self.delay
         )
 
 
-class RecordedCurrent(OpenLoop):
+class RecordedCurrent:
     """The current of a record, linear between samples, perhaps late.
 
     Held over half a sample's step about each sample and about each middle between two.
     """
 
     name = "recorded"
-    title = "Recorded current"
+    period: float | None = None
+    foresight = 0.0
 
     def __init__(self, time: NDArray, current: NDArray, delay: float) -> None:
-        super().__init__()
         between = (current[1:] + current[:-1]) / 2
         values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
         quarter = (time[1] - time[0]) / 4
@@ -174,11 +173,29 @@ class RecordedCurrent(OpenLoop):
         changes = np.append(False, np.diff(values) != 0)
         self._table = np.append(0.0, starts[changes]), np.append(values[0], values[changes])
 
-    def commands(self, situation: Any) -> tuple[NDArray, NDArray]:
+    def prepare(self, situation: Situation, trial: Any) -> None:
+        """Nothing to prepare."""
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Nothing."""
+        return ()
+
+    def compiled(self, situation: Situation) -> None:
+        """Nothing to decide."""
+
+    def reset(self, situation: Situation) -> None:
+        """Nothing to forget."""
+
+    def current(self, t: float, measurement: Any) -> Any:
+        """Nothing: the schedule holds every command."""
+        raise NotImplementedError
+
+    def schedule(self, situation: Situation) -> Schedule:
         """Return what falls within the run."""
         time, current = self._table
         within = time < situation.duration
-        return time[within], np.repeat(current[within, np.newaxis], len(situation.low), axis=1)
+        channels = len(situation.low)
+        return Schedule(time[within], np.repeat(current[within, np.newaxis], channels, axis=1))
 
 
 def building_model(

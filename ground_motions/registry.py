@@ -1,0 +1,382 @@
+"""What is found by name: laws, effects, controllers, studies, readers.
+
+A name is an entry point of an installed package, of this project or a user's; or was given to
+``register``; or is itself a place, ``"my_laws.py:CUBIC"`` or ``"my_package.laws:CUBIC"``.
+A thing is loaded when it is first asked for. A file is run only when it is named with its path.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import import_module
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+from ground_motions.errors import InputError, unknown_name
+
+T = TypeVar("T")
+
+PROJECT = "isolation-sim"
+_CHECKOUT = Path(__file__).resolve().parents[1]
+_files: dict[Path, tuple[str, ModuleType]] = {}
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """Where a registered thing is, and who says so."""
+
+    place: str
+    package: str
+
+
+class Registry(Mapping[str, T]):
+    """Things of one kind by name; a mapping that loads what is asked for.
+
+    The names of the mapping are the registered ones. ``registry[name]`` also takes a place,
+    ``"file.py:NAME"`` or ``"package.module:NAME"``.
+
+    Parameters
+    ----------
+    group : str
+        Name of the entry points' group, such as ``"isolation_sim.laws"``.
+    kind : str
+        The kind in the singular, for errors.
+    accepted : str
+        Words for a usable thing, for errors.
+    usable : callable
+        ``usable(loaded)`` -> the thing to keep, or None if it cannot be used.
+    own_name : callable, optional
+        ``own_name(thing)`` -> the name that it gives itself; it must be the registered one.
+    """
+
+    def __init__(
+        self,
+        group: str,
+        kind: str,
+        accepted: str,
+        usable: Callable[[Any], T | None],
+        own_name: Callable[[T], str] | None = None,
+    ) -> None:
+        self.group, self.kind, self.accepted = group, kind, accepted
+        self._usable, self._own_name = usable, own_name
+        self._given: dict[str, T] = {}
+        self._loaded: dict[str, T] = {}
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._entries
+        yield from self._given
+
+    def __len__(self) -> int:
+        return len(self._entries) + len(self._given)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries or name in self._given
+
+    def __getitem__(self, name: str) -> T:
+        if name in self._given:
+            return self._given[name]
+        if is_place(name):
+            return self._at(name)
+        if name not in self._loaded:
+            self._loaded[name] = self._from_package(name)
+        return self._loaded[name]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return a registered thing, or the default; a place is not looked up."""
+        return self[name] if name in self else default
+
+    def register(self, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
+        """Give a thing a name in this process.
+
+        Parameters
+        ----------
+        thing : object
+            What to register.
+        name : str, optional
+            The name that it gives itself by default.
+        replace : bool, default False
+            Whether it takes the place of what was registered under this name in this process.
+
+        Raises
+        ------
+        InputError
+            If the thing cannot be used, has no name, or the name is taken.
+        """
+        kept = self._checked(thing, f"{thing!r}")
+        own = self._own_name(kept) if self._own_name else None
+        name = name or own
+        if not name or is_place(name) or own not in (None, name):
+            raise InputError(
+                f"{self.kind} {own or thing!r} cannot be registered as {name!r}; accepted: "
+                f"{'its own name' if own else 'a name without colon'}"
+            )
+        if name in self._entries:
+            raise self._twice(name, "register()", *self._entries[name])
+        if name in self._given and not replace:
+            raise InputError(
+                f"{self.kind} {name!r} is registered already in this process; accepted: another "
+                "name, or replace=True"
+            )
+        self._given[name] = kept
+
+    def called(self, thing: object, default: str) -> str:
+        """Return the name or place under which a thing was found.
+
+        Parameters
+        ----------
+        thing : object
+            One that this registry has handed out, or a member of one that is a tuple.
+        default : str
+            What to return for any other.
+
+        Returns
+        -------
+        str
+            A name or a place with an absolute path, which finds it in another process too.
+        """
+        for name, known in {**self._loaded, **self._given}.items():
+            if known is thing or (isinstance(known, tuple) and thing in known):
+                return name
+        return default
+
+    def place(self, name: str) -> str:
+        """Return where a thing is, without loading it.
+
+        Parameters
+        ----------
+        name : str
+            A name or a place.
+
+        Returns
+        -------
+        str
+            Such as ``"controllers.mpc:MPC"``; empty for what was registered in this process.
+
+        Raises
+        ------
+        InputError
+            If there is no such name, or two packages give it.
+        """
+        if is_place(name):
+            return name
+        return "" if name in self._given else self._entry(name).place
+
+    def only_here(self) -> tuple[str, ...]:
+        """Names that were registered in this process, which no other process knows."""
+        return tuple(self._given)
+
+    @cached_property
+    def _entries(self) -> dict[str, tuple[_Entry, ...]]:
+        """Entry points by name: the project's first, then those of other packages."""
+        own = checkout_entries().get(self.group)
+        found = [(name, _Entry(place, PROJECT)) for name, place in (own or {}).items()]
+        for point in entry_points(group=self.group):
+            package = point.dist.name if point.dist else "unknown"
+            if package != PROJECT or own is None:
+                found.append((point.name, _Entry(point.value, package)))
+        found.sort(key=lambda each: (each[1].package != PROJECT, each[1].package, each[0]))
+        entries: dict[str, tuple[_Entry, ...]] = {}
+        for name, entry in found:
+            entries[name] = (*entries.get(name, ()), entry)
+        return entries
+
+    def _entry(self, name: str) -> _Entry:
+        if name not in self._entries:
+            if not any(e.package == PROJECT for each in self._entries.values() for e in each):
+                raise InputError(
+                    f"unknown {self.kind} {name!r}: {PROJECT} is not installed, so that its own "
+                    f"entry points {self.group} are not found; accepted: pip install "
+                    f"{_CHECKOUT}"
+                )
+            raise unknown_name(self.kind, name, self)
+        first, *others = self._entries[name]
+        if others:
+            raise self._twice(name, first.package, *others)
+        return first
+
+    def _twice(self, name: str, one: str, *others: _Entry) -> InputError:
+        packages = " and ".join([one, *(entry.package for entry in others)])
+        return InputError(
+            f"{self.kind} {name!r} is given by {packages}; accepted: one of them, or "
+            f"another name in one's entry points {self.group}"
+        )
+
+    def _from_package(self, name: str) -> T:
+        entry = self._entry(name)
+        told = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
+        thing = self._checked(_imported(entry.place, told), told)
+        own = self._own_name(thing) if self._own_name else name
+        if own != name:
+            raise InputError(f"{told} calls itself {own!r}; accepted: one name in both places")
+        return thing
+
+    def _at(self, place: str) -> T:
+        """What is at a place; a file that has changed is loaded again."""
+        told = f"{self.kind} {place!r}"
+        place = absolute_place(place)
+        file, name = _split(place)
+        loaded = _from_file(file, name, told) if file else _imported(place, told)
+        thing = self._checked(loaded, told)
+        # equal things stay one: a tuple may have been put around the same effect anew
+        if self._loaded.get(place) != thing:
+            self._loaded[place] = thing
+        return self._loaded[place]
+
+    def _checked(self, loaded: Any, told: str) -> T:
+        thing = self._usable(loaded)
+        if thing is None:
+            raise InputError(
+                f"{told} is of type {type(loaded).__name__}; accepted: {self.accepted}"
+            )
+        return thing
+
+
+def is_place(name: str) -> bool:
+    """Whether a name says itself where the thing is.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"my_laws.py:CUBIC"``, ``"my_package.laws:CUBIC"`` or ``"my_study.py"``.
+
+    Returns
+    -------
+    bool
+    """
+    return ":" in name or name.endswith(".py")
+
+
+def absolute_place(name: str, folder: str | Path = ".") -> str:
+    """Make the path in a place absolute, so that another process finds the same file.
+
+    Parameters
+    ----------
+    name : str
+        A name or a place.
+    folder : str or pathlib.Path
+        What a path in it is relative to.
+
+    Returns
+    -------
+    str
+        As given where it names no file.
+    """
+    file, inside = _split(name)
+    if file is None:
+        return name
+    path = (Path(folder) / file.expanduser()).resolve()
+    return f"{path}:{inside}" if inside else str(path)
+
+
+def code_files(names: Iterable[str]) -> dict[str, str]:
+    """Return the files of code that places name, with a digest of what was loaded from them.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names and places; names are passed over.
+
+    Returns
+    -------
+    dict of str to str
+        SHA-256 by absolute path: of what was loaded, else of what is on the disk; ``"not found"``
+        where there is no such file.
+    """
+    found = {}
+    for name in names:
+        file, _ = _split(absolute_place(name))
+        if file in _files:
+            found[str(file)] = _files[file][0]
+        elif file is not None:
+            there = file.is_file()
+            found[str(file)] = _digest(file.read_bytes()) if there else "not found"
+    return found
+
+
+@cache
+def checkout_entries() -> dict[str, dict[str, str]]:
+    """Entry points of a checkout that runs in place, where what is installed may be older.
+
+    Returns
+    -------
+    dict of str to dict of str to str
+        Places by name and group, as in ``pyproject.toml``; empty for an installed package.
+    """
+    try:
+        project = tomllib.loads((_CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))
+    except OSError:
+        return {}
+    described = project.get("project", {})
+    return described.get("entry-points", {}) if described.get("name") == PROJECT else {}
+
+
+def _split(name: str) -> tuple[Path | None, str]:
+    """File and name inside it; no file where the place is a module's or none at all."""
+    if name.endswith(".py"):
+        return Path(name), ""
+    file, _, inside = name.rpartition(":")
+    return (Path(file), inside) if file.endswith(".py") else (None, inside)
+
+
+def _imported(place: str, told: str) -> Any:
+    module, _, inside = place.partition(":")
+    try:
+        loaded = import_module(module)
+    except Exception as error:
+        raise _not_loaded(told, error) from error
+    return _inside(loaded, inside, told)
+
+
+def _from_file(file: Path, inside: str, told: str) -> Any:
+    try:
+        loaded = _file_module(file)
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{told}: cannot be read ({reason}); accepted: file.py:NAME") from None
+    except Exception as error:
+        raise _not_loaded(told, error) from error
+    return _inside(loaded, inside, told)
+
+
+def _file_module(file: Path) -> ModuleType:
+    """Run a file as a module, once as long as it stays the same; nothing is written beside it."""
+    source = file.read_bytes()
+    digest = _digest(source)
+    if file in _files and _files[file][0] == digest:
+        return _files[file][1]
+    module = ModuleType(f"{file.stem}_{digest[:16]}", f"Loaded from {file}.")
+    module.__file__ = str(file)
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(source, str(file), "exec"), module.__dict__)
+    except BaseException:
+        del sys.modules[module.__name__]
+        raise
+    _files[file] = digest, module
+    return module
+
+
+def _digest(source: bytes) -> str:
+    return hashlib.sha256(source).hexdigest()
+
+
+def _inside(module: ModuleType, name: str, told: str) -> Any:
+    thing: Any = module
+    for part in name.split(".") if name else ():
+        if not hasattr(thing, part):
+            offered = [each for each in vars(thing) if not each.startswith("_")]
+            raise unknown_name(f"name in {told}:", part, offered)
+        thing = getattr(thing, part)
+    return thing
+
+
+def _not_loaded(told: str, error: Exception) -> InputError:
+    words = " ".join(str(error).split())
+    return InputError(f"{told} cannot be loaded: {type(error).__name__}: {words}")

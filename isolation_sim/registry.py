@@ -1,0 +1,119 @@
+"""Controllers, studies and commands by name, which other packages hold, and ``register``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from ground_motions.registry import Registry
+
+if TYPE_CHECKING:
+    from .simulation.control import Control
+
+_METHODS = ("prepare", "measures", "schedule", "compiled", "reset", "current")
+
+
+def _controller_class(found: Any) -> type[Control] | None:
+    whole = isinstance(found, type) and all(callable(getattr(found, m, None)) for m in _METHODS)
+    return found if whole and isinstance(getattr(found, "name", None), str) else None
+
+
+CONTROLLERS: Registry[type[Control]] = Registry(
+    "isolation_sim.controllers",
+    "controller",
+    "a class such as a subclass of controllers.Controller",
+    _controller_class,
+    lambda kind: kind.name,  # type: ignore[arg-type, return-value]
+)
+"""Every controller's class by name, or by a place such as ``"my_package.control:Outwards"``."""
+
+
+def _study(found: Any) -> Any:
+    return found if hasattr(found, "TITLE") and callable(getattr(found, "outcome", None)) else None
+
+
+STUDIES: Registry[Any] = Registry(
+    "isolation_sim.studies", "study", "a module with TITLE and outcome(folder, short, step)", _study
+)
+"""Every study by name, a module with ``TITLE`` and ``outcome``, or by its file."""
+
+COMMANDS: Registry[Any] = Registry(
+    "isolation_sim.commands",
+    "command",
+    "a typer.Typer",
+    lambda found: found if hasattr(found, "registered_commands") else None,
+)
+"""Commands of ``isolation-sim`` that other packages add, each a ``typer.Typer``."""
+
+Kind = Literal["law", "effect", "controller", "study", "reader"]
+
+
+def available_controllers() -> tuple[str, ...]:
+    """Names of the controllers.
+
+    Returns
+    -------
+    tuple of str
+    """
+    return tuple(CONTROLLERS)
+
+
+def controller(name: str, **settings: Any) -> Control:
+    """Build a controller from its name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the controller, or a place such as ``"my_controllers.py:Outwards"``.
+    **settings : object
+        Its settings; see ``CONTROLLERS[name].settings``.
+
+    Returns
+    -------
+    Control
+
+    Raises
+    ------
+    InputError
+        If there is no such controller or setting, or a setting does not accept its value.
+    """
+    return CONTROLLERS[name](**settings)
+
+
+def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
+    """Give a law, an effect, a controller, a study or a reader of your own a name.
+
+    The name holds in this process. The worker processes of a sweep do not know it; for them name a
+    place, ``"my_laws.py:CUBIC"``, or install a package with an entry point.
+
+    Parameters
+    ----------
+    kind : {"law", "effect", "controller", "study", "reader"}
+        What it is.
+    thing : object
+        A ``Law``; the forms of an ``Effect``; a controller's class; a study's module; a function
+        that reads a file of ground motion.
+    name : str, optional
+        The name that it gives itself by default; needed for a study or a reader.
+    replace : bool, default False
+        Whether it takes the place of what was registered under this name in this process.
+
+    Raises
+    ------
+    InputError
+        If the thing cannot be used, has no name, or the name is taken.
+    """
+    registry(kind).register(thing, name, replace=replace)
+
+
+def registry(kind: str) -> Registry[Any]:
+    """Return the registry of a kind: "law", "effect", "controller", "study" or "reader"."""
+    from ground_motions.readers import READERS
+
+    from .effects import EFFECTS
+    from .errors import unknown_name
+    from .laws import LAWS
+
+    kinds = {each.kind: each for each in (LAWS, EFFECTS, CONTROLLERS, STUDIES, READERS)}
+    if kind not in kinds:
+        raise unknown_name("kind", kind, kinds)
+    return kinds[kind]

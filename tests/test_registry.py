@@ -1,0 +1,476 @@
+"""Laws, effects, controllers, studies and readers by name: the project's own and a user's alike.
+
+The guide's examples stand in for a user's: as a package outside the checkout with entry points of
+its own, as plain files named by their path, and as objects registered in this process.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import shutil
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import EntryPoint, EntryPoints
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ground_motions.registry as mechanism
+import isolation_sim as iso
+from ground_motions import read
+from ground_motions.readers import READERS
+from ground_motions.registry import Registry
+from isolation_sim.cli import main
+from isolation_sim.effects import EFFECTS
+from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
+from isolation_sim.laws import LAWS
+from isolation_sim.registry import COMMANDS, CONTROLLERS, STUDIES
+from isolation_sim.sweeps import workers
+from isolation_sim.sweeps.design import Design
+from isolation_sim.sweeps.plan import SweepPlan
+from isolation_sim.sweeps.run import chunk_of
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
+REGISTRIES = (LAWS, EFFECTS, CONTROLLERS, STUDIES, COMMANDS, READERS)
+
+READER = '''"""Files of a recorder of one's own."""
+
+import numpy as np
+
+from ground_motions import Record
+
+
+def read_v2(path, dt=0.02):
+    """Read accelerations in mg, one a line."""
+    return Record(np.loadtxt(path) * 9.80665e-3, dt, name="mine")
+'''
+
+# arithmetic for which other tests compile the diagnosis, under a name of one's own
+BEARING = '''"""A law of one's own."""
+
+from dataclasses import replace
+
+from isolation_sim.laws.kelvin_voigt import LAW as KELVIN_VOIGT
+
+LAW = replace(KELVIN_VOIGT, name="my_bearing")
+'''
+
+ENTRY_POINTS = """
+[isolation_sim.laws]
+my_bearing = guide_parts.bearing:LAW
+cubic = guide_parts.cubic:LAW
+[isolation_sim.effects]
+slack = guide_parts.slack:FORMS
+[isolation_sim.controllers]
+outwards = guide_parts.outwards:Outwards
+[isolation_sim.studies]
+soft = guide_parts.soft
+[ground_motions.readers]
+v2 = guide_parts.reader:read_v2
+"""
+
+
+def forget() -> None:
+    """Look for entry points anew, as a new process does."""
+    for registry in REGISTRIES:
+        registry.__dict__.pop("_entries", None)
+        registry._loaded.clear()
+        registry._given.clear()
+
+
+@pytest.fixture
+def parts(tmp_path) -> Path:
+    """The guide's examples and a reader, as files in a folder of their own."""
+    folder = tmp_path / "parts"
+    folder.mkdir()
+    for name in ("cubic", "slack", "outwards", "soft"):
+        shutil.copy(ROOT / "docs" / "examples" / f"{name}.py", folder)
+    (folder / "reader.py").write_text(READER)
+    (folder / "bearing.py").write_text(BEARING)
+    return folder
+
+
+def install(site: Path, package: str, entry_points: str) -> None:
+    """Metadata of a package, as an installer leaves it."""
+    info = site / f"{package}-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(entry_points)
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    """A folder of installed packages, outside the checkout."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    monkeypatch.syspath_prepend(str(folder))
+    forget()
+    yield folder
+    forget()
+    for name in [name for name in sys.modules if name.startswith("guide_parts")]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def package(site, parts) -> Path:
+    shutil.copytree(parts, site / "guide_parts")
+    (site / "guide_parts" / "__init__.py").touch()
+    install(site, "guide_parts", ENTRY_POINTS)
+    return site
+
+
+def command(words: list[str]) -> None:
+    """Run ``isolation-sim``, which must end well."""
+    with pytest.raises(SystemExit) as stopped:
+        main(words)
+    assert not stopped.value.code
+
+
+MOTION = 300 * np.sin(np.arange(0, 2, 0.02) * 2 * np.pi)  # mg
+
+SCENARIO = """
+[ground]
+file = "motion.v2"
+{reader}
+[isolator]
+law = "{law}"
+parameters = {{ k = [3e6, 2e6], k3 = 1e8, c = [4e5, 1e5] }}
+current_range_A = [0.0, 3.0]
+length_scale = 1.0
+force_scale = 1.0
+[[isolator.effect]]
+name = "{effect}"
+gap = 2e-4
+[[controller]]
+name = "{controller}"
+full_speed = 0.2
+"""
+
+
+def scenario_text(installed: bool) -> str:
+    """By names of the package, or by paths of files."""
+    if installed:
+        return SCENARIO.format(reader="", law="cubic", effect="slack", controller="outwards")
+    return SCENARIO.format(
+        reader='reader = "parts/reader.py:read_v2"', law="parts/cubic.py:LAW",
+        effect="parts/slack.py:FORMS", controller="parts/outwards.py:Outwards",
+    )  # fmt: skip
+
+
+@pytest.fixture
+def desk(tmp_path, parts, monkeypatch) -> Path:
+    """A folder with both scenarios, away from the process's own."""
+    for installed in (True, False):
+        (tmp_path / f"{installed}.toml").write_text(scenario_text(installed))
+    np.savetxt(tmp_path / "motion.v2", MOTION)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    return tmp_path
+
+
+def test_a_run_takes_the_parts_of_a_package_and_of_files_alike(desk, package, capsys):
+    command(["run", str(desk / "True.toml"), "--out", "package", "--no-figures", "--quiet"])
+    command(["run", str(desk / "False.toml"), "--out", "files", "--no-figures", "--quiet"])
+    capsys.readouterr()
+    histories = [iso.read_run(Path(out) / name) for out, name in (
+        ("package", "outwards.nc"), ("files", "Outwards.nc"))]  # fmt: skip
+    np.testing.assert_array_equal(*(h["displacement"] for h in histories))
+    assert float(abs(histories[0]["displacement"]).max()) > 1e-3
+    assert float(histories[0]["current"].max()) > 0.1
+    # the results say which code was run, and run again from anywhere
+    kept = Path("files/scenario.toml").read_text()
+    for name in ("cubic", "slack", "outwards", "reader"):
+        code = desk / "parts" / f"{name}.py"
+        assert f"# code: {code}, SHA-256 {hashlib.sha256(code.read_bytes()).hexdigest()}" in kept
+    assert iso.Scenario.from_toml(kept) == iso.Scenario.read(desk / "False.toml")
+    assert "code:" not in Path("package/scenario.toml").read_text()
+    command(["cite", "files"])
+    assert "Duffing" in capsys.readouterr().out
+
+
+def test_the_verbs_in_python_take_places(desk):
+    device = iso.law(str(desk / "parts/cubic.py:LAW"), {"k": 3e6, "k3": 1e8, "c": 4e5})
+    assert device.law.name == "cubic"
+    assert iso.law(device.law, {"k": 3e6, "k3": 1e8, "c": 4e5}) == device
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    ground = read(desk / "motion.v2", reader=str(desk / "parts/reader.py:read_v2"))
+    np.testing.assert_allclose(ground.acceleration, MOTION * 9.80665e-3)
+    place = str(desk / "parts/outwards.py:Outwards")
+    run = iso.simulate(isolated, ground, controller=place)
+    same = iso.simulate(isolated, ground, iso.controller(place, highest=3.0))
+    np.testing.assert_array_equal(run.values, same.values)
+    assert iso.compare(isolated, ground, ["passive_off", place]).runs.keys() == {
+        "passive_off", "outwards"}  # fmt: skip
+
+
+def plan(desk: Path, **keys) -> SweepPlan:
+    scenario = tomllib.loads(scenario_text(False))
+    return SweepPlan.from_dict({"scenario": scenario, "energy": True, **keys}, desk)
+
+
+def test_worker_processes_of_a_sweep_find_both(desk, package):
+    described = plan(desk, vary=[{
+        "field": "controller", "values": ["parts/outwards.py:Outwards", "outwards"]}, {
+        "field": "isolator.law", "values": ["cubic", "parts/cubic.py:LAW"]}])  # fmt: skip
+    design = Design(described)
+    assert design.controllers == ("Outwards", "outwards")
+    chunks = [chunk_of(design, k, (k,)) for k in range(2)]
+    there = {each.number: each for each in workers.in_processes(iter(chunks), 2)}
+    assert [(each.n_runs, each.n_failed) for each in there.values()] == [(2, 0), (2, 0)]
+    files = design.content()["files"]
+    assert {Path(path).name for path in files} == {
+        "motion.v2", "cubic.py", "slack.py", "outwards.py", "reader.py"}  # fmt: skip
+    # other code is another plan: nothing is mixed with what was run before
+    (desk / "parts" / "outwards.py").write_text(
+        (desk / "parts" / "outwards.py").read_text().replace("setting(3.0", "setting(2.0")
+    )
+    assert Design(described).content()["files"] != files
+
+
+def test_a_sweep_refuses_what_its_workers_cannot_know(desk, site):
+    scope: dict = {}
+    exec((desk / "parts" / "cubic.py").read_text(), scope)
+    iso.register("law", scope["LAW"])
+    described = plan(desk)
+    changed = described.scenario.isolator.model_copy(update={"law": "cubic"})
+    described = described.model_copy(
+        update={"scenario": described.scenario.model_copy(update={"isolator": changed})}
+    )
+    with pytest.raises(iso.InputError, match=r"law 'cubic' was registered in this process.*py:NAM"):
+        iso.sweep(described, desk / "sweep", workers=2)
+    assert iso.sweep(described, desk / "sweep", workers=1).table["status"].tolist() == ["ok"]
+
+
+@pytest.fixture(scope="module")
+def loops() -> Campaign:
+    """Loops of a spring and a dashpot at one current, with noise."""
+    rng, time, runs = np.random.default_rng(3), np.arange(0, 2, 1 / 64), []
+    for amplitude in (2e-3, 4e-3):
+        x, v = amplitude * np.sin(6 * time), 6 * amplitude * np.cos(6 * time)
+        force = 3e4 * x + 800 * v + rng.normal(0, 0.5, time.size)
+        runs.append(TestRun(f"{amplitude}m", time, x, v, force, np.ones(time.size),
+                            velocity_measured=True))  # fmt: skip
+    return Campaign("made-up device", "test_registry", tuple(runs))
+
+
+@pytest.mark.parametrize("installed", [True, False])
+def test_fit_and_diagnose_take_a_law_of_one_s_own(installed, desk, package, loops, capsys):
+    write_campaign(loops, desk / "tests")
+    place = str(desk / "parts/bearing.py:LAW")
+    law = "my_bearing" if installed else place
+    words = ["--law", law, "--quiet"]
+    command(["fit", str(desk / "tests"), *words, "--starts", "2", "--out", "fitted.toml"])
+    text = Path("fitted.toml").read_text()
+    fitted = iso.Scenario.from_toml(text).isolator
+    assert fitted.law == law
+    digest = hashlib.sha256((desk / "parts/bearing.py").read_bytes()).hexdigest()
+    assert (f"# code: {place.removesuffix(':LAW')}, SHA-256 {digest}" in text) != installed
+    assert fitted.scaled().parameters_at(1.0)[0] == pytest.approx(3e4, rel=0.02)
+    capsys.readouterr()
+    command(["diagnose", str(desk / "tests"), *words, "--parameters", "fitted.toml", "--json",
+             "--out", "diagnosis", "--no-consequence"])  # fmt: skip
+    assert json.loads(capsys.readouterr().out)["verdict"] == "adequate"
+
+
+def test_the_list_shows_an_installed_package_s_parts(package, capsys):
+    for subject, name, told in (
+        ("laws", "cubic", "k3 (N/m^3)"), ("effects", "slack", "gap (m)"),
+        ("controllers", "outwards", "full_speed (m/s)"), ("readers", "v2", "mg, one a line"),
+        ("studies", "soft", "How soft may isolation be?"),
+    ):  # fmt: skip
+        command(["list", subject, "--json"])
+        (row,) = [e for e in json.loads(capsys.readouterr().out) if name in e.values()]
+        assert told in " ".join(row.values())
+    command(["study", "--help"])
+    assert "How soft may isolation be?" in capsys.readouterr().out
+
+
+# --- names, places and what is wrong with them
+
+
+def law_file(folder: Path, text: str) -> str:
+    (folder / "mine.py").write_text(text)
+    return f"{folder / 'mine.py'}:LAW"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (None, r"cannot be read \(No such file or directory\)"),
+        ("LAV = 1\n", "unknown name .*did you mean 'LAV'"),
+        ("LAW = 3.0\n", "is of type float; accepted: an isolation_sim.laws.Law"),
+        ("LAW = 1 +\n", "cannot be loaded: SyntaxError"),
+        ("import not_there\n", "cannot be loaded: ModuleNotFoundError: .*not_there"),
+        ("raise RuntimeError('two\\nlines')\n", "cannot be loaded: RuntimeError: two lines"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused_in_a_line(tmp_path, text, told):
+    place = f"{tmp_path / 'mine.py'}:LAW" if text is None else law_file(tmp_path, text)
+    with pytest.raises(iso.InputError, match=told) as refused:
+        iso.law(place)
+    assert str(place) in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_a_file_is_run_only_when_its_path_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("linear", "mine"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('run by accident')\n")
+    assert iso.law("linear", {"k": 1.0}).law.name == "linear"
+    with pytest.raises(iso.InputError, match="unknown law 'mine'"):
+        iso.law("mine")
+    assert not list(tmp_path.rglob("__pycache__"))
+
+
+def test_a_file_is_run_once_as_long_as_it_stays_the_same(parts):
+    place = str(parts / "cubic.py:LAW")
+    law = LAWS[place]
+    assert LAWS[place] is law
+    text = (parts / "cubic.py").read_text()
+    (parts / "cubic.py").write_text(text.replace("Cubic spring beside", "Cubic spring with"))
+    changed = LAWS[place]
+    assert changed is not law and changed.title == "Cubic spring with a dashpot"
+    assert not list(parts.rglob("__pycache__"))
+
+
+def test_what_is_registered_has_one_name_and_one_owner(site, parts):
+    (law,) = (LAWS[str(parts / "cubic.py:LAW")],)
+    iso.register("law", law)
+    assert "cubic" in iso.available_laws() and LAWS["cubic"] is law
+    with pytest.raises(iso.InputError, match="registered already in this process"):
+        iso.register("law", law)
+    iso.register("law", law, replace=True)
+    with pytest.raises(iso.InputError, match="cannot be registered as 'square'"):
+        iso.register("law", law, "square")
+    with pytest.raises(iso.InputError, match="unknown kind 'lav'; did you mean 'law'"):
+        iso.register("lav", law)  # type: ignore[arg-type]
+    with pytest.raises(iso.InputError, match=r"of type Law; accepted: a class such as"):
+        iso.register("controller", law)
+    linear = type(law)(**{**vars(law), "name": "linear"})
+    with pytest.raises(iso.InputError, match=r"'linear' is given by register\(\) and isolation-"):
+        iso.register("law", linear)
+
+
+def test_a_name_of_two_packages_is_an_error_that_names_both(package, site):
+    install(site, "other_parts", "[isolation_sim.laws]\ncubic = other_parts:LAW\n")
+    forget()
+    assert iso.law("linear", {"k": 1.0})  # the others are found as before
+    with pytest.raises(iso.InputError, match="'cubic' is given by guide_parts and other_parts"):
+        iso.law("cubic")
+
+
+def test_a_package_s_fault_is_told_with_its_name(package, site):
+    install(site, "broken", "[isolation_sim.controllers]\nlost = guide_parts.nowhere:Lost\n"
+                            "alias = guide_parts.outwards:Outwards\n")  # fmt: skip
+    forget()
+    with pytest.raises(iso.InputError) as refused:
+        iso.controller("lost")
+    assert str(refused.value) == (
+        "controller 'lost' of package broken (guide_parts.nowhere:Lost) cannot be loaded: "
+        "ModuleNotFoundError: No module named 'guide_parts.nowhere'"
+    )
+    with pytest.raises(iso.InputError, match=r"of package broken .* calls itself 'outwards'"):
+        iso.controller("alias")
+
+
+def test_without_an_installation_the_reason_is_told(monkeypatch):
+    monkeypatch.setattr(mechanism, "checkout_entries", dict)
+    monkeypatch.setattr(mechanism, "entry_points", lambda group: EntryPoints())
+    empty = Registry("isolation_sim.laws", "law", "a law", lambda found: found)
+    with pytest.raises(iso.InputError, match=r"isolation-sim is not installed.*pip install"):
+        empty["linear"]
+
+
+def test_an_installed_copy_is_found_by_its_metadata(site, monkeypatch):
+    """Without pyproject.toml beside it, as in site-packages; no real copy has this group."""
+    group = "isolation_sim.installed_laws"
+    install(site, "isolation-sim", f"[{group}]\nmaxwell=isolation_sim.laws.maxwell:LAW\n")
+    monkeypatch.setattr(mechanism, "checkout_entries", dict)
+    installed = Registry(group, "law", "a law", lambda found: found)
+    assert list(installed) == ["maxwell"] and installed["maxwell"] is LAWS["maxwell"]
+
+
+# --- the project's own
+
+
+def own() -> dict[str, dict[str, str]]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+
+
+def test_every_own_name_loads_and_is_the_thing_s_own():
+    groups = own()
+    assert set(groups) == {registry.group for registry in REGISTRIES}
+    for registry in REGISTRIES:
+        for name, place in groups[registry.group].items():
+            module, _, inside = place.partition(":")
+            point = EntryPoint(name, f"{module}:{inside}" if inside else module, registry.group)
+            assert registry[name] is point.load()
+
+
+@pytest.mark.parametrize(
+    ("group", "folder", "holds"),
+    [
+        ("isolation_sim.laws", "isolation_sim/laws", "LAW"),
+        ("isolation_sim.effects", "isolation_sim/effects", "FORMS"),
+        ("isolation_sim.studies", "studies", "outcome"),
+    ],
+)
+def test_no_file_waits_for_its_line(group, folder, holds):
+    with_it = set()
+    for path in (ROOT / folder).glob("*.py"):
+        for node in ast.parse(path.read_text()).body:
+            names = [getattr(node, "name", "")]
+            names += [getattr(each, "id", "") for each in getattr(node, "targets", ())]
+            if holds in names:
+                with_it.add(f"{folder.replace('/', '.')}.{path.stem}")
+    assert {place.partition(":")[0] for place in own()[group].values()} == with_it
+
+
+def imported(path: Path) -> set[str]:
+    """Packages that a file imports anywhere, but for the type checker alone."""
+    found: set[str] = set()
+
+    def visit(node: ast.AST) -> None:
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            for each in node.orelse:
+                visit(each)
+            return
+        if isinstance(node, ast.Import):
+            found.update(alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add((node.module or "").partition(".")[0])
+        elif isinstance(node, ast.Call) and "import_module" in ast.unparse(node.func):
+            found.update(each.value.partition(".")[0] for each in node.args[:1]
+                         if isinstance(each, ast.Constant))  # fmt: skip
+        for each in ast.iter_child_nodes(node):
+            visit(each)
+
+    visit(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_packages_import_one_way(package):
+    later = set(PACKAGES[PACKAGES.index(package) + 1 :])
+    climbs = {
+        path.relative_to(ROOT).as_posix(): sorted(imported(path) & later)
+        for path in (ROOT / package).rglob("*.py")
+        if imported(path) & later
+    }
+    assert not climbs
+
+
+def test_a_law_loads_no_other_law_and_no_controller():
+    code = (
+        "import sys, isolation_sim as iso\n"
+        "iso.law('maxwell', {'k': 1.0, 'c': 1.0})\n"
+        "print(*(name for name in sys.modules if name.startswith(('controllers', 'studies'))))\n"
+        "print('isolation_sim.laws.lugre' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "\nFalse\n"
