@@ -47,7 +47,7 @@ NOISE = {
 }  # fmt: skip
 """Standard deviation of the sensors' white noise."""
 TROUBLED = Sensors(noise=NOISE, delay=0.02, seed=1)
-CERTIFIED = 1e-3
+CERTIFIED = 5e-3
 """Largest relative difference between engine and optimisation with which a bound counts."""
 NOMINAL, PASSIVE = "nominal", "passive"
 HOME = "El Centro"
