@@ -126,6 +126,10 @@ class LawModel:
         # the largest number was not compared with a finer one
         return replace(self, n_steps=n_steps * (safety if n_steps < _MOST else _SAFETY))
 
+    def weigh(self, values: NDArray) -> Self:
+        """Return the model with its runs weighed by noise and by the misfit at these values."""
+        return replace(self, data=self.data.weigh(self.forces(values, False)[0]))
+
 
 M = TypeVar("M", bound=LawModel)
 
@@ -203,7 +207,12 @@ def fit_law(
         return diverges or not np.isfinite(found.cost), found.cost, found.x
 
     best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]
-    model = model.resolve_steps(best)
-    inside = replace(model, data=data.without_held_out())
+    return refine_law(model, best)
+
+
+def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
+    """Fit a law to all samples from near values, the runs weighed by what these leave."""
+    model = model.resolve_steps(start).weigh(start)
+    inside = replace(model, data=model.data.without_held_out())
     tolerance = _NOTHING_GAINED / len(inside.data.x)
-    return model, inside.minimise(best, _MOST_ITERATIONS, tolerance)
+    return model, inside.minimise(start, _MOST_ITERATIONS, tolerance)

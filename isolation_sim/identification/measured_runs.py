@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,8 @@ class MeasuredRuns:
         Whether a sample is fitted; the others are held out.
     force_noise, displacement_noise : (n_runs,) array, N, m
         Standard deviation of the white noise of each run.
+    sigma : (n_runs,) array, N
+        Standard deviation by which the residuals of each run are divided; see ``weigh``.
     velocity_measured : (n_runs,) bool array
         Whether the velocity is data.
     has_temperature : bool
@@ -62,6 +65,7 @@ class MeasuredRuns:
     fitted: NDArray
     force_noise: NDArray
     displacement_noise: NDArray
+    sigma: NDArray
     velocity_measured: NDArray
     has_temperature: bool
 
@@ -85,11 +89,28 @@ class MeasuredRuns:
         """RMS of each run's measured force, N."""
         return np.array([np.sqrt(np.mean(self.force[run] ** 2)) for run in self.runs])
 
+    @property
+    def believed_noise(self) -> NDArray:
+        """Standard deviation of each run's force noise, N, not below a share of the force."""
+        return np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
+
     @cached_property
     def weight(self) -> NDArray:
-        """One over each sample's noise, 1/N, so that every run counts by what it can tell."""
-        noise = np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
-        return np.repeat(1 / noise, self.lengths)
+        """One over each sample's ``sigma``, 1/N."""
+        return np.repeat(1 / self.sigma, self.lengths)
+
+    def weigh(self, force: NDArray) -> Self:
+        """Weigh the runs by their noise and by the misfit of a model's force (N).
+
+        The misfit counts as a further random error of equal size in all runs. Where it exceeds the
+        noise by far, runs of little noise would otherwise decide alone. The mean square of noise
+        over ``sigma`` stays 1.
+        """
+        noise = np.repeat(self.believed_noise, self.lengths)[self.fitted]
+        residual = (self.bounded(force) - self.force)[self.fitted]
+        misfit = max(float(np.mean(residual**2 - noise**2)), 0.0)
+        unit = float(np.mean(noise**2 / (noise**2 + misfit)))
+        return replace(self, sigma=np.sqrt(unit * (self.believed_noise**2 + misfit)))
 
     def cost(self, force: NDArray, chosen: NDArray) -> float:
         """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
@@ -128,7 +149,7 @@ class MeasuredRuns:
         """Leave out the held-out samples; of a run held out in part the first samples remain."""
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
-        by_run = ("dt", "force_noise", "displacement_noise", "velocity_measured")
+        by_run = ("dt", "force_noise", "displacement_noise", "sigma", "velocity_measured")
         return replace(
             self,
             names=tuple(name for name, kept in zip(self.names, runs, strict=True) if kept),
@@ -147,7 +168,7 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
     lengths = [len(run.time) for run in runs]
     motions = [smooth(run.displacement, run.step) for run in runs]
     temperatures = [run.temperature for run in runs]
-    return MeasuredRuns(
+    data = MeasuredRuns(
         names=tuple(run.name for run in runs),
         starts=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
         dt=np.array([run.step for run in runs]),
@@ -170,9 +191,11 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
         fitted=_fitted(runs, lengths, hold_out_every),
         force_noise=np.array([white_noise(run.force) for run in runs]),
         displacement_noise=np.array([white_noise(run.displacement) for run in runs]),
+        sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
     )
+    return replace(data, sigma=data.believed_noise)
 
 
 def _fitted(runs: Sequence[TestRun], lengths: Sequence[int], every: int | None) -> NDArray:

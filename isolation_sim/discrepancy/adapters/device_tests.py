@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
-from ...identification.law_fit import SEARCHED, fit_law, parameterise
+from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, measured_runs
 from ...identification.noise import correlation_time
 from ...laws import Device
@@ -36,7 +36,7 @@ from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
 from ..device.intervals import intervals
 from ..device.load_cell_offset import EACH_RUN, run_means
-from ..device.model import FittedModel, Model, fit_model
+from ..device.model import FittedModel, Model
 from ..device.next_test import next_test
 from ..device.noise_examples import motion_noise, noise_residuals
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
@@ -109,12 +109,13 @@ class DeviceTests(Problem[FittedModel]):
             model, best = fit_law(
                 model, self.pool, seed=self.seed, advance=lambda: self.progress("fitting the law")
             )
-            self.law = FittedModel.of(model, best)
-            return
-        start = self._parameterisation.of(self.device)
-        model = replace(model, expected=start).resolve_steps(start)
-        self.law = fit_model(model, start, 100, 1e-8)
-        self.given = self.law.model.forces(start, False)[0]
+        else:
+            start = self._parameterisation.of(self.device)
+            model = replace(model, expected=start)
+            model, best = refine_law(model, refine_law(model, start)[1].x)
+            self.given = model.forces(start, False)[0]
+        self.law = FittedModel.of(model, best)
+        self.data = model.data
 
     def dependences(self, base: FittedModel) -> list[Dependence]:
         """Analyse the residual of the law on the searched samples."""
@@ -124,15 +125,18 @@ class DeviceTests(Problem[FittedModel]):
         """Search for effects, then fit them to all samples."""
         found = search(self.space, base)
         self.progress("fitting all samples")
-        best = found.best
-        self.final = self.law
-        if best.effects:
-            self.final = best.on(self.law.model.resolve_steps(best.values))
-        # an effect that helps on the fitted runs alone, or only where the law diverges, is no cause
-        if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
+        # effects that do not hold on held-out data are dropped, the last one found first
+        earlier = (one.base for one in reversed(found.rounds))
+        for best in dict.fromkeys((found.best, *earlier)):
             self.final = self.law
             self.__dict__.pop("after", None)
-        return found
+            if not best.effects:
+                break
+            self.final = best.on(self.law.model.resolve_steps(best.values))
+            # an effect that helps on the fitted runs alone, or only where the law diverges, is none
+            if self._left() < 1 - TO_BLAME and self._left(self.data.fitted) < 1 - TO_BLAME_FITTED:
+                break
+        return replace(found, best=best)
 
     @cached_property
     def judged(self) -> NDArray:

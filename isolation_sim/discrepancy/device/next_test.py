@@ -84,6 +84,7 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
             fitted=np.ones(len(time), bool),
             force_noise=np.ones(1),
             displacement_noise=np.zeros(1),
+            sigma=np.ones(1),
             velocity_measured=np.ones(1, bool),
         )
         found.append(

@@ -119,6 +119,7 @@ def loop_motion(table: LoopTable) -> MeasuredRuns:
         fitted=np.repeat(~table.held_out, each),
         force_noise=np.zeros(n),
         displacement_noise=np.zeros(n),
+        sigma=np.ones(n),
         velocity_measured=np.ones(n, bool),
         has_temperature=False,
     )
