@@ -172,7 +172,7 @@ def test_threads_that_write_the_same_module_at_once_all_find_it(tmp_path, monkey
 
 def old_module(folder, stem, days):
     """A module and its compiled code, last used that many days ago."""
-    files = [folder / f"{stem}.py", folder / "__pycache__" / f"{stem}.march-1.py311.nbi"]
+    files = [folder / f"{stem}.py", folder / "__pycache__" / f"{stem}.integrate-1.py311.nbi"]
     files[1].parent.mkdir(exist_ok=True)
     for path in files:
         path.write_text("VALUE = 1\n")

@@ -15,12 +15,12 @@ import numpy as np
 from ..generated import load_text, load_written
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from .element_code import COMMON, NODES, ElementCode
+from .element_code import COMMON, MOVING_FACTOR, NODES, ElementCode
 from .smaller_text import smaller_text
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "march", "summary")
+    for part in ("step", "control", "integration", "summary")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
 HEADER = """
@@ -111,6 +111,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "NODES_AND_END": (*NODES, 1.0),
         "LAGRANGE": polynomials(*NODES),
         "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
+        "MOVING_FACTOR": MOVING_FACTOR,
         "TINY": 1e-300,
         "HOPELESS": 1e12,
         **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
@@ -205,4 +206,4 @@ def compiling(module: ModuleType) -> Iterator[None]:
 
 def _is_cached(module: ModuleType) -> bool:
     path = Path(str(module.__file__))
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.march-*.nbc"))
+    return any((path.parent / "__pycache__").glob(f"{path.stem}.integrate-*.nbc"))

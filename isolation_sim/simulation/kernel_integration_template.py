@@ -18,6 +18,8 @@ that are not defined here (LANES, N_ELEMENTS, KIND, STRIDE, SLOT_..., sweep, ...
 """
 
 FINISHED, DECIDE, BUFFER_FULL = range(3)
+WINDOW_NOW, STAGE = range(2)
+MEASURE, COMMAND, UNDER_WAY = range(3)
 ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
 BEFORE, AFTER, AT_NODES = range(3)
 FORCES = 5  # kept of an element at a grid point: before and after a change, at the step's nodes
@@ -29,51 +31,54 @@ MOST_STEPS = 4096  # tried in one window; what still misses the tolerance then i
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def march(info, settings, deformation_limit, windows, spans, offsets, ground, events, modes, table,
-          built, phi, integral, measure, noise, measured, chosen, decided, measured_for,
-          addresses, command, driver, law_table, law_breaks, law_shape, channel, z,
-          states, w, coil, applied, level, base, place, tried, hold, alive, moving, active,
-          going, todo, last, previous, contraction, defects, errors, kinks, worst, missed, forces,
-          steps, step_count, cuts, first_step, last_step, counts, coil_history, u):
+def integrate(position, sizes, limits, course, propagation, measurements, coils, law_numbers, lanes,
+              history, scratch):
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
-    What each array holds is said in ``workspace.py``. Returns FINISHED, DECIDE or BUFFER_FULL;
-    what became of each lane is in ``alive``.
+    position: the window and the stage within it, where the next call goes on. What the other groups
+    hold is said in ``arguments.py``. Returns FINISHED, DECIDE or BUFFER_FULL; what became of each
+    lane is in ``lanes.alive``.
     """
-    n_modes, n_pad = info[1], info[2]
-    n_channels, n_windows = info[3], info[4]
-    n_levels, n_measured = info[6], info[7]
-    record_steps, clamp = info[8], info[10]
-    sweep_tolerance, error_limit = settings[0], settings[1]
-    defect_limit = settings[2]
+    (n_modes, n_pad, n_channels, n_windows, n_levels, n_measured, controller, record_steps,
+     clamp) = sizes
+    sweep_tolerance, error_limit, defect_limit, deformation_limit = limits
+    windows, spans, events, ground = course
+    offsets, modes, table, built, phi, integral = propagation
+    measure, noise, measured, chosen, decided, measured_for, addresses = measurements
+    command, driver, coil, applied, moving, coil_history = coils
+    law_table, law_breaks, law_shape, channel = law_numbers
+    (level, base, place, tried, hold, alive, active, going, todo, last, previous, contraction,
+     defects, errors, kinks, worst, missed, counts) = lanes
+    z, states, forces, steps, step_count, cuts, first_step, last_step = history
+    w, u = scratch
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
     whole = 1 << (n_levels - 1)  # a window in the shortest steps
     kept = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
     own = row + N_ELEMENTS * kept  # behind them a step's own numbers
 
-    while info[0] < n_windows:
-        window = info[0]
+    while position[WINDOW_NOW] < n_windows:
+        window = position[WINDOW_NOW]
         g = windows[window, 0]
         kind = windows[window, 1]
         n_intervals = windows[window, 2]
-        if window == 0 and info[9] == 0:
+        if window == 0 and position[STAGE] == MEASURE:
             for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
                 change_current(e, channel[e], command, g, coil, applied, law_table, law_breaks,
                                law_shape, w, going, previous)
                 keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
                 keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
-        if info[9] == 0:
+        if position[STAGE] == MEASURE:
             # sensors read before the current changes; then the controller decides
             if events[window, 0] >= 0:
                 read_sensors(events[window, 0], g, n_measured, n_channels, n_modes, n_pad,
                              measure, noise, ground, z, g * row, coil, w, measured)
             if events[window, 1] >= 0:
-                info[9] = 1
-                if info[5] == 0:
+                position[STAGE] = COMMAND
+                if controller == 0:
                     return DECIDE
-                call_controllers(events[window, 1], info[5], decided, measured_for, addresses)
-        if info[9] != 2:
+                call_controllers(events[window, 1], controller, decided, measured_for, addresses)
+        if position[STAGE] != UNDER_WAY:
             if events[window, 2] >= 0:
                 set_commands(g, chosen, events[window, 2], n_channels, clamp, driver, command,
                              coil, alive, counts)
@@ -83,8 +88,10 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 for lane in range(LANES):
                     moving[e, lane] = 0
                     w[(e * STRIDE + SLOT_BENT) * LANES + lane] = 0.0
+                    w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = 1.0
                     if coil[c, lane] != command[g, c, lane]:
                         moving[e, lane] = 1
+                        w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = MOVING_FACTOR
                     elif coil[c, lane] != applied[e, lane]:
                         changed = 1
                 if changed:
@@ -100,14 +107,14 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                 tried[lane] = 0
                 base[lane] = level[lane]
                 worst[lane] = -1.0
-        info[9] = 0
+        position[STAGE] = MEASURE
         span = spans[kind]
         waiting = 0
         for lane in range(LANES):
             waiting += todo[lane]
         while waiting > 0:
             if step_count[0] == steps.shape[0]:
-                info[9] = 2  # the window is under way; the caller makes room
+                position[STAGE] = UNDER_WAY  # the window is under way; the caller makes room
                 return BUFFER_FULL
             # the lanes that are furthest behind, and of these those with the longest step
             at, depth = whole, n_levels
@@ -327,7 +334,7 @@ def march(info, settings, deformation_limit, windows, spans, offsets, ground, ev
                         if channel[e] == c:
                             applied[e, lane] = np.nan
                 command[stop, c, lane] = command[g, c, lane]
-        info[0] = window + 1
+        position[WINDOW_NOW] = window + 1
         if dead == LANES:
             break
     return FINISHED
