@@ -66,6 +66,14 @@ NOISE_EXAMPLES = 6
 INTERVAL_EXAMPLES = 12
 """Simulated displacement noises behind an interval; Student's t accounts for their number.
 Effort."""
+LEAST_EXAMPLES = 4
+"""Examples under which the law must not diverge; with fewer an interval is unbounded. Effort."""
+UNDETERMINED = 0.1
+"""Share of a value in directions that the data do not determine, above which its interval is
+unbounded. Convention."""
+AT_BOUND = 1e-6
+"""Distance from a bound, over the range, below which a fitted value lies at it: an optimiser's
+rounding. Theory."""
 RUNAWAY_SHIFT = 0.3
 """Share of a run's force. Displacement noise that moves a law further meets a law that diverges;
 the run then has force noise only. Blind."""

@@ -40,14 +40,18 @@ class Interval:
     ----------
     value, low, high : float
         In ``unit``.
+        Infinite ends belong to a value that the data do not determine.
     unit : str
         SI unit.
+    at_bound : bool
+        Whether the value lies at a bound of its range.
     """
 
     value: float
     low: float
     high: float
     unit: str
+    at_bound: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,16 @@ class Cause:
     evidence: str
     confusable_with: tuple[str, ...] = ()
     form: str = ""
+
+    @property
+    def acts_like(self) -> bool:
+        """Whether something else may act like this cause: a parameter lies at its bound."""
+        return any(one.at_bound for one in self.parameters.values())
+
+    @property
+    def label(self) -> str:
+        """The name as a report shows it."""
+        return f"acts like {self.name}" if self.acts_like else self.name
 
 
 @dataclass(frozen=True)
@@ -262,6 +276,7 @@ class Diagnosis:
                 {
                     "name": cause.name,
                     "form": cause.form,
+                    "acts_like": cause.acts_like,
                     "share": _number(cause.share),
                     "p_value": _number(cause.p_value),
                     "parameters": {
@@ -270,6 +285,7 @@ class Diagnosis:
                             "low": _number(one.low),
                             "high": _number(one.high),
                             "unit": one.unit,
+                            "at_bound": one.at_bound,
                         }
                         for name, one in cause.parameters.items()
                     },

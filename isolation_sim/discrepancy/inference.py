@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..identification.least_squares import DETERMINED, unit_columns
-from .decisions import RESAMPLES
+from .decisions import AT_BOUND, RESAMPLES, UNDETERMINED
 from .device.generic_terms import OUTSIDE
 from .diagnosis import Cause, Verdict
 
@@ -56,10 +56,23 @@ def rivals(name: str, others: Iterable[tuple[str, float]], allowance: float) -> 
 
 
 def half_widths(jacobian: NDArray, variance: float) -> NDArray:
-    """Half of the 95 % intervals of fitted values, (n_values,), by the residuals' derivatives."""
+    """Half of the 95 % intervals of fitted values, (n_values,), by the residuals' derivatives.
+
+    Infinite for a value that the data do not determine.
+    """
     scaled, norm = unit_columns(jacobian)
-    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=DETERMINED**2, hermitian=True)
-    return 1.96 * np.sqrt(np.diag(inverse) * variance) / norm
+    power, directions = np.linalg.eigh(scaled.T @ scaled)
+    known = power > DETERMINED**2 * power[-1]
+    shares = directions**2
+    half = 1.96 * np.sqrt(shares[:, known] @ (variance / power[known])) / norm
+    open_ = shares[:, ~known].sum(axis=1) > UNDETERMINED
+    return np.where(open_ | ~np.isfinite(half), np.inf, half)
+
+
+def at_bound(value: float, lower: float, upper: float) -> bool:
+    """Whether a fitted value lies at a bound of its range."""
+    size = upper - lower if np.isfinite(upper - lower) else abs(value)
+    return bool(min(abs(value - lower), abs(upper - value)) <= AT_BOUND * size)
 
 
 def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
@@ -84,9 +97,9 @@ def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
 
 def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict:
     """Judge a simulation by its causes and by what they leave."""
-    known = [cause for cause in causes if cause.name != OUTSIDE]
     if not causes:
         return "adequate" if adequate else "unexplained"
-    if not known:
+    if all(cause.name == OUTSIDE for cause in causes):
         return "unexplained"
+    known = [cause for cause in causes if cause.name != OUTSIDE and not cause.acts_like]
     return "explained" if explained and len(known) == len(causes) else "partly_explained"

@@ -35,11 +35,11 @@ def check_degree(name: str, data: str, degree: int, seen: NDArray) -> None:
         )
 
 
-def bernstein(currents: NDArray) -> NDArray:
-    """Evaluate the Bernstein polynomials of the currents' range at the currents."""
+def bernstein(currents: NDArray, span: tuple[float, float]) -> NDArray:
+    """Evaluate the Bernstein polynomials of a range of the current at some currents, one each."""
     degree = len(currents) - 1
     if degree == 0:
         return np.ones((1, 1))
-    t = (currents - currents[0]) / (currents[-1] - currents[0])
+    t = (currents - span[0]) / (span[1] - span[0])
     columns = [comb(degree, k) * t**k * (1 - t) ** (degree - k) for k in range(degree + 1)]
     return np.stack(columns, axis=1)

@@ -153,7 +153,9 @@ def parameterise(
             f"excite {law.name}"
         )
     currents = currents_of(campaign, campaign.fitted, degree)
-    return Parameterisation(law, currents, (force, x, x / v), fixed)
+    # the law is evaluated at the currents of held-out runs, too
+    span = float(data.current.min()), float(data.current.max())
+    return Parameterisation(law, currents, (force, x, x / v), fixed, span)
 
 
 def fit_law(

@@ -33,6 +33,9 @@ class Parameterisation:
         Of the data: force (N), deformation (m) and time (s).
     fixed : mapping of str to float, optional
         Parameters that are not free, SI.
+    span : (float, float), optional
+        Range of the current in which the bounds hold, A; from the first to the last of
+        ``currents`` by default.
 
     Attributes
     ----------
@@ -59,6 +62,7 @@ class Parameterisation:
         currents: NDArray,
         sizes: tuple[float, float, float],
         fixed: Mapping[str, float] | None = None,
+        span: tuple[float, float] | None = None,
     ):
         self.law, self.currents, self.sizes = law, currents, sizes
         self.fixed = dict(fixed or {})
@@ -67,7 +71,7 @@ class Parameterisation:
                 raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
         self.free = tuple(q for q in law.parameters if q.name not in self.fixed)
         n, names = len(currents), law.parameter_names
-        self.basis = bernstein(currents)
+        self.basis = bernstein(currents, span or (float(currents[0]), float(currents[-1])))
         self._to_powers = np.linalg.solve(np.vander(currents, increasing=True), self.basis)
         self.owner = np.repeat(np.arange(len(names)), n)
         self.power = np.tile(np.arange(n), len(names))

@@ -1,7 +1,7 @@
 """Inference and search, the same for every kind of data, against textbook formulas."""
 
 import ast
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from scipy.stats import f as f_distribution
 
 from isolation_sim.discrepancy import decisions, inference
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
-from isolation_sim.discrepancy.diagnosis import Cause
+from isolation_sim.discrepancy.diagnosis import Cause, Interval
 from isolation_sim.discrepancy.search import search
 
 
@@ -49,6 +49,24 @@ def test_half_widths_are_those_of_a_straight_line():
     assert half == pytest.approx([1.96 * line.intercept_stderr, 1.96 * line.stderr])
 
 
+def test_what_the_data_do_not_determine_has_no_interval():
+    rng = np.random.default_rng(0)
+    x = rng.standard_normal((300, 3))
+    # the second and the third value do the same; the last one's derivative overflows
+    jacobian = np.column_stack([x[:, 0], x[:, 1], -2 * x[:, 1], np.full(300, np.inf)])
+    half = inference.half_widths(jacobian, 1.0)
+    assert half[0] == pytest.approx(1.96 / np.linalg.norm(x[:, 0]), rel=0.05)
+    assert np.all(np.isinf(half[1:]))
+
+
+def test_a_value_at_a_bound_is_told_from_one_near_it():
+    for value, lower, upper, expected in (
+        (0.5, 0.5, 10.0, True), (10.0, 0.5, 10.0, True), (0.51, 0.5, 10.0, False),
+        (0.0, 0.0, np.inf, True), (1e-9, 0.0, np.inf, False), (-3.0, -np.inf, np.inf, False),
+    ):  # fmt: skip
+        assert inference.at_bound(value, lower, upper) is expected
+
+
 def test_the_interval_of_a_gain_is_that_of_the_delta_method():
     rng = np.random.default_rng(1)
     before = rng.gamma(50.0, size=400)
@@ -65,11 +83,14 @@ def test_the_interval_of_a_gain_is_that_of_the_delta_method():
 
 def test_verdicts():
     known, other = (Cause(name, 0.5, 0.0, {}, "") for name in ("end_stop", OUTSIDE))
+    like = replace(known, parameters={"gap": Interval(1.0, 0.5, 1.0, "m", at_bound=True)})
     table = [
         ((), True, False, "adequate"), ((), False, True, "unexplained"),
         ((other,), False, True, "unexplained"), ((known,), False, True, "explained"),
         ((known,), True, False, "partly_explained"),
         ((known, other), False, True, "partly_explained"),
+        ((like,), False, True, "partly_explained"),
+        ((known, like), False, True, "partly_explained"),
     ]  # fmt: skip
     for causes, adequate, explained, expected in table:
         assert inference.verdict(causes, adequate, explained) == expected

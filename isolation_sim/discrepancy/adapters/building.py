@@ -286,9 +286,12 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
         )  # fmt: skip
         fixed = {name: Interval(v, v, v, "1") for name, v in cause.numbers}
         fitted = {
-            p.name: Interval(v * p.factor, float(a * p.factor), float(b * p.factor), p.unit)
+            p.name: Interval(
+                v * p.factor, float(a * p.factor), float(b * p.factor), p.unit,
+                inference.at_bound(v, p.lower, p.upper),
+            )
             for p, v, a, b in zip(cause.parameters, values, lower, upper, strict=True)
-        }
+        }  # fmt: skip
         numbers.append({**fixed, **fitted})
         at += len(x)
     return numbers

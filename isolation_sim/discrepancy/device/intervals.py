@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ...identification.law_fit import SEARCHED
 from ...identification.least_squares import DETERMINED, unit_columns
 from ...identification.noise import correlation_time
-from ..decisions import INTERVAL_EXAMPLES
+from ..decisions import INTERVAL_EXAMPLES, LEAST_EXAMPLES
 from ..diagnosis import Interval
-from ..inference import half_widths
+from ..inference import at_bound, half_widths
 from .model import FittedModel, Model
 from .noise_examples import motion_noise
 
@@ -34,11 +34,14 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
 
     more = motion_noise(final.model.data, INTERVAL_EXAMPLES - len(shifts), seed + 1)
     errors = errors_by_motion(final, [*shifts, *more])
+    errors = errors[np.isfinite(errors).all(axis=1)]
+    if len(errors) < LEAST_EXAMPLES:
+        return _intervals(final.model, final.values, final.values, np.full_like(half, np.inf))
     # an example under which a law runs away must not count for all
     below, shift, above = np.percentile(
         errors, [15.87, 50.0, 84.13], axis=0, method="median_unbiased"
     )
-    sure = stdtrit(INTERVAL_EXAMPLES - 1, 0.975) * np.sqrt(1 + 1 / INTERVAL_EXAMPLES)
+    sure = stdtrit(len(errors) - 1, 0.975) * np.sqrt(1 + 1 / len(errors))
     half = np.hypot(half, sure * (above - below) / 2)
     return _intervals(final.model, final.values, final.values - shift, half)
 
@@ -58,6 +61,9 @@ def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
         dx, dv, da = shift[:, kept]
         data = replace(part, x=part.x + dx, v=part.v + dv, a=part.a + da, force=clean)
         residual, jacobian = replace(model, data=data).residuals(final.values, True)
+        if not np.isfinite(residual).all():
+            errors.append(np.full(len(final.values), np.inf))
+            continue
         scaled, norm = unit_columns(jacobian)
         errors.append(-np.linalg.lstsq(scaled, residual, rcond=DETERMINED)[0] / norm)
     return np.array(errors)
@@ -88,6 +94,7 @@ def _intervals(
                 low=float(max(low[k], quantity.lower)),
                 high=float(min(high[k], quantity.upper)),
                 unit=quantity.unit,
+                at_bound=at_bound(float(values[k]), quantity.lower, quantity.upper),
             )
             for k, quantity in enumerate(effect.parameters, place.start)
         }

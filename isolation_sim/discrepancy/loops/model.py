@@ -186,10 +186,11 @@ class LoopSearch:
         table = self.table
         currents = np.unique(table.current[~table.held_out])
         at = np.linspace(currents[0], currents[-1], degree + 1) if degree else currents[:1]
+        span = float(table.current.min()), float(table.current.max())
         force = float(np.median(table.stiffness * table.amplitude))
         x = float(np.median(table.amplitude))
         time = 1 / (2 * np.pi * float(np.median(table.frequency)))
-        parameterisation = Parameterisation(law, at, (force, x, time))
+        parameterisation = Parameterisation(law, at, (force, x, time), span=span)
         model = LoopModel(loop_motion(table), parameterisation, _N_STEPS, table=table)
         starts = parameterisation.starts(_LAW_STARTS, self.seed)
         if device is not None:
