@@ -18,7 +18,7 @@ import controllers.predictive.prediction
 from controllers import clipped_lqr
 from controllers.device_model import DeviceModel
 from isolation_sim import generated
-from isolation_sim.discrepancy import stages
+from isolation_sim.discrepancy.device import effect_evaluation
 from isolation_sim.effects import effect
 from isolation_sim.identification import sensitivities
 from isolation_sim.laws import LAWS, emit, standard_solid
@@ -32,7 +32,7 @@ GENERATORS = {
     "kernel": lambda: kernel.load([LAW], 1, 1),
     "tables": lambda: kernel.load_tables.__wrapped__(1, 1, 1),
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
-    "effect": lambda: stages._compiled.__wrapped__(effect("current_lag")),
+    "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(
         clipped_lqr._decide, DeviceModel, (LAW,), 1
     ),
