@@ -29,13 +29,14 @@ if TYPE_CHECKING:
         kanai_tajimi_motion,
         kanai_tajimi_psd,
     )
+    from ground_motions.mixture import motion_mixture
     from ground_motions.near_fault import (
         MAKRIS_KINDS,
         makris_pulse,
         mavroeidis_papageorgiou_pulse,
         ricker_pulse,
     )
-    from ground_motions.readers import read, read_at2, read_csv, read_text
+    from ground_motions.readers import read, read_at2, read_csv, read_folder, read_text
     from ground_motions.record import Record
     from ground_motions.records import available_records, el_centro_1940, load_record
     from ground_motions.spectra import (
@@ -74,10 +75,12 @@ _HOMES = {
     "load_record": "ground_motions.records",
     "makris_pulse": "ground_motions.near_fault",
     "mavroeidis_papageorgiou_pulse": "ground_motions.near_fault",
+    "motion_mixture": "ground_motions.mixture",
     "oscillator_response": "ground_motions.spectra",
     "read": "ground_motions.readers",
     "read_at2": "ground_motions.readers",
     "read_csv": "ground_motions.readers",
+    "read_folder": "ground_motions.readers",
     "read_text": "ground_motions.readers",
     "response_spectrum": "ground_motions.spectra",
     "ricker_pulse": "ground_motions.near_fault",
@@ -111,10 +114,12 @@ __all__ = [
     "load_record",
     "makris_pulse",
     "mavroeidis_papageorgiou_pulse",
+    "motion_mixture",
     "oscillator_response",
     "read",
     "read_at2",
     "read_csv",
+    "read_folder",
     "read_text",
     "response_spectrum",
     "ricker_pulse",

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
         shear_building,
     )
     from .sweeps.run import sweep
+    from .tuning.tune import tune
+    from .tuning.tuning import Tuning
 
 from .version import __version__ as __version__
 
@@ -57,6 +59,7 @@ _HOMES = {
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
     "Structure": ".structures",
+    "Tuning": ".tuning.tuning",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
@@ -83,6 +86,7 @@ _HOMES = {
     "simulate": ".api",
     "simulate_many": ".simulation.batch",
     "sweep": ".sweeps.run",
+    "tune": ".tuning.tune",
     "write_run": ".simulation.run_files",
 }
 
@@ -99,6 +103,7 @@ __all__ = [
     "Scenario",
     "Sensors",
     "Structure",
+    "Tuning",
     "available_conditions",
     "available_controllers",
     "available_laws",
@@ -125,6 +130,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "sweep",
+    "tune",
     "write_run",
 ]
 

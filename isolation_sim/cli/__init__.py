@@ -16,7 +16,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, fit, list_names, new, run, sweep
+from . import cite, diagnose, fit, list_names, new, run, sweep, tune
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -68,6 +68,7 @@ app.command("run", epilog=run.EXAMPLES)(run.run)
 app.command("compare", hidden=True)(run.run)  # a likely guess for run
 app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
+app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)

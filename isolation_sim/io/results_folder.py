@@ -83,6 +83,8 @@ _CONTENTS = {
     "diagnosis.json": "the diagnosis as JSON, in SI units",
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
+    "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
+    "tuning.json": "every trial of the search, and how it was judged; --resume goes on from it",
     "table.parquet": "a row a run, in SI units; isolation_sim.sweeps.Sweep reads it",
     "manifest.json": "what the sweep ran",
     "sweep": "the sweep behind it; isolation-sim sweep show reads it",
