@@ -22,13 +22,22 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
-    from .laws import Device, available_conditions, available_laws, available_sets, law
+    from .laws import (
+        Device,
+        available_conditions,
+        available_laws,
+        available_sets,
+        law,
+        measured_force,
+    )
     from .registry import available_controllers, controller, register
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
     from .simulation.run_files import read_run, write_run
+    from .simulation.simulator import Simulator
+    from .simulation.substructure import DeviceSimulator
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -49,6 +58,7 @@ _HOMES = {
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Device": ".laws",
+    "DeviceSimulator": ".simulation.substructure",
     "Diverged": ".errors",
     "Fit": ".identification.fitted",
     "InputError": ".errors",
@@ -56,6 +66,7 @@ _HOMES = {
     "Run": ".simulation.result",
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
+    "Simulator": ".simulation.simulator",
     "Structure": ".structures",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
@@ -72,6 +83,7 @@ _HOMES = {
     "passive": ".laws",
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
+    "measured_force": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
     "read_run": ".simulation.run_files",
@@ -91,6 +103,7 @@ __all__ = [
     "CoilDriver",
     "Comparison",
     "Device",
+    "DeviceSimulator",
     "Diverged",
     "Fit",
     "InputError",
@@ -98,6 +111,7 @@ __all__ = [
     "Run",
     "Scenario",
     "Sensors",
+    "Simulator",
     "Structure",
     "available_conditions",
     "available_controllers",
@@ -113,6 +127,7 @@ __all__ = [
     "law",
     "loop_curves",
     "loop_measures",
+    "measured_force",
     "passive",
     "read_campaign",
     "read_matrices",

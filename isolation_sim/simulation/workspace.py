@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numba import typeof
 from numpy.typing import NDArray
 
 from .elements import Elements
@@ -204,7 +206,8 @@ class Workspace:
         # over how many intervals its one step goes, negative
         self.cuts = np.zeros((n_points, lanes), np.int64)
         self.first_step = np.zeros((n_points, lanes), np.int64)
-        self._work = self._scratch()
+        self.scratch = self._scratch()
+        self._called_with: tuple[Any, ...] | None = None
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -246,28 +249,48 @@ class Workspace:
 
     def march(self) -> int:
         """Integrate on, until the kernel stops; returns its status."""
-        module, grid, work, elements = self.module, self.grid, self._work, self.elements
+        return self._to_a_stop(self.module.march)
+
+    def marcher(self) -> Callable[[], int]:
+        """``march`` for many short stretches: it does not look up the arguments' types again."""
+        march, arguments = self.module.march, self._arguments()
+        types = tuple(typeof(argument) for argument in arguments)
+        if types not in march.overloads:
+            march.compile(types)
+        return partial(self._to_a_stop, march.overloads[types].entry_point)
+
+    def _to_a_stop(self, march: Callable[..., int]) -> int:
+        """March until the kernel stops for another reason than a full record of its steps."""
         while True:
-            status = module.march(
-                self.info, self.settings, elements.deformation_limit, grid.windows, grid.spans,
-                self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes,
-                self.tables.table, self.tables.built, work["phi"], work["integral"],
-                self.sensing.measure, self.sensing.noise, self.measured, self.chosen,
-                self.sensing.decided, self.sensing.measured_for, self._addresses,
-                self.command, self.driver,
-                elements.table, elements.breaks, elements.shape, elements.channel, self.z,
-                self.states.ravel(),
-                work["w"], self.coil, work["applied"], work["level"], work["base"], work["place"],
-                work["tried"], work["hold"],
-                self.alive, work["moving"], work["active"], work["going"], work["todo"],
-                work["last"], work["previous"], work["contraction"], work["defects"],
-                work["errors"], work["kinks"], work["worst"], self.missed, self.forces, self.steps,
-                self.step_count, self.cuts, self.first_step, work["last_step"], self.counts,
-                self.coil_history, work["u"],
-            )
-            if status != module.BUFFER_FULL:
+            status = march(*self._arguments())
+            if status != self.module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
+            self._called_with = None
+
+    def _arguments(self) -> tuple[Any, ...]:
+        """The kernel's arguments; put together again only when the record of steps has grown."""
+        if self._called_with is not None:
+            return self._called_with
+        grid, work, elements = self.grid, self.scratch, self.elements
+        self._called_with = (
+            self.info, self.settings, elements.deformation_limit, grid.windows, grid.spans,
+            self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes,
+            self.tables.table, self.tables.built, work["phi"], work["integral"],
+            self.sensing.measure, self.sensing.noise, self.measured, self.chosen,
+            self.sensing.decided, self.sensing.measured_for, self._addresses,
+            self.command, self.driver,
+            elements.table, elements.breaks, elements.shape, elements.channel, self.z,
+            self.states.ravel(),
+            work["w"], self.coil, work["applied"], work["level"], work["base"], work["place"],
+            work["tried"], work["hold"],
+            self.alive, work["moving"], work["active"], work["going"], work["todo"],
+            work["last"], work["previous"], work["contraction"], work["defects"],
+            work["errors"], work["kinks"], work["worst"], self.missed, self.forces, self.steps,
+            self.step_count, self.cuts, self.first_step, work["last_step"], self.counts,
+            self.coil_history, work["u"],
+        )  # fmt: skip
+        return self._called_with
 
     def summarise(
         self, quantities: NDArray, n_quantities: int, n_directions: int, fast: NDArray,
