@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from .simulation.run_files import read_run, write_run
     from .simulation.simulator import Simulator
     from .simulation.substructure import DeviceSimulator
+    from .simulation.vector_simulator import VectorSimulator
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -68,6 +69,7 @@ _HOMES = {
     "Sensors": ".simulation.control",
     "Simulator": ".simulation.simulator",
     "Structure": ".structures",
+    "VectorSimulator": ".simulation.vector_simulator",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
@@ -113,6 +115,7 @@ __all__ = [
     "Sensors",
     "Simulator",
     "Structure",
+    "VectorSimulator",
     "available_conditions",
     "available_controllers",
     "available_laws",

@@ -20,14 +20,14 @@ from .outputs import output_names
 from .plan import Plan
 from .run import check_options, prepared
 
-_CARRIED = (
+CARRIED = (
     "w applied level base place tried hold moving last previous contraction defects errors kinks "
     "worst last_step"
 ).split()
 """What a workspace's scratch memory carries from one window to the next."""
 
 
-class _Outside:
+class Outside:
     """Stands where a run has its controller: the currents come from outside."""
 
     name = "simulator"
@@ -36,18 +36,24 @@ class _Outside:
     def __init__(self, period: float | None, measures: tuple[str, ...]):
         self.period, self._measures = period, measures
 
-    def prepare(self, situation: Situation, trial: Any) -> None: ...
+    def prepare(self, situation: Situation, trial: Any) -> None:
+        """Nothing to prepare."""
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """What the caller wants measured."""
         return self._measures
 
-    def schedule(self, situation: Situation) -> None: ...
+    def schedule(self, situation: Situation) -> None:
+        """Nothing is known before."""
 
-    def compiled(self, situation: Situation) -> None: ...
+    def compiled(self, situation: Situation) -> None:
+        """The caller decides."""
 
-    def reset(self, situation: Situation) -> None: ...
+    def reset(self, situation: Situation) -> None:
+        """Nothing to forget."""
 
     def current(self, t: float, measurement: Any) -> Any:
+        """Never called."""
         raise NotImplementedError
 
 
@@ -137,7 +143,7 @@ class Simulator:
         self.isolated = isolated
         self._given_ground = ground is None
         if ground is None:
-            records: tuple[Record, ...] = _at_rest(isolated, period, duration, dt)
+            records: tuple[Record, ...] = still_ground(isolated, period, duration, dt)
         else:
             for name, value in (("duration", duration), ("dt", dt)):
                 if value is not None:
@@ -148,7 +154,7 @@ class Simulator:
         names = output_names(isolated) if measures is None else tuple(measures)
         self._sensors, self._delay = sensors or Sensors(), computation_delay
         self._tolerance, self._clamp = tolerance, current_outside == "clamp"
-        outside = _Outside(self.period, names)
+        outside = Outside(self.period, names)
         delays = self._sensors.delay, computation_delay
         if self.period > 0:
             self.n_steps = int(np.ceil(first.duration / self.period * (1 - 1e-12)))
@@ -331,7 +337,7 @@ class Simulator:
             "alive": work.alive.copy(),
             "counts": work.counts.copy(),
             "missed": work.missed.copy(),
-            **{name: work.scratch[name].copy() for name in _CARRIED},
+            **{name: work.scratch[name].copy() for name in CARRIED},
         }
 
     @state.setter
@@ -357,7 +363,7 @@ class Simulator:
         work.step_count[0] = 0
         for name in ("info", "coil", "alive", "counts", "missed"):
             getattr(work, name)[...] = given[name]
-        for name in _CARRIED:
+        for name in CARRIED:
             work.scratch[name][...] = given[name]
 
     def _so_far(self, window: int) -> tuple[int, int]:
@@ -366,10 +372,10 @@ class Simulator:
         return int(events[: window + 1, 0].max()) + 1, int(events[:window, 2].max(initial=-1)) + 1
 
 
-def _at_rest(
+def still_ground(
     isolated: IsolatedStructure, period: float | None, duration: float | None, dt: float | None
 ) -> tuple[Record, ...]:
-    """Records without motion, in which a caller's ground acceleration takes its place."""
+    """Records at rest, one a direction, whose place a caller's ground acceleration takes."""
     for name, value in (("period", period), ("duration", duration)):
         if value is None or not 0 < value < np.inf:
             raise InputError(f"{name} is {value}; accepted without a record: a time above 0 s")
