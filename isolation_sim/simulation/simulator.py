@@ -20,13 +20,6 @@ from .outputs import output_names
 from .plan import Plan
 from .run import check_options, prepared
 
-CARRIED = (
-    "w applied level base place tried hold moving last previous contraction defects errors kinks "
-    "worst last_step"
-).split()
-"""What a workspace's scratch memory carries from one window to the next."""
-
-
 class Outside:
     """Stands where a run has its controller: the currents come from outside."""
 
@@ -218,8 +211,8 @@ class Simulator:
         elif np.any(ground_acceleration):
             raise InputError("ground_acceleration is given; accepted: none beside a record")
         with kernel.compiling(plan.module):
-            self._march = self._work.marcher()
-            self._march()
+            self._integrate = self._work.integrator()
+            self._integrate()
         # of each step: the grid points at its start and its end
         decisions = np.flatnonzero(self._work.grid.events[:, 1] >= 0)
         self._windows = decisions[: self.n_steps + 1]
@@ -263,7 +256,7 @@ class Simulator:
             self._put_ground(ground_acceleration)
         elif ground_acceleration is not None:
             raise InputError("ground_acceleration is given; accepted: none beside a record")
-        self._march()
+        self._integrate()
         if work.alive[0] != self._plan.module.ALIVE:
             self._k = self.n_steps
             fate = self._plan.fate(work, 0)
@@ -332,12 +325,8 @@ class Simulator:
             "states": work.states[point].copy(),
             "command": work.command[point].copy(),
             "ground": work.ground[point].copy(),
-            "info": work.info.copy(),
-            "coil": work.coil.copy(),
-            "alive": work.alive.copy(),
-            "counts": work.counts.copy(),
-            "missed": work.missed.copy(),
-            **{name: work.scratch[name].copy() for name in CARRIED},
+            "position": work.position.copy(),
+            **{name: array.copy() for name, array in work.carried().items()},
         }
 
     @state.setter
@@ -361,10 +350,9 @@ class Simulator:
         work.states[point], work.command[point] = given["states"], given["command"]
         work.ground[point] = given["ground"]
         work.step_count[0] = 0
-        for name in ("info", "coil", "alive", "counts", "missed"):
-            getattr(work, name)[...] = given[name]
-        for name in CARRIED:
-            work.scratch[name][...] = given[name]
+        work.position[:] = given["position"]
+        for name, array in work.carried().items():
+            array[...] = given[name]
 
     def _so_far(self, window: int) -> tuple[int, int]:
         """Measurements taken and commands begun when a decision is due at a window's start."""

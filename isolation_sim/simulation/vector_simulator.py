@@ -19,7 +19,7 @@ from .control import CoilDriver, Sensors
 from .outputs import output_names
 from .plan import Plan
 from .run import check_options, prepared
-from .simulator import CARRIED, Outside, still_ground
+from .simulator import Outside, still_ground
 
 FEWEST_BLOCKS = 8
 """Blocks of lanes a thread that are worth handing over to it."""
@@ -194,12 +194,10 @@ class _Block:
         self.ground = work.ground
         self.measured = work.measured[2, :, :n_measures]
         with kernel.compiling(work.module):
-            self.march = work.marcher()
-            self.march()
+            self.integrate = work.integrator()
+            self.integrate()
         # what is carried from step to step, lanes last, and its value at rest
-        self.carried = [
-            work.scratch[name].reshape(-1, LANES) for name in CARRIED
-        ] + [work.coil, work.alive[None], work.counts, work.missed[None]]
+        self.carried = [array.reshape(-1, LANES) for array in work.carried().values()]
         self.at_rest = [array.copy() for array in self.carried]
         self.at_rest_measured = work.measured[0, :, :n_measures].copy()
         self.of_ground = work.sensing.measure[:, -work.module.N_GROUND :, 0]
@@ -222,8 +220,8 @@ class _Block:
         work.chosen[1, :, : self.n_channels] = currents
         self.ground[begin + 1 : end + 1] = ground.transpose(1, 2, 0)
         # as if the decision at the stretch's start had just been made
-        work.info[0], work.info[9] = self.window, 1
-        self.march()
+        work.position[:] = self.window, work.module.COMMAND
+        self.integrate()
         work.step_count[0] = 0
         self.z[begin] = self.z[end]
         work.states[begin] = work.states[end]

@@ -136,10 +136,10 @@ def test_a_step_costs_little_besides_integration(stiffening, strong_motion):
     """The call is measured where there is nothing to integrate: the kernel stops at once."""
     simulator = Simulator(stiffening, strong_motion, measures=MEASURED)
     simulator.reset()
-    info, finished = simulator._work.info, simulator._work.info[4]
+    position, finished = simulator._work.position, simulator._work.sizes.n_windows
     least = np.inf
     for _ in range(20):
-        info[0] = finished
+        position[0] = finished
         begun = time.perf_counter()
         for _ in range(100):
             simulator._k = 0
