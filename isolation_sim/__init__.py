@@ -22,13 +22,23 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
-    from .laws import Device, available_conditions, available_laws, available_sets, law
+    from .laws import (
+        Device,
+        available_conditions,
+        available_laws,
+        available_sets,
+        law,
+        measured_force,
+    )
     from .registry import available_controllers, controller, register
     from .scenario import Scenario
     from .simulation.batch import Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
     from .simulation.run_files import read_run, write_run
+    from .simulation.simulator import Simulator
+    from .simulation.substructure import DeviceSimulator
+    from .simulation.vector_simulator import VectorSimulator
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -51,6 +61,7 @@ _HOMES = {
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Device": ".laws",
+    "DeviceSimulator": ".simulation.substructure",
     "Diverged": ".errors",
     "Fit": ".identification.fitted",
     "InputError": ".errors",
@@ -58,8 +69,10 @@ _HOMES = {
     "Run": ".simulation.result",
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
+    "Simulator": ".simulation.simulator",
     "Structure": ".structures",
     "Tuning": ".tuning.tuning",
+    "VectorSimulator": ".simulation.vector_simulator",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
@@ -75,6 +88,7 @@ _HOMES = {
     "passive": ".laws",
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
+    "measured_force": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
     "read_run": ".simulation.run_files",
@@ -95,6 +109,7 @@ __all__ = [
     "CoilDriver",
     "Comparison",
     "Device",
+    "DeviceSimulator",
     "Diverged",
     "Fit",
     "InputError",
@@ -102,8 +117,10 @@ __all__ = [
     "Run",
     "Scenario",
     "Sensors",
+    "Simulator",
     "Structure",
     "Tuning",
+    "VectorSimulator",
     "available_conditions",
     "available_controllers",
     "available_laws",
@@ -118,6 +135,7 @@ __all__ = [
     "law",
     "loop_curves",
     "loop_measures",
+    "measured_force",
     "passive",
     "read_campaign",
     "read_matrices",

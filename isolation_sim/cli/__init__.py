@@ -16,7 +16,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, fit, list_names, new, run, sweep, tune
+from . import cite, diagnose, export, fit, list_names, new, run, sweep, tune
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -73,6 +73,7 @@ app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
 app.add_typer(sweep.app, name="sweep")
+app.add_typer(export.app, name="export")
 
 
 def main(arguments: list[str] | None = None) -> None:
