@@ -11,6 +11,8 @@ Every exported name is loaded when it is first used.
 from __future__ import annotations
 
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -42,6 +44,20 @@ if TYPE_CHECKING:
     from .sweeps.run import sweep
 
 from .version import __version__ as __version__
+
+
+def _check_ground_motions() -> None:
+    """Say which file hides the package ``ground_motions``, before anything imports it."""
+    found = find_spec("ground_motions")
+    beside = Path(__file__).resolve().parents[1] / "ground_motions" / "__init__.py"
+    if found is None or found.origin is None or Path(found.origin).resolve() != beside:
+        raise ImportError(
+            f"{found.origin if found else 'nothing'} hides the package 'ground_motions' of "
+            "isolation-sim; expected: another name for it"
+        )
+
+
+_check_ground_motions()
 
 # one line a name: where it lives
 _HOMES = {

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
 from .rendering import render
+from .simulation.tested_range import of_runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.table import Table
+    from rich.console import RenderableType
 
     from .simulation.result import Run
 
@@ -44,6 +45,8 @@ class Comparison:
         run there are no J1 to J9.
     diverged : mapping of str to Diverged, optional
         What ended the runs that have no result, by the name to print.
+    fixed_base : Run, optional
+        The building without isolation under the same ground motion, to show beside the others.
 
     Attributes
     ----------
@@ -66,6 +69,7 @@ class Comparison:
         runs: Mapping[str, Run],
         reference: str | None = None,
         diverged: Mapping[str, Diverged] | None = None,
+        fixed_base: Run | None = None,
     ):
         if not runs:
             raise InputError("a comparison needs one run or more; none given")
@@ -73,7 +77,10 @@ class Comparison:
             raise unknown_name("reference run", reference, runs)
         self.runs, self.diverged = dict(runs), dict(diverged or {})
         self.reference = UNCONTROLLED if reference is None and UNCONTROLLED in runs else reference
+        self.fixed_base = fixed_base
         (first, like), *others = self.runs.items()
+        if fixed_base is not None and fixed_base.records != like.records:
+            raise InputError("the fixed-base run had another ground motion; expected: the same")
         for name, run in others:
             for what, differ in (
                 ("dofs", run.isolated.structure.names != like.isolated.structure.names),
@@ -103,6 +110,12 @@ class Comparison:
         }
 
     @property
+    def baseline(self) -> dict[str, dict[str, float]]:
+        """Criteria of the fixed-base run by its name, SI units; empty if there is none."""
+        run = self.fixed_base
+        return {} if run is None else {run.controller: run.criteria}
+
+    @property
     def title(self) -> str:
         """Names of the structure and the ground motion."""
         run = next(iter(self.runs.values()))
@@ -125,23 +138,10 @@ class Comparison:
         Returns
         -------
         list of str
-            Elements that deform further than their law was tested, commands that were clamped.
+            Elements that deform further than their law was tested, coils with more current than
+            was tested, commands that were clamped, and periods that no building has.
         """
-        told = []
-        for element in next(iter(self.runs.values())).isolated.elements:
-            device = element.device
-            tested = device.length * device.tested_deformation
-            beyond = {
-                name: peak
-                for name, run in self.runs.items()
-                if (peak := float(abs(run.output(f"{element.name}_deformation_m")).max())) > tested
-            }
-            if beyond:
-                peaks = ", ".join(f"{name} {1e3 * peak:.0f} mm" for name, peak in beyond.items())
-                told.append(
-                    f"{element.name} deforms further than its law was tested, {1e3 * tested:.0f} "
-                    f"mm at this scale: {peaks}"
-                )
+        told = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
         told += [
             f"{name}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()
@@ -149,16 +149,18 @@ class Comparison:
         ]
         return told
 
-    def table(self) -> Table:
+    def table(self) -> RenderableType:
         """Build the table of criteria and energies in engineering units.
 
         Returns
         -------
-        rich.table.Table
-            A column a controller: seven or so fit a terminal of 100 columns. An asterisk marks the
-            best of a row.
+        rich.console.RenderableType
+            What rich prints: a column for each controller, in several parts where they are wider
+            than the terminal. An asterisk marks the best of a row.
         """
-        return render("tables:criteria_table", self.criteria, self.energy, self.title)
+        return render(
+            "tables:CriteriaTables", self.criteria, self.energy, self.title, self.baseline
+        )
 
     def to_records(self) -> list[dict[str, str | float]]:
         """List the runs as flat records, for CSV or Parquet.
@@ -219,13 +221,19 @@ class Comparison:
         return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"
 
     def __str__(self) -> str:
-        return "\n".join([render("tables:as_text", self.table()), *self.failures()])
+        isolated = next(iter(self.runs.values())).isolated
+        told = "; ".join(f"{key.lower()} {value}" for key, value in isolated.facts().items())
+        return "\n".join([render("tables:as_text", self.table()), *self.failures(), told])
 
-    def __rich__(self) -> Table:
+    def __rich__(self) -> RenderableType:
         return self.table()
 
 
-def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
+def simulated(
+    names: Iterable[str],
+    run: Callable[[str], Run],
+    fixed_base: Callable[[], Run | None] = lambda: None,
+) -> Comparison:
     """Compare runs; one that diverges does not keep the others from their results.
 
     Parameters
@@ -234,6 +242,8 @@ def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
         Names of the runs.
     run : callable
         Simulates the run of a name.
+    fixed_base : callable, optional
+        Simulates the building without isolation.
 
     Returns
     -------
@@ -253,7 +263,7 @@ def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
             diverged[name] = error
     if diverged and not runs:
         raise next(iter(diverged.values()))
-    return Comparison(runs, diverged=diverged)
+    return Comparison(runs, diverged=diverged, fixed_base=fixed_base())
 
 
 def json_report(comparison: Comparison) -> dict[str, Any]:

@@ -201,7 +201,7 @@ def test_new_then_run(here, call):
 def test_new_does_not_overwrite_unless_told(here, call):
     (here / "scenario.toml").write_text("mine")
     line = refused(call, "new")
-    assert line == "scenario.toml: exists; accepted: a new name, or --force to replace it"
+    assert line == "scenario.toml: exists; expected: a new name, or --force to replace it"
     assert (here / "scenario.toml").read_text() == "mine"
     assert call("new", "--force")[0] == 0
     assert "[ground]" in (here / "scenario.toml").read_text()

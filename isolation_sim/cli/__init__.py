@@ -6,7 +6,9 @@ cannot be used, with one line on standard error.
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from typing import Annotated, Any
 
 import typer
@@ -74,6 +76,11 @@ app.command("new", epilog=new.EXAMPLES)(new.new)
 app.add_typer(sweep.app, name="sweep")
 
 
+def _stop(number: int, frame: object) -> None:
+    """End at a signal as at an error, so that hidden work folders are removed."""
+    raise SystemExit(128 + number)
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and end the process.
 
@@ -82,6 +89,8 @@ def main(arguments: list[str] | None = None) -> None:
     arguments : list of str, optional
         What follows the program's name; the process's own by default.
     """
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _stop)
     try:
         app(arguments, prog_name="isolation-sim")
     except (InputError, Diverged) as error:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..rendering import render
+from ..structures.sizing import implausible
+from .tested_range import Reached, of_runs, reached
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -68,6 +71,34 @@ class Run(Trajectory):
         from .summary import item_peaks
 
         return item_peaks(self.isolated, self.work)
+
+    @cached_property
+    def reached_of_tests(self) -> Reached:
+        """Peak deformations and currents beside those at which the devices were tested."""
+        return reached(self.isolated, self.modes, self.work, self.criteria)
+
+    @cached_property
+    def implausible(self) -> list[str]:
+        """Tell of periods that no building has."""
+        values = self.modes.eigenvalues
+        swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
+        return implausible(self.isolated, 2 * np.pi / float(np.min(swinging, initial=np.inf)))
+
+    def warnings(self) -> list[str]:
+        """Tell what a reader must know before trusting the numbers.
+
+        Returns
+        -------
+        list of str
+            Elements that deform further than their law was tested, coils with more current than
+            was tested, commands that were clamped, and periods that no building has.
+        """
+        told = [*self.implausible, *of_runs({self.controller: self})]
+        if self.clamped:
+            told.append(
+                f"{self.controller}: {self.clamped} commands were clamped to the supply's limits"
+            )
+        return told
 
     def plot(self, **options: Any) -> Any:
         """Figure of the run; see ``isolation_sim.reports.figures.run_figure``."""

@@ -102,7 +102,8 @@ def criteria_table(comparison: Comparison) -> Table:
     Table
     """
     rows = []
-    for group, lines in criteria_lines(comparison.criteria, comparison.energy).items():
+    baseline = comparison.baseline
+    for group, lines in criteria_lines(comparison.criteria, comparison.energy, baseline).items():
         rows.append(Row(group))
         rows += [
             Row(label, tuple(Cell(text, "best" if best else "") for text, best in cells))
@@ -111,7 +112,7 @@ def criteria_table(comparison: Comparison) -> Table:
     against = f" J1 to J9 refer to {comparison.reference}." if comparison.reference else ""
     return Table(
         caption="Criteria and energies of each run, with units",
-        headings=("Quantity", *comparison.runs),
+        headings=("Quantity", *comparison.runs, *baseline),
         rows=tuple(rows),
         note=("* best of the row." * (len(comparison.runs) > 1) + against).strip(),
     )
@@ -145,6 +146,7 @@ def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
         f"{isolated.structure.name}, {isolated.structure.n_dofs} degrees of freedom, "
         f"{1e-3 * isolated.structure.total_mass:.5g} t"
     )
+    facts |= {key: value for key, value in isolated.facts().items() if key != "Mass"}
     facts["Ground motion"] = "; ".join(
         f"{record.name}: {record.source or 'no source given'}; {len(record)} points at "
         f"{record.dt:g} s, peak {record.pga:.4g} m/s²"
