@@ -16,18 +16,35 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .api import compare, diagnose, run_scenario, simulate
+    from ground_motions import Record, available_records, el_centro_1940
+    from ground_motions import read as read_record
+
+    from .api import compare, diagnose, load, run_scenario, simulate
     from .comparison import Comparison, json_report
-    from .errors import Diverged, InputError
+    from .discrepancy.diagnosis import Diagnosis
+    from .errors import (
+        AccuracyWarning,
+        Diverged,
+        InputError,
+        PlausibilityWarning,
+        TestedRangeWarning,
+    )
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
-    from .laws import Device, available_conditions, available_laws, available_sets, law
+    from .laws import (
+        Device,
+        available_conditions,
+        available_laws,
+        available_sets,
+        law,
+        passive,
+    )
     from .registry import available_controllers, controller, register
     from .scenario import Scenario
-    from .simulation.batch import Case, simulate_many
+    from .simulation.batch import Batch, Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
     from .simulation.run_files import read_run, write_run
@@ -41,6 +58,8 @@ if TYPE_CHECKING:
         reference_isolators,
         shear_building,
     )
+    from .sweeps.plan import SweepPlan
+    from .sweeps.result import Sweep
     from .sweeps.run import sweep
 
 from .version import __version__ as __version__
@@ -61,35 +80,47 @@ _check_ground_motions()
 
 # one line a name: where it lives
 _HOMES = {
+    "AccuracyWarning": ".errors",
+    "Batch": ".simulation.batch",
     "Case": ".simulation.batch",
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Device": ".laws",
+    "Diagnosis": ".discrepancy.diagnosis",
     "Diverged": ".errors",
     "Fit": ".identification.fitted",
     "InputError": ".errors",
     "IsolatedStructure": ".structures",
+    "PlausibilityWarning": ".errors",
+    "Record": "ground_motions",
     "Run": ".simulation.result",
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
     "Structure": ".structures",
+    "Sweep": ".sweeps.result",
+    "SweepPlan": ".sweeps.plan",
+    "TestedRangeWarning": ".errors",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
+    "available_records": "ground_motions",
     "available_sets": ".laws",
     "compare": ".api",
     "controller": ".registry",
     "diagnose": ".api",
+    "el_centro_1940": "ground_motions",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "json_report": ".comparison",
     "law": ".laws",
-    "passive": ".laws",
+    "load": ".api",
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
+    "passive": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
+    "read_record": "ground_motions:read",
     "read_run": ".simulation.run_files",
     "reference_building": ".structures",
     "reference_isolators": ".structures",
@@ -103,35 +134,47 @@ _HOMES = {
 }
 
 __all__ = [
+    "AccuracyWarning",
+    "Batch",
     "Case",
     "CoilDriver",
     "Comparison",
     "Device",
+    "Diagnosis",
     "Diverged",
     "Fit",
     "InputError",
     "IsolatedStructure",
+    "PlausibilityWarning",
+    "Record",
     "Run",
     "Scenario",
     "Sensors",
     "Structure",
+    "Sweep",
+    "SweepPlan",
+    "TestedRangeWarning",
     "available_conditions",
     "available_controllers",
     "available_laws",
+    "available_records",
     "available_sets",
     "compare",
     "controller",
     "diagnose",
+    "el_centro_1940",
     "fit",
     "from_fixed_base",
     "from_matrices",
     "json_report",
     "law",
+    "load",
     "loop_curves",
     "loop_measures",
     "passive",
     "read_campaign",
     "read_matrices",
+    "read_record",
     "read_run",
     "reference_building",
     "reference_isolators",
@@ -148,10 +191,11 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name], __name__), name)
+    place, _, inside = _HOMES[name].partition(":")
+    value = getattr(import_module(place, __name__), inside or name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted(["__version__", *__all__])

@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     from .comparison import Comparison
     from .discrepancy.diagnosis import Diagnosis
     from .identification.campaign import Campaign
+    from .identification.fitted import Fit
     from .laws import Device
     from .laws.law import Law
     from .scenario import Scenario
+    from .sweeps.result import Sweep
 
 
 def simulate(
@@ -172,6 +174,40 @@ def compare(
     )  # fmt: skip
     _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))
     return found
+
+
+def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep:
+    """Read a saved result as what it was.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Folder that ``save``, ``isolation-sim run``, ``diagnose`` or ``sweep`` wrote, or a file
+        ``result.npz``.
+
+    Returns
+    -------
+    Run, Comparison, Fit, Diagnosis or Sweep
+        With its plots, criteria and reports; without the simulation's working memory.
+
+    Raises
+    ------
+    InputError
+        If there is no result that can be read.
+    """
+    from .archive import FILE, load_archive
+    from .sweeps.result import Sweep
+
+    folder = Path(path)
+    if folder.is_file():
+        return load_archive(folder)
+    if (folder / FILE).is_file():
+        return load_archive(folder / FILE)
+    if (folder / "manifest.json").is_file():
+        return Sweep(folder)
+    raise InputError(
+        f"{path}: no saved result; expected: a folder with {FILE}, or a sweep's with manifest.json"
+    )
 
 
 def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:

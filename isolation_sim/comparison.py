@@ -13,6 +13,8 @@ from .rendering import render
 from .simulation.tested_range import of_runs
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from matplotlib.figure import Figure
     from rich.console import RenderableType
 
@@ -217,13 +219,72 @@ class Comparison:
         """
         return render("html.run_report:run_report", self, scenario).write(path)
 
+    def report(self) -> None:
+        """Print criteria, energies, failures and warnings."""
+        render("console:standard_console").print(self.table())
+        for line in (*self.failures(), *(f"warning: {each}" for each in self.warnings())):
+            print(line)
+
+    def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
+        """Write everything; ``isolation_sim.load`` gives the comparison back.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Made if it does not exist.
+        scenario : str
+            TOML of the scenario that produced it, kept with it.
+        figures : bool, default False
+            Whether to draw figures, each as SVG and PNG.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder; its ``README.txt`` says what is in it.
+        """
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        render("comparison_files:write_comparison", self, folder, scenario, figures)
+        return Path(folder)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return criteria and energies.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each run by its name, a column for each criterion and energy, SI units.
+        """
+        import pandas
+
+        return pandas.DataFrame(self.to_records()).set_index("controller")
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the histories of all runs, with the axis ``controller``.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        import xarray
+
+        histories = [run.history for run in self.runs.values()]
+        names = xarray.DataArray(list(self.runs), dims="controller", name="controller")
+        return xarray.concat(histories, names, combine_attrs="drop_conflicts")
+
+    def __getstate__(self) -> dict[str, Any]:
+        names = ("runs", "diverged", "reference", "fixed_base")
+        return {name: getattr(self, name) for name in names}
+
+    def _repr_html_(self) -> str:
+        return render("tables:as_html", self.table())
+
     def __repr__(self) -> str:
         return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"
 
     def __str__(self) -> str:
         isolated = next(iter(self.runs.values())).isolated
-        told = "; ".join(f"{key.lower()} {value}" for key, value in isolated.facts().items())
-        return "\n".join([render("tables:as_text", self.table()), *self.failures(), told])
+        facts = [f"{key}: {value}" for key, value in isolated.facts().items()]
+        return "\n".join([render("tables:as_text", self.table()), *self.failures(), *facts])
 
     def __rich__(self) -> RenderableType:
         return self.table()

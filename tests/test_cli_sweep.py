@@ -78,9 +78,10 @@ def test_options_may_stand_before_the_plan(plan, capsys):
 
 
 def test_quiet_says_where_the_results_are(plan, capsys):
-    assert command(capsys, "sweep", "run", "plan.toml", "--workers", "1", "--quiet") == (
-        0, "results: results/plan\n", ""
-    )
+    code, out, err = command(capsys, "sweep", "run", "plan.toml", "--workers", "1", "--quiet")
+    assert (code, out) == (0, "results: results/plan\n")
+    assert err.startswith("warning: 6 of 12 runs deform an isolator or element further than")
+    assert len(err.splitlines()) == 1
 
 
 def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
 import warnings
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
-from ground_motions import Record, el_centro_1940
+from ground_motions import el_centro_1940
 from isolation_sim.cli import main
 from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, TestedRangeWarning
 from isolation_sim.io.output_place import check_new_files, check_writable
@@ -107,7 +106,7 @@ def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
 def test_fifty_times_the_tests_ends_the_run_and_names_the_scale(shake):
     """A laboratory device that was not scaled, and one whose tests are said to reach further."""
     unscaled = iso.reference_building().on(iso.law("strain_stiffening").scaled(force=30.0))
-    with pytest.raises(Diverged, match="50 times further .* check length_scale and force_scale"):
+    with pytest.raises(Diverged, match=r"50 times further .* check length_scale and force_scale"):
         iso.simulate(unscaled, shake.scaled(3.0))
 
 
@@ -288,7 +287,7 @@ def test_a_home_that_cannot_be_written_is_replaced(tmp_path, monkeypatch, capsys
     generated.cache_folder()
     assert capsys.readouterr().err == ""  # once
     monkeypatch.setenv("ISOLATION_SIM_CACHE", str(blocked / "below"))
-    with pytest.raises(InputError, match="ISOLATION_SIM_CACHE=.*cannot be written"):
+    with pytest.raises(InputError, match=r"ISOLATION_SIM_CACHE=.*cannot be written"):
         generated.cache_folder()
     generated._writable.cache_clear()
 
@@ -322,7 +321,7 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
         forces = building.damping @ y[n:] + building.stiffness @ y[:n]
         return np.concatenate([y[n:], -inverse @ forces - building.influence[:, 0] * ground])
 
-    exact = solve_ivp(rates, (0, shake.duration), np.zeros(2 * n), t_eval=np.linspace(0, 4, 4001), rtol=1e-8,
+    exact = solve_ivp(rates, (0, 4), np.zeros(2 * n), t_eval=np.linspace(0, 4, 4001), rtol=1e-8,
                       atol=1e-10, max_step=0.02)
     drift = np.abs(building.drift_rows @ exact.y[:n]).max()
     assert found.fixed_base.criteria["peak_drift_m"] == pytest.approx(drift, rel=2e-3)

@@ -114,6 +114,8 @@ _CONTENTS = {
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
     "table.parquet": "a row a run, in SI units; isolation_sim.sweeps.Sweep reads it",
+    "result.npz": "all of it as data; isolation_sim.load gives back the object",
+    "fitted.toml": "the fitted law: the [isolator] section of a scenario",
     "manifest.json": "what the sweep ran",
     "sweep": "the sweep behind it; isolation-sim sweep show reads it",
     "figures": "figures for publication, each as SVG and PNG",

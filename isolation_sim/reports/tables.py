@@ -235,7 +235,8 @@ def run_table(run: Run) -> Table:
     """
     from ..comparison import Comparison
 
-    return Comparison({run.controller: run}).table()
+    of_one = Comparison({run.controller: run})
+    return criteria_table(of_one.criteria, of_one.energy, of_one.title)
 
 
 def as_text(table: Any, width: int = WIDTH) -> str:
@@ -259,6 +260,24 @@ def as_text(table: Any, width: int = WIDTH) -> str:
     with console.capture() as capture:
         console.print(table)
     return "\n".join(line.rstrip() for line in capture.get().splitlines())
+
+
+def as_html(table: Any) -> str:
+    """Table as HTML for a notebook.
+
+    Parameters
+    ----------
+    table : rich.table.Table or CriteriaTables
+        A table.
+
+    Returns
+    -------
+    str
+        Preformatted text.
+    """
+    from html import escape
+
+    return f'<pre style="line-height:1.2">{escape(as_text(table))}</pre>'
 
 
 def marked(

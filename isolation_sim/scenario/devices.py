@@ -142,17 +142,19 @@ class Isolator(_Device):
                     "design_displacement_m needs target_period_s; expected: both or none"
                 )
             return self
-        for key, unset in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
-            if getattr(self, key) != unset:
+        for key, default in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
+            if getattr(self, key) != default:
                 raise InputError(
                     f"{key} is given beside target_period_s; expected: one of the two"
                 )
         device = sized(
             structure, self.device(), self.target_period_s, self.design_displacement_m
         )
-        found = {"length_scale": device.length, "force_scale": device.force_scale}
-        unset = {"target_period_s": None, "design_displacement_m": None}
-        return self.model_copy(update=found | unset)
+        found = {
+            "length_scale": device.length, "force_scale": device.force_scale,
+            "target_period_s": None, "design_displacement_m": None,
+        }  # fmt: skip
+        return self.model_copy(update=found)
 
     def on_reference(self) -> Device:
         """Return the device at the reference building's scale where the section gives none."""

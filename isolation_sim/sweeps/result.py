@@ -302,6 +302,41 @@ class Sweep:
         """
         return render("sweep_figures:sensitivity", self, criterion, controller)
 
+    def plot(self, criteria: Sequence[str] | None = None) -> Figure:
+        """Draw the controllers side by side; the same as `plot_comparison`.
+
+        Parameters
+        ----------
+        criteria : sequence of str, optional
+            Columns of results; the peaks by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return self.plot_comparison(criteria)
+
+    def report(self) -> None:
+        """Print the controllers side by side, and warnings."""
+        render("console:standard_console").print(render("sweep_tables:controllers_table", self))
+        for line in self.warnings():
+            print(f"warning: {line}")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the table; the same as ``table``.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return self.table
+
+    def __reduce__(self) -> tuple[type[Sweep], tuple[str]]:
+        return Sweep, (str(self.folder.absolute()),)
+
+    def _repr_html_(self) -> str:
+        return render("tables:as_html", render("sweep_tables:controllers_table", self))
+
     def one_controller(self, label: str | None) -> str:
         """Return a controller's label, the first by default.
 
