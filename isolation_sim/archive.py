@@ -145,7 +145,7 @@ def _object(place: str, state: dict[str, Any]) -> Any:
         raise InputError(f"names {place}, which is no class")
     if hasattr(kind, "_fields"):
         return kind(**state)
-    made = object.__new__(kind)
+    made: Any = object.__new__(kind)
     if hasattr(kind, "__setstate__"):
         made.__setstate__(state)
         return made
@@ -189,9 +189,9 @@ def _reduced_law(law: Law) -> tuple:
         return law.__reduce_ex__(2)  # type: ignore[return-value]
 
 
-copyreg.pickle(Law, _reduced_law)  # type: ignore[arg-type]
-copyreg.pickle(ExtendedLaw, _reduced_law)  # type: ignore[arg-type]
-copyreg.pickle(PassiveLaw, _reduced_law)  # type: ignore[arg-type]
+copyreg.pickle(Law, _reduced_law)
+copyreg.pickle(ExtendedLaw, _reduced_law)
+copyreg.pickle(PassiveLaw, _reduced_law)
 copyreg.pickle(
     Effect, lambda one: (effect, (EFFECTS.called(one, one.cause), one.form))
 )

@@ -9,6 +9,7 @@ from typing import Any
 from ground_motions import Record
 
 from ..errors import InputError
+from ..laws.trace_check import check_traceable
 from ..structures import IsolatedStructure, Structure
 
 _NEEDED = ("prepare", "measures", "schedule", "reset")
@@ -18,6 +19,8 @@ _NEEDED = ("prepare", "measures", "schedule", "reset")
 def checked_plant(given: Any, what: str = "isolated") -> IsolatedStructure:
     """Return an isolated structure, or say how to make one."""
     if isinstance(given, IsolatedStructure):
+        for element in given.elements:
+            check_traceable(element.device.law)
         return given
     if isinstance(given, Structure):
         raise InputError(
