@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 UNCONTROLLED = "passive_off"
 """Name of the run that J1 to J9 refer to unless another is given."""
 
+OPTIMUM = "clairvoyant"
+"""Registered name of the full-information optimum: a bound, never the best controller."""
+
 _FIGURES = {
     "time_histories": "time_histories",
     "loops": "loops",
@@ -118,6 +121,11 @@ class Comparison:
         return {} if run is None else {run.controller: run.criteria}
 
     @property
+    def optima(self) -> tuple[str, ...]:
+        """Names of the runs that are no controllers but optima that know the whole motion."""
+        return tuple(name for name, run in self.runs.items() if run.controller == OPTIMUM)
+
+    @property
     def title(self) -> str:
         """Names of the structure and the ground motion."""
         run = next(iter(self.runs.values()))
@@ -161,7 +169,8 @@ class Comparison:
             than the terminal. An asterisk marks the best of a row.
         """
         return render(
-            "tables:CriteriaTables", self.criteria, self.energy, self.title, self.baseline
+            "tables:CriteriaTables", self.criteria, self.energy, self.title, self.baseline,
+            self.optima,
         )
 
     def to_records(self) -> list[dict[str, str | float]]:

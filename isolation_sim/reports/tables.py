@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .units import unit_of
@@ -97,7 +97,7 @@ def criteria_table(
         Groups and rows that no run has are left out. Where several runs are told apart, an
         asterisk marks the best of a row; values that print alike are equally good.
     """
-    return _criteria_columns(criteria, energy, title, {}, list(criteria))
+    return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
 
 
 class CriteriaTables:
@@ -110,6 +110,8 @@ class CriteriaTables:
     baseline : mapping of str to mapping, optional
         Criteria of what stands beside the runs, such as the building on a fixed base; they are not
         compared with the others.
+    optima : collection of str
+        Runs that are bounds and no controllers: never the best.
     """
 
     def __init__(
@@ -118,8 +120,9 @@ class CriteriaTables:
         energy: Mapping[str, Mapping[str, float]],
         title: str = "",
         baseline: Mapping[str, Mapping[str, float]] | None = None,
+        optima: Collection[str] = (),
     ):
-        self._given = criteria, energy, title, dict(baseline or {})
+        self._given = criteria, energy, title, dict(baseline or {}), optima
         self._names = [*criteria, *self._given[3]]
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Any]:
@@ -144,6 +147,7 @@ def _criteria_columns(
     energy: Mapping[str, Mapping[str, float]],
     title: str,
     baseline: Mapping[str, Mapping[str, float]],
+    optima: Collection[str],
     shown: Sequence[str],
 ) -> Table:
     """Table of some runs, marked against all."""
@@ -165,7 +169,7 @@ def _criteria_columns(
         # a word a line: left alone, rich shares the width by whole names and breaks words
         header = Text("\n".join(name.replace("_", " ").split()))
         table.add_column(header, justify="right", no_wrap=True, overflow="fold", vertical="bottom")
-    for group, lines in criteria_lines(criteria, energy, baseline).items():
+    for group, lines in criteria_lines(criteria, energy, baseline, optima).items():
         table.add_row(Text(group, style="bold"))
         for label, values in lines:
             cells = [
@@ -181,6 +185,7 @@ def criteria_lines(
     criteria: Mapping[str, Mapping[str, float]],
     energy: Mapping[str, Mapping[str, float]],
     baseline: Mapping[str, Mapping[str, float]] | None = None,
+    optima: Collection[str] = (),
 ) -> dict[str, list[tuple[str, list[tuple[str, bool]]]]]:
     """Text of the table of criteria and energies, however it is set.
 
@@ -192,6 +197,8 @@ def criteria_lines(
         Energies of each run by its name, J.
     baseline : mapping of str to mapping, optional
         Criteria of what stands beside the runs and is not compared with them.
+    optima : collection of str
+        Runs that are bounds and no controllers: never the best.
 
     Returns
     -------
@@ -200,6 +207,7 @@ def criteria_lines(
         it is the best of several. Groups and rows that no run has are left out.
     """
     values = [{**criteria[name], **energy[name]} for name in criteria]
+    bounds = [name in optima for name in criteria]
     groups = {}
     for group, rows in _GROUPS.items():
         lines = []
@@ -208,7 +216,7 @@ def criteria_lines(
                 continue
             symbol, factor = unit_of(row.key)
             numbers = [v[row.key] * factor if row.key in v else None for v in values]
-            cells = marked(numbers, row.best if len(values) > 1 else None)
+            cells = marked(numbers, row.best if len(values) > 1 else None, bounds)
             cells += marked([_scaled(b, row.key, factor) for b in (baseline or {}).values()], None)
             lines.append((f"{row.label}{', ' * bool(symbol)}{symbol}", cells))
         if lines:
@@ -281,7 +289,9 @@ def as_html(table: Any) -> str:
 
 
 def marked(
-    numbers: Sequence[float | None], best: Callable[[list[float]], float] | None
+    numbers: Sequence[float | None],
+    best: Callable[[list[float]], float] | None,
+    bounds: Sequence[bool] = (),
 ) -> list[tuple[str, bool]]:
     """Write the numbers of a row, and mark the best.
 
@@ -291,6 +301,8 @@ def marked(
         In the unit to print; None where there is none.
     best : callable or None
         Picks the best of them; None where none is better.
+    bounds : sequence of bool
+        Whether each is a bound, which is never the best; none is by default.
 
     Returns
     -------
@@ -298,12 +310,19 @@ def marked(
         Text and whether it is the best: all that print like the best are, unless all print alike.
     """
     texts = [_text(number) for number in numbers]
-    known = [number for number in numbers if number is not None and number == number]
+    bounds = bounds or [False] * len(numbers)
+    known = [
+        number
+        for number, bound in zip(numbers, bounds, strict=True)
+        if number is not None and number == number and not bound
+    ]
     mark = _text(best(known)) if best and known else None
     # all alike: nothing to choose
     if len(set(texts)) == 1:
         mark = None
-    return [(text, text == mark) for text in texts]
+    return [
+        (text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)
+    ]
 
 
 def _text(number: float | None) -> str:
