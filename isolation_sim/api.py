@@ -189,9 +189,9 @@ def diagnose(
         If the data cannot be read, a name is unknown, the law cannot be fitted, or
         ``current_degree`` is given for a building record.
     """
-    from .discrepancy.building import diagnose_building, read_building_record
+    from .discrepancy.building.record import read_building_record
     from .discrepancy.diagnose import diagnose as of_device
-    from .discrepancy.diagnose import kind_of
+    from .discrepancy.diagnose import diagnose_building, kind_of
     from .scenario import Scenario
     from .scenario.consequence import with_consequence
 

@@ -35,7 +35,7 @@ def fit(
         Path | None,
         typer.Option(help="File for the fitted law, a scenario's [isolator] section."),
     ] = None,
-    starts: Annotated[int, typer.Option(help="Number of starts.")] = 32,
+    starts: Annotated[int, typer.Option(help="Number of starts.")] = 20,
     figure: Annotated[
         Path | None, typer.Option(help="File stem for a figure of the loops (SVG and PNG).")
     ] = None,

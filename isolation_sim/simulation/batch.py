@@ -154,7 +154,7 @@ def simulate_many(
         plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay, alike)
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
         with kernel.compiling(plan.module):
-            work.march()
+            work.integrate()
         criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]
         result.put(numbers, criteria, [plan.fate(work, at) for at in range(len(block))])

@@ -242,15 +242,15 @@ def _situation(
 def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
     """Run to the end; a controller in plain Python decides between stretches."""
     decide = plan.module.DECIDE
-    if work.march() != decide:
+    if work.integrate() != decide:
         return
     situation, sensing = plan.lanes[0].situation, plan.sensing
     measurement_type = namedtuple("Measurement", situation.outputs)  # type: ignore[misc]
     width, n_given = len(plan.lanes[0].coils), len(situation.outputs)
-    events, info = work.grid.events[:, 1].tolist(), work.info
+    events, position = work.grid.events[:, 1].tolist(), work.position
     times, rows = sensing.decided.tolist(), sensing.measured_for.tolist()
     while True:
-        k = events[info[0]]
+        k = events[position[0]]
         measurement = measurement_type._make(work.measured[rows[k], 0, :n_given].tolist())
         currents = np.atleast_1d(controller.current(times[k], measurement))
         if currents.shape not in ((width,), (1,)):
@@ -259,7 +259,7 @@ def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
                 f"{times[k]:.4g} s; accepted: 1 for all coils, or {width}, one a coil"
             )
         work.chosen[k, 0, :width] = currents
-        if work.march() != decide:
+        if work.integrate() != decide:
             return
 
 
