@@ -49,11 +49,15 @@ tests and of buildings. Blind (cases ``clean`` and ``outside``) and blind buildi
 TO_BLAME_FITTED = 0.4
 """The same on the fitted runs of device tests: a law that diverges on held-out runs makes any
 effect look helpful there. Blind (cases ``outside``)."""
-EXPLAINED = 0.1
-"""Unexplained share below which the verdict is "explained", of device tests and loop tables.
-Blind."""
 ADEQUATE = 1.25
-"""Cost over that of noise below which a law without effects is adequate. Blind (``clean``)."""
+"""Cost over that of noise below which a law is adequate, and with effects "explained". Blind
+(``clean``)."""
+SIGNIFICANCE = 0.002
+"""Share of the force, RMS, below which an effect or a remainder is negligible in practice; a user
+may set another. Convention."""
+WORSE = 1.1
+"""Factor on the error of a held-out run above which the extended law counts as worse there. Blind
+and the MR damper."""
 CONFUSABLE_GAIN = 0.1
 """Share of a cause's gain by which a rival may fall short and still be confusable. Blind."""
 NUMBERS_WRONG = 0.02
