@@ -135,10 +135,10 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
     """Runs whose forces have means of their own."""
     if len(runs) < 3:
         return
-    means = []
-    for run in runs:
+    means = np.empty(len(runs))
+    for k, run in enumerate(runs):
         columns = np.stack([np.ones(len(run.time)), run.displacement, run.velocity], axis=1)
-        means.append(float(np.linalg.lstsq(columns, run.force)[0][0]))
+        means[k] = np.linalg.lstsq(columns, run.force)[0][0]
     moved = np.abs(means - np.median(means))
     sizes = np.array([_rms(run.force) for run in runs])
     least = OFFSET * np.maximum(sizes, np.median(sizes))
