@@ -126,10 +126,10 @@ def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kin
 
 def test_a_text_is_named_by_the_sources_that_it_imports(monkeypatch):
     """A kernel of a law that cannot be named depends on the intrinsics that it calls."""
-    text = "from isolation_sim.simulation.slots import read\n"
+    text = "from isolation_sim.simulation.intrinsics import read\n"
     before = generated.name_of_text("kernel", text)
-    slots = PACKAGE / "simulation" / "slots.py"
-    changed(monkeypatch, slots, b"load", b"lead")
+    intrinsics = PACKAGE / "simulation" / "intrinsics.py"
+    changed(monkeypatch, intrinsics, b"load", b"lead")
     assert generated.name_of_text("kernel", text) != before
 
 
@@ -141,7 +141,7 @@ from ..errors import (
     InputError,
 )
 TEXT = """
-from isolation_sim.simulation import vector
+from isolation_sim.simulation import intrinsics
 import isolation_sim.criteria
 import numpy as np
 """
@@ -150,7 +150,7 @@ def f():
 '''
     found = generated._imported(text, path)
     assert {str(p.relative_to(PACKAGE)) for p in found} == {
-        "laws/emit.py", "laws/law.py", "errors.py", "simulation/vector.py", "criteria.py",
+        "laws/emit.py", "laws/law.py", "errors.py", "simulation/intrinsics.py", "criteria.py",
         "simulation/grid.py",
     }  # fmt: skip
 
