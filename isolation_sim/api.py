@@ -232,10 +232,10 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
         time and the cause.
     """
     from .comparison import simulated
-    from .scenario import Scenario
+    from .scenario import Scenario, main_job
 
     if not isinstance(scenario, Scenario):
-        scenario = Scenario() if scenario is None else Scenario.read(scenario)
+        scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
     found = simulated(job.controllers, job.run, job.run_fixed_base)
     _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))

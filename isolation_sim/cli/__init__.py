@@ -40,7 +40,7 @@ app = typer.Typer(
     help="Semi-active base isolation with magnetorheological isolators.",
     no_args_is_help=True,
     epilog=examples(
-        "isolation-sim run                     the main job: five controllers under El Centro",
+        "isolation-sim run                     the main job: seven controllers under El Centro",
         "isolation-sim new my_scenario.toml    a commented scenario to start from",
         "isolation-sim COMMAND --help          more examples",
     ),
