@@ -10,11 +10,22 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SLOW = ("tests/studies", "tests/sweeps", "tests/test_docs.py")
+"""What takes longest."""
+QUICK = (
+    "tests/ground_motions", "tests/structures", "tests/test_architecture.py", "tests/test_criteria.py",
+    "tests/test_benchmark_criteria.py", "tests/test_docstrings.py", "tests/test_packaging.py",
+    "tests/test_scenario.py",
+)  # fmt: skip
+"""What ``-m quick`` runs: files that take seconds, since they compile little or nothing."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Slow files first, so that no worker is left alone with one at the end."""
+    """Mark what is quick; slow files first, so that no worker is left alone with one at the end."""
     slow = tuple(str(REPOSITORY / name) for name in SLOW)
+    quick = tuple(str(REPOSITORY / name) for name in QUICK)
+    for item in items:
+        if str(item.path).startswith(quick):
+            item.add_marker(pytest.mark.quick)
     items.sort(key=lambda item: not str(item.path).startswith(slow))
 
 
