@@ -230,9 +230,7 @@ def constants(record: Record) -> list[dict[str, float]]:
 
 
 def possible(record: Record) -> dict[str, Any]:
-    """Solve for the clairvoyant bound of one motion; about a minute for 30 s of motion.
-
-    From one starting point: a better optimum would make every share of the gap smaller.
+    """Solve for the clairvoyant bound of one motion; a minute or two for 30 s of motion.
 
     It is kept in the cache folder: an interrupted study resumes, and other controllers are judged
     by it without solving again.
@@ -250,7 +248,7 @@ def possible(record: Record) -> dict[str, Any]:
     """
 
     def find() -> dict[str, Any]:
-        best = bound(Plant(plant(), (record,), DRIVER), starts=1)
+        best = bound(Plant(plant(), (record,), DRIVER))
         off = _run(controller("passive_off"), record, Case())
         return _peaks(best.run, off) | {"certified": best.difference}
 
