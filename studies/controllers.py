@@ -21,6 +21,7 @@ import numpy as np
 from controllers import Controller, available_controllers, controller
 from controllers.clairvoyant import share_of_gap
 from isolation_sim.scenario import Scenario
+from isolation_sim.tuning.intervals import mean_interval
 
 from . import controller_runs as runs
 from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, judge
@@ -94,7 +95,7 @@ def motions(short: bool) -> dict[str, Record]:
 
 
 def interval(differences: NDArray) -> tuple[float, float]:
-    """95 % bounds of a mean, by drawing the motions anew.
+    """95 % bounds of a mean over other such motions, by bootstrap.
 
     Parameters
     ----------
@@ -105,10 +106,7 @@ def interval(differences: NDArray) -> tuple[float, float]:
     -------
     low, high : float
     """
-    draw = np.random.default_rng(0)
-    means = draw.choice(differences, (10_000, len(differences))).mean(axis=1)
-    low, high = np.percentile(means, [2.5, 97.5])
-    return float(low), float(high)
+    return mean_interval(differences)[1:]
 
 
 def ranking(found: Judgement, case: str) -> Rows:

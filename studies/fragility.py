@@ -170,7 +170,7 @@ def fitted(capacities: NDArray, highest: float) -> Lognormal:
 
 
 def redrawn(capacities: NDArray, highest: float, count: int) -> list[Lognormal]:
-    """Fit again to motions drawn with replacement.
+    """Fit again to motions drawn with replacement, by ``scipy.stats.bootstrap``.
 
     Parameters
     ----------
@@ -185,9 +185,17 @@ def redrawn(capacities: NDArray, highest: float, count: int) -> list[Lognormal]:
     -------
     list of Lognormal
     """
-    draw = np.random.default_rng(0)
-    samples = draw.choice(capacities, (count, len(capacities)))
-    return [fitted(sample, highest) for sample in samples]
+    from scipy.stats import bootstrap
+
+    drawn = bootstrap(
+        (capacities,),
+        lambda sample: np.array(fitted(sample, highest)),
+        n_resamples=count,
+        vectorized=False,
+        method="percentile",
+        random_state=np.random.default_rng(0),
+    )
+    return [Lognormal(*pair) for pair in drawn.bootstrap_distribution.T]
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
