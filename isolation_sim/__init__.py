@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
+    from .io.interchange import export_results
     from .laws import (
         Device,
         available_conditions,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
         Structure,
         from_fixed_base,
         from_matrices,
+        from_opensees,
         read_matrices,
         reference_building,
         reference_isolators,
@@ -77,9 +79,11 @@ _HOMES = {
     "compare": ".api",
     "controller": ".registry",
     "diagnose": ".api",
+    "export_results": ".io.interchange",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
+    "from_opensees": ".structures",
     "json_report": ".comparison",
     "law": ".laws",
     "passive": ".laws",
@@ -123,9 +127,11 @@ __all__ = [
     "compare",
     "controller",
     "diagnose",
+    "export_results",
     "fit",
     "from_fixed_base",
     "from_matrices",
+    "from_opensees",
     "json_report",
     "law",
     "loop_curves",

@@ -43,3 +43,25 @@ def export_c(
     for name, text in files.items():
         write_new_file(out / name, text, force)
         print(out / name)
+
+
+Folder = Annotated[Path, typer.Argument(help="Results of a run, a diagnosis, a sweep or a study.")]
+OutFile = Annotated[
+    Path | None, typer.Option(help="File to write; results.mat or .xlsx in the folder by default.")
+]
+
+
+@app.command("mat", epilog=examples("isolation-sim export mat results/main_job"))
+def export_mat(results: Folder, out: OutFile = None) -> None:
+    """Write all tables and histories of a results folder to one MATLAB file."""
+    from ..io.interchange import export_results
+
+    print(export_results(results, "mat", out))
+
+
+@app.command("xlsx", epilog=examples("isolation-sim export xlsx results/main_job"))
+def export_xlsx(results: Folder, out: OutFile = None) -> None:
+    """Write all tables and histories of a results folder to one Excel workbook."""
+    from ..io.interchange import export_results
+
+    print(export_results(results, "xlsx", out))

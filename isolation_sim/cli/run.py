@@ -9,13 +9,16 @@ import typer
 
 from .common_options import (
     AsJson,
+    Export,
     Out,
     Quiet,
+    check_exports,
     examples,
     print_error,
     print_results,
     print_warning,
     progress,
+    write_exports,
 )
 
 if TYPE_CHECKING:
@@ -25,6 +28,7 @@ EXAMPLES = examples(
     "isolation-sim run",
     "isolation-sim run my_scenario.toml --out my_results",
     "isolation-sim run my_scenario.toml --json > report.json",
+    "isolation-sim run my_scenario.toml --export mat",
 )
 
 
@@ -35,6 +39,7 @@ def run(
     out: Out = None,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
+    export: Export = None,
     quiet: Quiet = False,
 ) -> None:
     """Compare the controllers of a scenario."""
@@ -44,6 +49,7 @@ def run(
     from ..reports.console import standard_console
     from ..scenario import Scenario
 
+    check_exports(export)
     described = Scenario() if scenario is None else Scenario.read(scenario)
     job = described.build()
     with ResultsFolder(out or Path("results") / file_name(described.name)) as folder:
@@ -56,6 +62,7 @@ def run(
             comparison = simulated(job.controllers, run_one)
             step("writing results")
             write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
+            write_exports(export, folder.unfinished, comparison.title)
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:

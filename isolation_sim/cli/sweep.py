@@ -14,7 +14,17 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import InputError
-from .common_options import AsJson, Force, Quiet, examples, progress, write_new_file
+from .common_options import (
+    AsJson,
+    Export,
+    Force,
+    Quiet,
+    check_exports,
+    examples,
+    progress,
+    write_exports,
+    write_new_file,
+)
 
 if TYPE_CHECKING:
     from ..sweeps import Estimate, Sweep
@@ -127,6 +137,7 @@ def run_plan(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler that runs it instead.")
     ] = None,
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -135,6 +146,7 @@ def run_plan(
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
 
+    check_exports(export)
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
     begun = time.perf_counter()
@@ -164,6 +176,7 @@ def run_plan(
             f"{error.filename or folder}: {error.strerror or error}; what is finished is kept: "
             "make room and go on with --resume"
         ) from None
+    write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
     if as_json:
         print(json.dumps(_report(result, time.perf_counter() - begun), indent=2))
     elif not quiet:

@@ -20,6 +20,7 @@ from .outputs import output_names
 from .plan import Plan
 from .run import check_options, prepared
 
+
 class Outside:
     """Stands where a run has its controller: the currents come from outside."""
 
