@@ -82,12 +82,17 @@ def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
         write_contents(folder, title)
 
 
+def check_new_file(path: Path, force: bool) -> None:
+    """Refuse a file that exists, unless ``force`` says that it may be replaced."""
+    if path.exists() and not force:
+        raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
+
+
 def write_new_file(path: Path, text: str, force: bool) -> None:
     """Write a file; one that exists is replaced only by ``force``."""
     from ..io.atomic_write import write_text
 
-    if path.exists() and not force:
-        raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
+    check_new_file(path, force)
     write_text(text, path)
 
 
