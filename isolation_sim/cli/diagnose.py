@@ -11,6 +11,7 @@ from .common_options import (
     AsJson,
     Export,
     Out,
+    Overwrite,
     Quiet,
     check_exports,
     examples,
@@ -55,7 +56,15 @@ def diagnose(
             help="Degree of the parameters' polynomials of the current; not for building records."
         ),
     ] = None,
+    significance: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of the force (RMS) below which an effect is negligible, 0.002 by default; "
+            "not for building records."
+        ),
+    ] = None,
     out: Out = None,
+    overwrite: Overwrite = False,
     export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -66,11 +75,11 @@ def diagnose(
 
     check_exports(export)
     where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
-    with ResultsFolder(where) as folder:
+    with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, progress=step,
+                current_degree=current_degree, significance=significance, progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
         write_exports(export, folder.unfinished, f"Diagnosis of {result.data}")
@@ -78,4 +87,4 @@ def diagnose(
         print(result.to_json())
     elif not quiet:
         result.report()
-    print_results(folder.path, as_json, quiet)
+    print_results(folder.path, as_json, quiet, folder.renamed)

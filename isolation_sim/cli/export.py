@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import Force, check_new_file, examples, write_new_file
+from .common_options import Force, examples, write_new_file
 
 app = typer.Typer(
     help="Write parts of a scenario for other programs.",
@@ -41,9 +41,9 @@ def export_c(
 ) -> None:
     """Write a controller as C99, without allocation or dependencies."""
     from ..export.controller import controller_files
-    from ..scenario import Scenario
+    from ..scenario import Scenario, main_job
 
-    described = Scenario() if scenario is None else Scenario.read(scenario)
+    described = main_job() if scenario is None else Scenario.read(scenario)
     files = controller_files(described.build(), controller)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
@@ -67,10 +67,11 @@ def export_fmu(
 ) -> None:
     """Write a controller as a functional mock-up unit for co-simulation, compiled from C."""
     from ..export.fmu import controller_fmu
-    from ..scenario import Scenario
+    from ..io.output_place import check_new_files
+    from ..scenario import Scenario, main_job
 
-    check_new_file(out, force)
-    described = Scenario() if scenario is None else Scenario.read(scenario)
+    check_new_files(force, out)
+    described = main_job() if scenario is None else Scenario.read(scenario)
     print(controller_fmu(described.build(), controller, out, fmi))
 
 

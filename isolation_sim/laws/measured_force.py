@@ -15,7 +15,7 @@ def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
     return f + 0.0 * x + 0.0 * v
 
 
-LAW = Law(
+_MEASURED = Law(
     name="measured_force",
     title="Measured force",
     source="a laboratory",
@@ -35,5 +35,5 @@ def measured_force() -> Device:
     -------
     Device
     """
-    dependence = CurrentDependence.polynomial({"f": (0.0, 1.0)}, LAW.parameter_names)
-    return Device(LAW, dependence, source="measured")
+    dependence = CurrentDependence.polynomial({"f": (0.0, 1.0)}, _MEASURED.parameter_names)
+    return Device(_MEASURED, dependence, source="measured")
