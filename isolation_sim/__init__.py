@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
+    from .io.interchange import export_results
     from .laws import (
         Device,
         available_conditions,
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
         Structure,
         from_fixed_base,
         from_matrices,
+        from_opensees,
         read_matrices,
         reference_building,
         reference_isolators,
@@ -119,9 +121,11 @@ _HOMES = {
     "controller": ".registry",
     "diagnose": ".api",
     "el_centro_1940": "ground_motions",
+    "export_results": ".io.interchange",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
+    "from_opensees": ".structures",
     "json_report": ".comparison",
     "law": ".laws",
     "load": ".api",
@@ -179,9 +183,11 @@ __all__ = [
     "controller",
     "diagnose",
     "el_centro_1940",
+    "export_results",
     "fit",
     "from_fixed_base",
     "from_matrices",
+    "from_opensees",
     "json_report",
     "law",
     "load",

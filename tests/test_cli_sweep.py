@@ -44,8 +44,10 @@ def command(capsys, *arguments):
 
 
 def test_a_plan_is_announced_run_and_shown(plan, capsys):
-    code, out, _ = command(capsys, "sweep", "plan.toml", "--workers", "1")
+    code, out, _ = command(capsys, "sweep", "plan.toml", "--workers", "1", "--export", "mat")
     assert code == 0
+    assert "load results.mat" in (plan.parent / "results/plan/README.txt").read_text()
+    assert (plan.parent / "results/plan/results.mat").stat().st_size > 1000
     assert out.startswith("12 runs (6 cases): about ") and " on 1 process, 0." in out
     assert out.endswith("report: results/plan/report.html\nresults: results/plan\n")
     assert "plan: medians over 6 cases" in out

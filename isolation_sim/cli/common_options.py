@@ -24,6 +24,10 @@ Out = Annotated[
     Path | None,
     typer.Option(help="Results folder; a number is added if it holds something already."),
 ]
+Export = Annotated[
+    list[str] | None,
+    typer.Option("--export", help="Also write everything to one file: mat or xlsx."),
+]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace earlier results in the results folder.")
 ]
@@ -64,6 +68,27 @@ def print_results(folder: Path, as_json: bool, quiet: bool, renamed: bool = Fals
     if not quiet:
         print(f"report: {folder / 'report.html'}", file=stream)
     print(f"results: {folder}", file=stream)
+
+
+def check_exports(forms: list[str] | None) -> None:
+    """Refuse a form of ``--export`` that does not exist, before anything is computed."""
+    from ..errors import unknown_name
+    from ..io.interchange import FORMS
+
+    for form in forms or ():
+        if form not in FORMS:
+            raise unknown_name("form to export", form, FORMS)
+
+
+def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
+    """Write the results in a folder in other forms, too, and list what is there afresh."""
+    from ..io.interchange import export_results
+    from ..io.results_folder import write_contents
+
+    for form in forms or ():
+        export_results(folder, form)
+    if forms:
+        write_contents(folder, title)
 
 
 def write_new_file(path: Path, text: str, force: bool) -> None:

@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Out, Overwrite, Quiet, examples, print_results, progress
+from .common_options import (
+    AsJson,
+    Export,
+    Out,
+    Overwrite,
+    Quiet,
+    check_exports,
+    examples,
+    print_results,
+    progress,
+    write_exports,
+)
 
 EXAMPLES = examples(
     "isolation-sim diagnose my_tests --law bouc_wen",
@@ -54,6 +65,7 @@ def diagnose(
     ] = None,
     out: Out = None,
     overwrite: Overwrite = False,
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -61,6 +73,7 @@ def diagnose(
     from ..api import diagnose as run_diagnosis
     from ..io.results_folder import ResultsFolder, file_name
 
+    check_exports(export)
     where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
     with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
@@ -69,6 +82,7 @@ def diagnose(
                 current_degree=current_degree, significance=significance, progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
+        write_exports(export, folder.unfinished, f"Diagnosis of {result.data}")
     if as_json:
         print(result.to_json())
     elif not quiet:

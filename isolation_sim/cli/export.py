@@ -13,9 +13,17 @@ app = typer.Typer(
     help="Write parts of a scenario for other programs.",
     no_args_is_help=True,
     rich_markup_mode=None,
+    epilog=examples(
+        "isolation-sim export c --controller clipped_lqr --out laboratory",
+        "isolation-sim export fmu --controller clipped_lqg --out clipped_lqg.fmu",
+        "isolation-sim export mat results/main_job",
+    ),
 )
 
 Scenario = Annotated[Path | None, typer.Argument(help="Scenario file; the main job by default.")]
+Controller = Annotated[
+    str, typer.Option(help="Controller of the scenario, by the name that it is printed with.")
+]
 
 
 @app.command(
@@ -26,20 +34,64 @@ Scenario = Annotated[Path | None, typer.Argument(help="Scenario file; the main j
     ),
 )
 def export_c(
-    controller: Annotated[
-        str, typer.Option(help="Controller of the scenario, by the name that it is printed with.")
-    ],
+    controller: Controller,
     scenario: Scenario = None,
     out: Annotated[Path, typer.Option(help="Folder for the files.")] = Path("."),
     force: Force = False,
 ) -> None:
     """Write a controller as C99, without allocation or dependencies."""
     from ..export.controller import controller_files
-    from ..scenario import Scenario
+    from ..scenario import Scenario, main_job
 
-    described = Scenario() if scenario is None else Scenario.read(scenario)
+    described = main_job() if scenario is None else Scenario.read(scenario)
     files = controller_files(described.build(), controller)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         write_new_file(out / name, text, force)
         print(out / name)
+
+
+@app.command(
+    "fmu",
+    epilog=examples(
+        "isolation-sim export fmu --controller clipped_lqg --out clipped_lqg.fmu",
+        "isolation-sim export fmu my_scenario.toml --controller on_off --out on_off.fmu --fmi 3.0",
+    ),
+)
+def export_fmu(
+    controller: Controller,
+    out: Annotated[Path, typer.Option(help="File to write, *.fmu.")],
+    scenario: Scenario = None,
+    fmi: Annotated[str, typer.Option(help="Version of the interface: 2.0 or 3.0.")] = "2.0",
+    force: Force = False,
+) -> None:
+    """Write a controller as a functional mock-up unit for co-simulation, compiled from C."""
+    from ..export.fmu import controller_fmu
+    from ..io.output_place import check_new_files
+    from ..scenario import Scenario, main_job
+
+    check_new_files(force, out)
+    described = main_job() if scenario is None else Scenario.read(scenario)
+    print(controller_fmu(described.build(), controller, out, fmi))
+
+
+Folder = Annotated[Path, typer.Argument(help="Results of a run, a diagnosis, a sweep or a study.")]
+OutFile = Annotated[
+    Path | None, typer.Option(help="File to write; results.mat or .xlsx in the folder by default.")
+]
+
+
+@app.command("mat", epilog=examples("isolation-sim export mat results/main_job"))
+def export_mat(results: Folder, out: OutFile = None) -> None:
+    """Write all tables and histories of a results folder to one MATLAB file."""
+    from ..io.interchange import export_results
+
+    print(export_results(results, "mat", out))
+
+
+@app.command("xlsx", epilog=examples("isolation-sim export xlsx results/main_job"))
+def export_xlsx(results: Folder, out: OutFile = None) -> None:
+    """Write all tables and histories of a results folder to one Excel workbook."""
+    from ..io.interchange import export_results
+
+    print(export_results(results, "xlsx", out))

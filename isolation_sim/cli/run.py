@@ -9,14 +9,17 @@ import typer
 
 from .common_options import (
     AsJson,
+    Export,
     Out,
     Overwrite,
     Quiet,
+    check_exports,
     examples,
     print_error,
     print_results,
     print_warning,
     progress,
+    write_exports,
 )
 
 if TYPE_CHECKING:
@@ -26,6 +29,7 @@ EXAMPLES = examples(
     "isolation-sim run",
     "isolation-sim run my_scenario.toml --out my_results",
     "isolation-sim run my_scenario.toml --json > report.json",
+    "isolation-sim run my_scenario.toml --export mat",
 )
 
 
@@ -37,6 +41,7 @@ def run(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
+    export: Export = None,
     quiet: Quiet = False,
 ) -> None:
     """Compare the controllers of a scenario."""
@@ -46,6 +51,7 @@ def run(
     from ..reports.console import standard_console
     from ..scenario import Scenario, main_job
 
+    check_exports(export)
     described = main_job() if scenario is None else Scenario.read(scenario)
     job = described.build()
     where = out or Path("results") / file_name(described.name)
@@ -59,6 +65,7 @@ def run(
             comparison = simulated(job.controllers, run_one, job.run_fixed_base)
             step("writing results")
             write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
+            write_exports(export, folder.unfinished, comparison.title)
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:

@@ -16,12 +16,15 @@ from typer.core import TyperGroup
 from ..errors import InputError
 from .common_options import (
     AsJson,
+    Export,
     Force,
     Quiet,
+    check_exports,
     examples,
     print_results,
     print_warning,
     progress,
+    write_exports,
     write_new_file,
 )
 
@@ -136,6 +139,7 @@ def run_plan(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler that runs it instead.")
     ] = None,
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -147,6 +151,7 @@ def run_plan(
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
 
+    check_exports(export)
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
     begun = time.perf_counter()
@@ -180,6 +185,7 @@ def run_plan(
     if not report.exists():
         result.to_html(report)
         write_contents(result.folder, f"Sweep {result.plan.name}")
+    write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
     if as_json:
         print(json.dumps(_report(result, time.perf_counter() - begun), indent=2))
     elif not quiet:

@@ -298,19 +298,19 @@ class _Function:
         kind = self._expression(node.value)[1]
         if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
             values = []
-            for value in node.value.elts:
-                text, own = self._expression(value)
+            for each in node.value.elts:
+                text, own = self._expression(each)
                 values.append((self._temporary(text, own, depth + 1), own))
         else:
             text = self._temporary(self._expression(node.value)[0], kind, depth + 1)
             values = [(text, kind)]
             if isinstance(target, ast.Tuple):
                 values = [(f"{text}.f{k}", own) for k, own in enumerate(kind)]
-        for each in node.targets:
-            parts = each.elts if isinstance(each, ast.Tuple) else [each]
+        for place in node.targets:
+            parts = place.elts if isinstance(place, ast.Tuple) else [place]
             for part, (value, own) in zip(parts, values, strict=True):
-                place, wanted = self._expression(_loaded(part))
-                self._put(depth + 1, f"{place} = {self._converted(value, own, wanted)};")
+                there, wanted = self._expression(_loaded(part))
+                self._put(depth + 1, f"{there} = {self._converted(value, own, wanted)};")
         self._put(depth, "}")
 
     def _temporary(self, text: str, kind: Kind, depth: int) -> str:
@@ -444,7 +444,7 @@ class _Function:
         if isinstance(kind, tuple) and kind[0] == "table":
             depth = kind[1] - 1
             return f"{text}[{self._expression(at)[0]}]", ("table", depth) if depth else "d"
-        if isinstance(kind, tuple) and isinstance(at, ast.Constant):
+        if isinstance(kind, tuple) and isinstance(at, ast.Constant) and isinstance(at.value, int):
             return f"{text}.f{at.value}", kind[at.value]
         if kind != "a" or isinstance(at, (ast.UnaryOp, ast.Slice)):
             raise self._no_form(node)

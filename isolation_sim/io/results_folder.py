@@ -124,6 +124,8 @@ _CONTENTS = {
     "*.svg": "figure for publication",
     "*.png": "the same as a picture",
     "*.nc": "histories of one run (netCDF, units inside); isolation_sim.read_run reads them",
+    "results.mat": "all tables and histories for MATLAB: load results.mat",
+    "results.xlsx": "all tables and histories as a workbook, a sheet each",
     "*.csv": "table; its headings give the units",
 }
 

@@ -2,6 +2,7 @@
 
 from .element import Element
 from .matrices import from_fixed_base, from_matrices, read_matrices
+from .opensees import from_opensees
 from .reference import reference_building, reference_isolators
 from .shear_building import shear_building
 from .structure import IsolatedStructure, Structure
@@ -12,6 +13,7 @@ __all__ = [
     "Structure",
     "from_fixed_base",
     "from_matrices",
+    "from_opensees",
     "read_matrices",
     "reference_building",
     "reference_isolators",

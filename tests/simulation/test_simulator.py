@@ -182,7 +182,7 @@ def test_what_is_refused(stiffening, strong_motion):
 
 def test_divergence_is_told(stiffening):
     free = Simulator(stiffening, period=0.02, duration=10.0)
-    with pytest.raises(Diverged, match="a device is deformed a hundred times further"):
+    with pytest.raises(Diverged, match="times further than they were tested"):
         while True:
             free.step(0.0, 1e4)
 

@@ -1,0 +1,180 @@
+"""Results for MATLAB and for spreadsheets: all tables and histories of a folder in one file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from .atomic_write import atomic_write
+from .netcdf import read_netcdf
+
+if TYPE_CHECKING:
+    import pandas
+
+MOST_ROWS = 1_048_575
+"""Rows of a sheet, less its heading."""
+LONGEST_FIELD, LONGEST_SHEET = 63, 31
+"""Characters that MATLAB takes in a field's name, and Excel in a sheet's."""
+
+
+def export_results(folder: str | Path, form: str, out: str | Path | None = None) -> Path:
+    """Write all tables and histories of a folder of results to one file.
+
+    Parameters
+    ----------
+    folder : str or pathlib.Path
+        Results of a run, a diagnosis, a sweep or a study: its CSV, Parquet and netCDF files.
+    form : {"mat", "xlsx"}
+        ``"mat"``: MATLAB's format of version 5, a struct a file, whose fields are a table's
+        columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: a sheet a
+        table; a history gets a sheet for each of its first axes, a column for each place on the
+        others.
+    out : str or pathlib.Path, optional
+        File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. One that exists
+        is replaced.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the form is unknown, the folder holds no such files, or a table has more rows than a
+        sheet.
+    """
+    if form not in FORMS:
+        raise unknown_name("form", form, FORMS)
+    folder = Path(folder)
+    parts: dict[str, Any] = {}
+    for path in sorted([*folder.glob("*.csv"), *folder.glob("*.parquet"), *folder.glob("*.nc")]):
+        parts[path.stem if path.stem not in parts else path.name] = _read(path)
+    if not parts:
+        raise InputError(
+            f"{folder}: holds no results; accepted: a folder with CSV, Parquet or netCDF files"
+        )
+    path = folder / f"results.{form}" if out is None else Path(out)
+    with atomic_write(path) as unfinished:
+        FORMS[form](parts, unfinished)
+    return path
+
+
+def _read(path: Path) -> Any:
+    import pandas
+
+    if path.suffix == ".nc":
+        return read_netcdf(path)
+    return pandas.read_csv(path) if path.suffix == ".csv" else pandas.read_parquet(path)
+
+
+def _write_mat(parts: dict[str, Any], path: Path) -> None:
+    from scipy.io import savemat
+
+    tree = {}
+    for name, part in zip(_fields(parts), parts.values(), strict=True):
+        arrays: dict[str, Any]
+        if hasattr(part, "data_vars"):
+            arrays = {str(key): array.values for key, array in part.variables.items()}
+            units = {
+                str(key): array.attrs["units"]
+                for key, array in part.variables.items()
+                if "units" in array.attrs
+            }
+            arrays["attributes"] = dict(zip(_fields(part.attrs), part.attrs.values(), strict=True))
+            arrays["units"] = dict(zip(_fields(units), units.values(), strict=True))
+        else:
+            arrays = {str(column): part[column].to_numpy() for column in part}
+        tree[name] = {
+            key: value if isinstance(value, dict) else _for_matlab(value)
+            for key, value in zip(_fields(arrays), arrays.values(), strict=True)
+        }
+    # an open file, since a name without .mat would be given one
+    with path.open("wb") as file:
+        savemat(file, tree, long_field_names=True, do_compression=True, oned_as="column")
+
+
+def _for_matlab(values: np.ndarray) -> np.ndarray:
+    """Numbers as they are; texts as a cell array."""
+    if values.dtype.kind in "fiucb":
+        return values
+    cells = np.empty(values.shape, object)
+    cells[...] = np.vectorize(str, otypes=[object])(values) if values.size else values
+    return cells
+
+
+def _fields(names: Iterable[Any]) -> list[str]:
+    """Names that MATLAB takes, each once."""
+    return _each_once(
+        (re.sub(r"^(?![A-Za-z])", "x", re.sub(r"\W", "_", str(name))) for name in names),
+        LONGEST_FIELD,
+    )
+
+
+def _each_once(names: Iterable[str], longest: int) -> list[str]:
+    found: list[str] = []
+    for name in names:
+        own, count = name[:longest], 1
+        while own.lower() in map(str.lower, found):
+            count += 1
+            own = f"{name[: longest - len(str(count)) - 1]}_{count}"
+        found.append(own)
+    return found
+
+
+def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
+    import pandas
+
+    try:
+        import openpyxl  # noqa: F401
+    except ModuleNotFoundError:
+        raise InputError(
+            "xlsx needs openpyxl, which is not installed; accepted: "
+            "pip install 'isolation-sim[excel]'"
+        ) from None
+    tables = {}
+    for name, part in parts.items():
+        for axis, table in _flat(part).items():
+            if len(table) > MOST_ROWS:
+                raise InputError(
+                    f"{name} has {len(table)} rows; accepted in a sheet: {MOST_ROWS}; export mat"
+                )
+            tables[f"{name} {axis}".strip()] = table
+    sheets = _each_once((re.sub(r"[][:*?/\\]", "_", name) for name in tables), LONGEST_SHEET)
+    with path.open("wb") as file, pandas.ExcelWriter(file, engine="openpyxl") as book:
+        for sheet, table in zip(sheets, tables.values(), strict=True):
+            table.to_excel(book, sheet_name=sheet, index=False)
+
+
+def _flat(part: Any) -> dict[str, pandas.DataFrame]:
+    """A table by itself; a dataset as a table for each of its variables' first axes."""
+    import pandas
+
+    if not hasattr(part, "data_vars"):
+        return {"": part}
+    tables: dict[str, dict[str, Any]] = {}
+    for name, array in part.data_vars.items():
+        axis = str(array.dims[0]) if array.dims else "value"
+        columns = tables.setdefault("" if axis == "time" else axis, {})
+        if array.dims and axis in part.coords and axis not in columns:
+            unit = part[axis].attrs.get("units")
+            columns[_heading(axis, (), unit)] = part[axis].values
+        places = array.values.reshape(array.shape[0] if array.dims else 1, -1)
+        others = [part[dim].values for dim in array.dims[1:]]
+        labels = [()] if not others else list(np.ndindex(*map(len, others)))
+        for column, at in zip(places.T, labels, strict=True):
+            where = tuple(other[k] for other, k in zip(others, at, strict=True))
+            columns[_heading(str(name), where, array.attrs.get("units"))] = column
+    return {axis: pandas.DataFrame(columns) for axis, columns in tables.items()}
+
+
+def _heading(name: str, where: tuple, unit: str | None) -> str:
+    return " ".join([name, *map(str, where), *([f"({unit})"] if unit else [])])
+
+
+FORMS: dict[str, Callable[[dict[str, Any], Path], None]] = {"mat": _write_mat, "xlsx": _write_xlsx}

@@ -1,0 +1,205 @@
+"""The linear model that an OpenSeesPy session holds."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .matrices import from_matrices
+from .structure import Structure
+
+# a node's degrees of freedom in a model of so many dimensions and dofs a node
+_AXES = {
+    (1, 1): "x", (2, 2): "xy", (2, 3): ("x", "y", "rz"), (3, 3): "xyz",
+    (3, 6): ("x", "y", "z", "rx", "ry", "rz"),
+}  # fmt: skip
+MASSLESS = 1e-9
+"""Share of the largest mass below which a degree of freedom counts as massless."""
+
+
+def from_opensees(
+    base: int,
+    floors: Sequence[int] | None = None,
+    directions: str = "x",
+    isolators: Sequence[int] | None = None,
+    opensees: Any = None,
+    name: str = "OpenSees model",
+) -> Structure:
+    """Structure from the model that OpenSeesPy holds in this process.
+
+    Mass, tangent stiffness and damping are those of the model as it is, by OpenSees' own assembly.
+    Degrees of freedom without mass, such as rotations of joints, are condensed statically. The
+    model's base must be free: what the isolators will stand on is one node, to which others may be
+    tied, that nothing but the superstructure holds.
+
+    Parameters
+    ----------
+    base : int
+        Tag of the base's node.
+    floors : sequence of int, optional
+        Tags of a node of each floor, upwards, for drifts and storey heights; without them there are
+        no storeys.
+    directions : str, default "x"
+        Axes along which the ground moves, such as ``"x"`` or ``"xy"``; the base is isolated along
+        them and, where the base can turn about the vertical z and there are two, in rotation.
+    isolators : sequence of int, optional
+        Tags of the nodes above the isolators, whose coordinates become the isolators' positions;
+        for a base that turns.
+    opensees : module, optional
+        ``openseespy.opensees`` by default.
+    name : str, default "OpenSees model"
+        Name to print.
+
+    Returns
+    -------
+    Structure
+        Its dofs are called ``node<tag>_<axis>``.
+
+    Raises
+    ------
+    InputError
+        If OpenSeesPy is not there, or the model has no such node or is not free at the base.
+
+    Notes
+    -----
+    The session's analysis is wiped and an analysis with the integrator GimmeMCK takes its place
+    for a moment; nodes, elements, masses and the model's state stay. M. H. Scott, "Gimme All Your
+    Damping, All Your Mass and Stiffness Too", Portwood Digital 2020.
+    """
+    ops = _module() if opensees is None else opensees
+    tags = list(ops.getNodeTags())
+    for tag in [base, *(floors or ()), *(isolators or ())]:
+        if tag not in tags:
+            known = ", ".join(map(str, tags[:10])) or "none"
+            raise InputError(f"the OpenSees model has no node {tag}; accepted: {known}")
+    (mass, damping, stiffness), equations = _assembled(ops, tags)
+    axes = _AXES.get((len(ops.nodeCoord(base)), len(equations[base])))
+    if axes is None or not set(directions) <= set(axes):
+        raise InputError(f"directions are {directions!r}; accepted: axes of the model's nodes")
+    place: dict[tuple[int, str], int] = {}
+    labels: dict[int, str] = {}
+    tied = set(ops.getConstrainedNodes())  # they have equations of the node that they follow
+    for tag in [tag for tag in tags if tag not in tied]:
+        for axis, equation in zip(axes, equations[tag], strict=True):
+            if equation >= 0:
+                place[tag, axis] = equation
+                labels[equation] = f"node{tag}_{axis}"
+    turns = len(directions) == 2 and (base, "rz") in place and isolators is not None
+    wanted = [*directions, *(["rz"] if turns else [])]
+    for axis in wanted:
+        if (base, axis) not in place:
+            raise InputError(
+                f"node {base} is fixed or tied along {axis}; accepted: a base that is free"
+            )
+    n = len(mass)
+    influence = np.zeros((n, len(directions)))
+    for (_, axis), equation in place.items():
+        if axis in directions:
+            influence[equation, directions.index(axis)] = 1.0
+    heavy = np.diag(mass) > MASSLESS * np.diag(mass).max(initial=0.0)
+    for axis in wanted:
+        if not heavy[place[base, axis]]:
+            raise InputError(f"node {base} has no mass along {axis}; accepted: a base with mass")
+    if not set(np.flatnonzero(heavy)) <= set(labels):
+        raise InputError(
+            "a node that is tied to another has a mass that moves by itself; accepted: ties of all "
+            "its degrees of freedom with mass"
+        )
+    condensed = _condensation(stiffness, heavy)
+    kept = {equation: k for k, equation in enumerate(np.flatnonzero(heavy).tolist())}
+    up = len(ops.nodeCoord(base)) - 1  # y of a plane, z of space
+    heights, rows, storeys = [], [], []
+    chain = [base, *(floors or ())]
+    for storey, (below, above) in enumerate(pairwise(chain), start=1):
+        for axis in directions:
+            row = np.zeros(n)
+            for tag, sign in ((above, 1.0), (below, -1.0)):
+                if (tag, axis) not in place:
+                    raise InputError(
+                        f"node {tag} is fixed or tied along {axis}; accepted: a free floor"
+                    )
+                row[place[tag, axis]] += sign
+            rows.append(row @ condensed)
+            suffix = f"_{axis}" if len(directions) > 1 else ""
+            storeys.append(f"storey{storey}{suffix}")
+            heights.append(ops.nodeCoord(above)[up] - ops.nodeCoord(below)[up])
+    centre = np.array(ops.nodeCoord(base)[:2])
+    return from_matrices(
+        condensed.T @ mass @ condensed,
+        condensed.T @ damping @ condensed,
+        condensed.T @ stiffness @ condensed,
+        influence=influence[heavy],
+        base=[kept[place[base, axis]] for axis in wanted],
+        names=[labels[equation] for equation in kept],
+        drift_rows=np.reshape(rows, (-1, len(kept))),
+        storeys=storeys,
+        directions=list(directions),
+        heights=heights if heights and min(heights) > 0 else None,
+        isolator_positions=(
+            [np.array(ops.nodeCoord(tag)[:2]) - centre for tag in isolators or ()]
+            if turns else None
+        ),
+        name=name,
+    )  # fmt: skip
+
+
+def _module() -> Any:
+    """OpenSeesPy, which the caller has imported already, or its error in one line."""
+    if "openseespy.opensees" not in sys.modules:
+        try:
+            import openseespy.opensees  # noqa: F401
+        except (ImportError, RuntimeError) as error:
+            raise InputError(
+                f"OpenSeesPy cannot be loaded ({error}); accepted: pip install "
+                "'isolation-sim[opensees]', or the module as argument opensees"
+            ) from None
+    return sys.modules["openseespy.opensees"]
+
+
+def _assembled(ops: Any, tags: Sequence[int]) -> tuple[list[np.ndarray], dict[int, list[int]]]:
+    """Mass, damping and stiffness of the session's equations, and each node's equations."""
+    ops.wipeAnalysis()
+    ops.constraints("Transformation")
+    ops.numberer("Plain")
+    ops.system("FullGeneral")
+    ops.test("NormUnbalance", 1.0, 1)
+    ops.algorithm("Linear")
+    sums = []
+    # with stiffness and mass in each, so that the solution that comes with it exists
+    for weights in ((1.0, 0.0, 1.0), (2.0, 0.0, 1.0), (1.0, 1.0, 1.0)):
+        ops.integrator("GimmeMCK", *weights)
+        ops.analysis("Transient", "-noWarnings")
+        ops.analyze(1, 0.0)
+        n = ops.systemSize()
+        if n == 0:
+            raise InputError("the OpenSees model has no free degree of freedom; accepted: some")
+        sums.append(np.array(ops.printA("-ret")).reshape(n, n))
+    equations = {tag: list(ops.nodeDOFs(tag)) for tag in tags}
+    ops.wipeAnalysis()
+    both, more_mass, more_damping = sums
+    rounding = 4 * np.finfo(float).eps * np.abs(more_mass)
+    mass, damping = (
+        np.where(np.abs(more - both) > rounding, more - both, 0.0)
+        for more in (more_mass, more_damping)
+    )
+    return [(matrix + matrix.T) / 2 for matrix in (mass, damping, both - mass)], equations
+
+
+def _condensation(stiffness: np.ndarray, heavy: np.ndarray) -> np.ndarray:
+    """All displacements from those of the dofs with mass, (n, n_heavy): Guyan's, here exact."""
+    transformation = np.zeros((len(heavy), int(heavy.sum())))
+    transformation[heavy] = np.eye(int(heavy.sum()))
+    if not heavy.all():
+        inner, outer = stiffness[np.ix_(~heavy, ~heavy)], stiffness[np.ix_(~heavy, heavy)]
+        try:
+            transformation[~heavy] = -np.linalg.solve(inner, outer)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                "the OpenSees model has a degree of freedom with neither mass nor stiffness"
+            ) from None
+    return transformation

@@ -1,0 +1,89 @@
+"""Results for MATLAB and spreadsheets: everything is there, and is read back the same."""
+
+import numpy as np
+import pandas
+import pytest
+from scipy.io import loadmat
+
+import isolation_sim as iso
+from isolation_sim.cli import main
+from isolation_sim.io.netcdf import read_netcdf
+
+SCENARIO = """
+[ground]
+name = "el_centro_1940_ns"
+scale_to_pga_g = 0.1
+[[controller]]
+name = "passive_off"
+[[controller]]
+name = "on_off"
+"""
+
+
+def command(*words):
+    with pytest.raises(SystemExit) as stop:
+        main(list(map(str, words)))
+    return stop.value.code
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("interchange")
+    (folder / "short.toml").write_text(SCENARIO)
+    out = folder / "out"
+    words = ["--no-figures", "--quiet", "--export", "mat", "--export", "xlsx"]
+    assert command("run", folder / "short.toml", "--out", out, *words) == 0
+    return out
+
+
+def test_matlab_has_each_table_and_history(results):
+    tree = loadmat(results / "results.mat", simplify_cells=True)
+    table = pandas.read_csv(results / "criteria.csv")
+    assert list(tree["criteria"]["controller"]) == ["passive_off", "on_off"]
+    for name in table.columns[1:]:
+        np.testing.assert_array_equal(tree["criteria"][name], table[name])
+    for name in ("passive_off", "on_off"):
+        history, found = read_netcdf(results / f"{name}.nc"), tree[name]
+        for key, array in history.variables.items():
+            np.testing.assert_array_equal(found[key], np.squeeze(array.values))
+        assert found["units"]["displacement"] == "m"
+        assert found["attributes"]["controller"] == name
+
+
+def test_a_workbook_has_each_table_and_history(results):
+    sheets = pandas.read_excel(results / "results.xlsx", sheet_name=None)
+    table = pandas.read_csv(results / "criteria.csv")
+    pandas.testing.assert_frame_equal(sheets["criteria"], table)
+    history = read_netcdf(results / "on_off.nc")
+    sheet = sheets["on_off"]
+    np.testing.assert_allclose(sheet["time (s)"], history.time, rtol=1e-15)
+    for floor in history.dof.values:
+        column = sheet[f"displacement {floor} (m)"]
+        np.testing.assert_allclose(column, history.displacement.sel(dof=floor), rtol=1e-14)
+    assert len(sheet) == history.sizes["time"]
+
+
+def test_the_folder_says_what_they_are(results):
+    text = (results / "README.txt").read_text()
+    assert "load results.mat" in text
+    assert "results.xlsx" in text
+
+
+def test_any_folder_of_results(results, tmp_path, capsys):
+    rows = pandas.DataFrame({"case": [0, 1], "level, m/s^2": [0.5, np.nan], "9 lives": ["a", "b"]})
+    rows.to_parquet(tmp_path / "table.parquet")
+    assert command("export", "mat", tmp_path) == 0
+    found = loadmat(tmp_path / "results.mat", simplify_cells=True)["table"]
+    np.testing.assert_array_equal(found["level__m_s_2"], rows["level, m/s^2"])
+    assert list(found["x9_lives"]) == ["a", "b"]
+    out = tmp_path / "book.xlsx"
+    assert iso.export_results(tmp_path, "xlsx", out) == out
+    pandas.testing.assert_frame_equal(pandas.read_excel(out), rows)
+
+
+def test_what_is_refused(tmp_path, results, capsys):
+    assert command("run", "--export", "xls", "--out", tmp_path / "none") == 2
+    assert "xlsx" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+    assert command("export", "mat", tmp_path) == 2
+    assert "holds no results" in capsys.readouterr().err
