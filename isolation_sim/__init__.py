@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         available_laws,
         available_sets,
         law,
+        measured_force,
         passive,
     )
     from .registry import available_controllers, controller, register
@@ -48,6 +49,9 @@ if TYPE_CHECKING:
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
     from .simulation.run_files import read_run, write_run
+    from .simulation.simulator import Simulator
+    from .simulation.substructure import DeviceSimulator
+    from .simulation.vector_simulator import VectorSimulator
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -61,6 +65,8 @@ if TYPE_CHECKING:
     from .sweeps.plan import SweepPlan
     from .sweeps.result import Sweep
     from .sweeps.run import sweep
+    from .tuning.tune import tune
+    from .tuning.tuning import Tuning
 
 from .version import __version__ as __version__
 
@@ -86,6 +92,7 @@ _HOMES = {
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Device": ".laws",
+    "DeviceSimulator": ".simulation.substructure",
     "Diagnosis": ".discrepancy.diagnosis",
     "Diverged": ".errors",
     "Fit": ".identification.fitted",
@@ -96,10 +103,13 @@ _HOMES = {
     "Run": ".simulation.result",
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
+    "Simulator": ".simulation.simulator",
     "Structure": ".structures",
     "Sweep": ".sweeps.result",
     "SweepPlan": ".sweeps.plan",
     "TestedRangeWarning": ".errors",
+    "Tuning": ".tuning.tuning",
+    "VectorSimulator": ".simulation.vector_simulator",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
@@ -117,6 +127,7 @@ _HOMES = {
     "load": ".api",
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
+    "measured_force": ".laws",
     "passive": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
@@ -130,6 +141,7 @@ _HOMES = {
     "simulate": ".api",
     "simulate_many": ".simulation.batch",
     "sweep": ".sweeps.run",
+    "tune": ".tuning.tune",
     "write_run": ".simulation.run_files",
 }
 
@@ -140,6 +152,7 @@ __all__ = [
     "CoilDriver",
     "Comparison",
     "Device",
+    "DeviceSimulator",
     "Diagnosis",
     "Diverged",
     "Fit",
@@ -150,10 +163,13 @@ __all__ = [
     "Run",
     "Scenario",
     "Sensors",
+    "Simulator",
     "Structure",
     "Sweep",
     "SweepPlan",
     "TestedRangeWarning",
+    "Tuning",
+    "VectorSimulator",
     "available_conditions",
     "available_controllers",
     "available_laws",
@@ -171,6 +187,7 @@ __all__ = [
     "load",
     "loop_curves",
     "loop_measures",
+    "measured_force",
     "passive",
     "read_campaign",
     "read_matrices",
@@ -184,6 +201,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "sweep",
+    "tune",
     "write_run",
 ]
 

@@ -232,10 +232,10 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
         time and the cause.
     """
     from .comparison import simulated
-    from .scenario import Scenario
+    from .scenario import Scenario, main_job
 
     if not isinstance(scenario, Scenario):
-        scenario = Scenario() if scenario is None else Scenario.read(scenario)
+        scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
     found = simulated(job.controllers, job.run, job.run_fixed_base)
     _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))
@@ -273,8 +273,9 @@ def diagnose(
         describes the building.
     **options
         ``progress`` (called with the name of what is being done); for campaigns and loop tables
-        also ``seed``, ``threads`` and ``current_degree``, the degree of the parameters'
-        polynomials of the current.
+        also ``seed``, ``threads``, ``current_degree``, the degree of the parameters'
+        polynomials of the current, and ``significance``, the share of the force (RMS) below
+        which an effect is negligible (0.002).
 
     Returns
     -------
@@ -309,6 +310,12 @@ def diagnose(
             raise InputError(
                 f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
                 "scenario file that describes it"
+            )
+        significance = options.pop("significance", None)
+        if significance is not None:
+            raise InputError(
+                f"{paths[0]}: significance is {significance:g}, which has no meaning for a "
+                "building record; accepted: none, or a campaign of device tests"
             )
         degree = options.pop("current_degree", None)
         if degree is not None:

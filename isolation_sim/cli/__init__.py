@@ -18,7 +18,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, fit, list_names, new, run, sweep
+from . import cite, diagnose, export, fit, list_names, new, run, sweep, tune
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -40,7 +40,7 @@ app = typer.Typer(
     help="Semi-active base isolation with magnetorheological isolators.",
     no_args_is_help=True,
     epilog=examples(
-        "isolation-sim run                     the main job: five controllers under El Centro",
+        "isolation-sim run                     the main job: seven controllers under El Centro",
         "isolation-sim new my_scenario.toml    a commented scenario to start from",
         "isolation-sim COMMAND --help          more examples",
     ),
@@ -74,10 +74,12 @@ app.command("run", epilog=run.EXAMPLES)(run.run)
 app.command("compare", hidden=True)(run.run)  # a likely guess for run
 app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
+app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
 app.add_typer(sweep.app, name="sweep")
+app.add_typer(export.app, name="export")
 
 
 def _stop(number: int, frame: object) -> None:

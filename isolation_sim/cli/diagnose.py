@@ -45,6 +45,13 @@ def diagnose(
             help="Degree of the parameters' polynomials of the current; not for building records."
         ),
     ] = None,
+    significance: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of the force (RMS) below which an effect is negligible, 0.002 by default; "
+            "not for building records."
+        ),
+    ] = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
@@ -59,7 +66,7 @@ def diagnose(
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, progress=step,
+                current_degree=current_degree, significance=significance, progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
     if as_json:

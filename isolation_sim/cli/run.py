@@ -44,9 +44,9 @@ def run(
     from ..io.results_folder import ResultsFolder, file_name
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
-    from ..scenario import Scenario
+    from ..scenario import Scenario, main_job
 
-    described = Scenario() if scenario is None else Scenario.read(scenario)
+    described = main_job() if scenario is None else Scenario.read(scenario)
     job = described.build()
     where = out or Path("results") / file_name(described.name)
     with ResultsFolder(where, overwrite) as folder:

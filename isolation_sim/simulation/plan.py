@@ -217,7 +217,10 @@ class Plan:
         time, records = self.grid.time, lane.records
         if len(time) == len(records[0].acceleration):
             return np.stack([r.acceleration for r in records], axis=1)
-        return np.stack([np.interp(time, r.time, r.acceleration) for r in records], axis=1)
+        ground = np.stack([np.interp(time, r.time, r.acceleration) for r in records], axis=1)
+        # a sample is itself, though its instant on the grid may be rounded otherwise
+        ground[self.grid.samples] = np.stack([r.acceleration for r in records], axis=1)
+        return ground
 
     def _closed_loop(self, n: int, dt: float, sensors: Sensors, delay: float) -> None:
         lanes, first = self.lanes, self.lanes[0]
