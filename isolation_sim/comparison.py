@@ -169,7 +169,7 @@ class Comparison:
             than the terminal. An asterisk marks the best of a row.
         """
         return render(
-            "tables:CriteriaTables", self.criteria, self.energy, self.title, self.baseline,
+            "tables:criteria_tables", self.criteria, self.energy, self.title, self.baseline,
             self.optima,
         )
 

@@ -17,7 +17,7 @@ from isolation_sim.cli import main
 from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, TestedRangeWarning
 from isolation_sim.io.output_place import check_new_files, check_writable
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
-from isolation_sim.reports.tables import CriteriaTables, as_text
+from isolation_sim.reports.tables import as_text, criteria_tables
 from isolation_sim.simulation.batch import Case
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -295,7 +295,7 @@ def test_a_home_that_cannot_be_written_is_replaced(tmp_path, monkeypatch, capsys
 def test_numbers_of_eleven_controllers_stay_whole():
     names = [f"model_predictive_{k}" for k in range(11)]
     criteria = {name: {"peak_drift_m": 1e-3 * (k + 1.2721)} for k, name in enumerate(names)}
-    table = CriteriaTables(criteria, {name: {} for name in names})
+    table = criteria_tables(criteria, {name: {} for name in names})
     for width in (60, 80, 100, 200):
         text = as_text(table, width)
         assert max(map(len, text.splitlines())) <= width and "…" not in text

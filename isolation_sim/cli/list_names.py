@@ -139,7 +139,7 @@ def list_names(
         return
     table = Table(box=None, pad_edge=False, header_style="bold")
     for k, heading in enumerate(headings):
-        table.add_column(heading, no_wrap=k == 0)
+        table.add_column(heading, no_wrap=k == 0, overflow="fold")
     for entry in entries:
         table.add_row(*entry)
     standard_console().print(table)

@@ -192,7 +192,7 @@ class Fit:
         parameters = Table(title=title, box=SIMPLE_HEAD)
         for heading in ("parameter", "current, A", "value", "95 % interval", "unit", ""):
             justify: Any = "left" if heading in ("parameter", "unit", "") else "right"
-            parameters.add_column(heading, justify=justify)
+            parameters.add_column(heading, justify=justify, overflow="fold")
         for e in self.estimates:
             parameters.add_row(
                 e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",

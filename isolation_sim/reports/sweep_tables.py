@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
 from .sweep_figures import spoken
-from .tables import marked
+from .tables import WideTable, marked
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from ..sweeps.result import Sweep
 
 
-def controllers_table(sweep: Sweep) -> Table:
+def controllers_table(sweep: Sweep) -> WideTable:
     """Median of every peak and RMS value, and of J1 to J9, a column a controller.
 
     Parameters
@@ -25,19 +26,27 @@ def controllers_table(sweep: Sweep) -> Table:
 
     Returns
     -------
-    rich.table.Table
+    WideTable
         An asterisk marks the best of a row; values that print alike are equally good.
     """
     cases = sweep.table["case"].nunique()
     state = "" if sweep.finished else ", unfinished"
-    table = _table(f"{sweep.plan.name}: medians over {cases} cases{state}", "", "unit")
-    for label in sweep.controllers:
-        table.add_column(label, justify="right")
-    if len(sweep.controllers) > 1:
-        table.caption, table.caption_justify = "* best of the row", "left"
-    for name, unit, cells in median_rows(sweep):
-        table.add_row(name, unit, *(f"{text}{'*' if best else ' '}" for text, best in cells))
-    return table
+    title = f"{sweep.plan.name}: medians over {cases} cases{state}"
+    labels, rows = list(sweep.controllers), median_rows(sweep)
+
+    def part(shown: Sequence[str]) -> Table:
+        table = _table(title, "", "unit")
+        for label in shown:
+            # a word a line
+            table.add_column("\n".join(label.split("_")), justify="right", no_wrap=True)
+        if len(labels) > 1:
+            table.caption, table.caption_justify = "* best of the row", "left"
+        for name, unit, cells in rows:
+            chosen = (cells[labels.index(label)] for label in shown)
+            table.add_row(name, unit, *(f"{text}{'*' if best else ' '}" for text, best in chosen))
+        return table
+
+    return WideTable(labels, part)
 
 
 def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:

@@ -100,8 +100,44 @@ def criteria_table(
     return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
 
 
-class CriteriaTables:
-    """The table of criteria in as many parts, one below the other, as the width needs.
+class WideTable:
+    """A table in as many parts, one below the other, as the width of the console needs.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Columns that may stand in another part than their neighbours.
+    part : callable
+        ``part(names)`` -> rich table of some of them.
+    """
+
+    def __init__(self, names: Sequence[str], part: Callable[[Sequence[str]], Table]):
+        self._names, self._part = list(names), part
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Any]:
+        from rich.measure import Measurement
+
+        left, unlimited = self._names, options.update(max_width=10_000, width=10_000)
+        while left:
+            n = len(left)
+            while n > 1 and Measurement.get(
+                console, unlimited, self._part(left[:n])
+            ).maximum > options.max_width:
+                n -= 1
+            yield self._part(left[:n])
+            left = left[n:]
+            if left:
+                yield ""
+
+
+def criteria_tables(
+    criteria: Mapping[str, Mapping[str, float]],
+    energy: Mapping[str, Mapping[str, float]],
+    title: str = "",
+    baseline: Mapping[str, Mapping[str, float]] | None = None,
+    optima: Collection[str] = (),
+) -> WideTable:
+    """Table of criteria and energies in as many parts as the console's width needs.
 
     Parameters
     ----------
@@ -112,34 +148,17 @@ class CriteriaTables:
         compared with the others.
     optima : collection of str
         Runs that are bounds and no controllers: never the best.
+
+    Returns
+    -------
+    WideTable
+        The best of a row is that of all runs, in whatever part it stands.
     """
-
-    def __init__(
-        self,
-        criteria: Mapping[str, Mapping[str, float]],
-        energy: Mapping[str, Mapping[str, float]],
-        title: str = "",
-        baseline: Mapping[str, Mapping[str, float]] | None = None,
-        optima: Collection[str] = (),
-    ):
-        self._given = criteria, energy, title, dict(baseline or {}), optima
-        self._names = [*criteria, *self._given[3]]
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Any]:
-        from rich.measure import Measurement
-
-        left, unlimited = self._names, options.update(max_width=10_000, width=10_000)
-        while left:
-            # the best of a row is that of all runs, in whatever part it stands
-            n = len(left)
-            while n > 1 and Measurement.get(
-                console, unlimited, _criteria_columns(*self._given, left[:n])
-            ).maximum > options.max_width:
-                n -= 1
-            yield _criteria_columns(*self._given, left[:n])
-            left = left[n:]
-            if left:
-                yield ""
+    beside = dict(baseline or {})
+    return WideTable(
+        [*criteria, *beside],
+        lambda shown: _criteria_columns(criteria, energy, title, beside, optima, shown),
+    )
 
 
 def _criteria_columns(
@@ -252,7 +271,7 @@ def as_text(table: Any, width: int = WIDTH) -> str:
 
     Parameters
     ----------
-    table : rich.table.Table or CriteriaTables
+    table : rich.table.Table or WideTable
         A table.
     width : int
         Columns of the terminal.
@@ -275,7 +294,7 @@ def as_html(table: Any) -> str:
 
     Parameters
     ----------
-    table : rich.table.Table or CriteriaTables
+    table : rich.table.Table or WideTable
         A table.
 
     Returns

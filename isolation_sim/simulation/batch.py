@@ -26,7 +26,7 @@ from .plan import Lane, Plan
 from .result import Run
 from .run import check_actuation, check_options, prepared, simulate
 from .summary import summary, summary_key
-from .tested_range import Reached, beyond_tests, reached
+from .tested_range import Reached, beyond_tests, peak_currents, reached
 
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
@@ -219,9 +219,11 @@ def run_cases(
         numbers = [k for k, _ in block]
         fates = [plan.fate(work, at) for at in range(len(block))]
         result.put(numbers, criteria, fates)
+        currents = peak_currents(work)
         for at, (k, lane) in enumerate(block):
             if fates[at] is None:
-                result.compare(k, reached(lane.isolated, plan.modes[at], work, criteria, at))
+                found = reached(lane.isolated, plan.modes[at], work, criteria, currents, at)
+                result.compare(k, found)
         result.clamped[numbers] = work.counts[0, : len(block)]
         result.unresolved[numbers] = work.counts[4, : len(block)]
         if progress is not None:

@@ -13,7 +13,7 @@ from ..archive import FILE, save_archive
 from ..io.netcdf import write_netcdf
 from ..rendering import render
 from ..structures.sizing import implausible
-from .tested_range import Reached, of_runs, reached
+from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -155,7 +155,8 @@ class Run(Trajectory):
     @cached_property
     def reached_of_tests(self) -> Reached:
         """Peak deformations and currents beside those at which the devices were tested."""
-        return reached(self.isolated, self.modes, self.work, self.criteria)
+        currents = peak_currents(self.work)
+        return reached(self.isolated, self.modes, self.work, self.criteria, currents)
 
     @cached_property
     def implausible(self) -> list[str]:

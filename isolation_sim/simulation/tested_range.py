@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,21 +45,37 @@ def reached(
     modes: Modes,
     work: Workspace,
     criteria: Mapping[str, ArrayLike],
+    currents: NDArray,
     lane: int = 0,
 ) -> Reached:
-    """Compare one lane of a finished block with the tests; ``criteria``: of the whole block."""
-    n_channels = isolated.n_channels
+    """Compare one lane of a finished block with the tests.
+
+    ``criteria`` and ``currents``, what `peak_currents` returns, are of the whole block.
+    """
+    tested_deformation, tested_current = _tested(isolated)
     return Reached(
         _peak_deformations(isolated, modes, work, criteria, lane),
-        tested_deformations(isolated),
-        np.max(np.abs(work.command[:, :n_channels, lane]), axis=0, initial=0.0),
-        np.array([isolated.tested_current(c) for c in range(n_channels)]),
+        tested_deformation,
+        currents[: len(tested_current), lane],
+        tested_current,
     )
 
 
-def tested_deformations(isolated: IsolatedStructure) -> NDArray:
-    """Largest deformation of the tests behind each element's law, in the structure's scale, m."""
-    return np.array([e.device.length * e.device.tested_deformation for e in isolated.elements])
+def peak_currents(work: Workspace) -> NDArray:
+    """Largest command of each coil in each lane, (n_channels + 1, lanes), A."""
+    # a command holds over a window
+    commands = work.command[work.grid.windows[:-1, 0]]
+    return np.maximum(commands.max(axis=0), -commands.min(axis=0))
+
+
+@lru_cache(maxsize=256)
+def _tested(isolated: IsolatedStructure) -> tuple[NDArray, NDArray]:
+    """What elements (m, in the structure's scale) and coils (A) were tested at."""
+    devices = [element.device for element in isolated.elements]
+    return (
+        np.array([device.length * device.tested_deformation for device in devices]),
+        np.array([isolated.tested_current(c) for c in range(isolated.n_channels)]),
+    )
 
 
 def _peak_deformations(
@@ -68,15 +85,13 @@ def _peak_deformations(
     criteria: Mapping[str, ArrayLike],
     lane: int,
 ) -> NDArray:
-    structure = isolated.structure
     peaks = np.zeros(len(isolated.elements))
-    base = np.zeros(structure.n_dofs)
-    base[list(structure.base)] = 1.0
     z: NDArray | None = None
+    at_base = _at_base(isolated)
     for e, element in enumerate(isolated.elements):
         if not np.isfinite(element.device.tested_deformation):
             continue
-        if len(structure.base) == 1 and np.array_equal(element.direction, base):
+        if at_base[e]:
             # the isolators of most buildings: known to the kernel already
             peaks[e] = np.atleast_1d(criteria["peak_base_displacement_m"])[lane]
             continue
@@ -88,6 +103,16 @@ def _peak_deformations(
         n = row.size
         peaks[e] = np.max(np.abs(z[:, 0, :n] @ row.real - z[:, 1, :n] @ row.imag))
     return peaks
+
+
+@lru_cache(maxsize=256)
+def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
+    """Whether each element deforms by the displacement of the only base dof."""
+    structure = isolated.structure
+    base = np.zeros(structure.n_dofs)
+    base[list(structure.base)] = 1.0
+    alone = len(structure.base) == 1
+    return tuple(alone and np.array_equal(e.direction, base) for e in isolated.elements)
 
 
 def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:

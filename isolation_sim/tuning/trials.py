@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import InputError, unknown_name
 from ..registry import controller
 from ..scenario.job import Job
-from ..simulation.batch import Batch, Case, simulate_many
+from ..simulation.batch import Batch, Case, run_cases
 from ..simulation.control import Control
 from ..simulation.run import simulate
 from .motions import MotionSet
@@ -79,7 +79,7 @@ class Trials:
             Case(self.job.isolated, records[k % len(records)], one, belief)
             for k, one in enumerate(controllers)
         ]
-        return simulate_many(cases, threads=self.threads, **self._options)
+        return run_cases(cases, threads=self.threads, **self._options)
 
     def sums(self, controllers: Sequence[Control]) -> NDArray:
         """Weighted sums of criteria over those without current.

@@ -6,6 +6,7 @@ import isolation_sim as iso
 from isolation_sim.reports.html import charts
 from isolation_sim.reports.html.page import Cell, Chart, Page, Row, Section, Table
 
+LINKED_CSS = ".plot[data-link='time']"
 LINKED = "[...document.querySelectorAll(\".plot[data-link='time']\")]"
 
 
@@ -152,7 +153,7 @@ def test_everything_is_reached_by_keyboard(report, opened, until):
         "DIV  scroll", "SELECT select-one", "BUTTON button play", "INPUT range", "INPUT checkbox",
         "INPUT number", "BUTTON submit", "BUTTON reset", "SUMMARY",
     } <= reached  # fmt: skip
-    page.get_by_role("button", name="Zoom in").first.focus()
+    page.locator(LINKED_CSS).first.get_by_role("button", name="Zoom in").focus()
     page.keyboard.press("Enter")
     all_show(until, page, 2, 6)
 
@@ -184,7 +185,7 @@ def test_charts_fit_on_paper(report, opened, until):
     page.emulate_media(media="screen")
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     until(page, "document.querySelector('.plot')._fullLayout.width > 1000")
-    assert page.evaluate(heights)[0] == [215, 215]
+    assert page.evaluate(heights)[0] == [340, 340]
     assert page.pdf(format="A4").startswith(b"%PDF")
 
 

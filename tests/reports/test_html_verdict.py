@@ -11,6 +11,7 @@ def comparison(values, reference="off", energy=None):
     """Runs with given peaks: base displacement (m), floor acceleration (m/s2), drift (m)."""
     keys = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
     return SimpleNamespace(
+        optima=("clairvoyant",) if "clairvoyant" in values else (),
         criteria={name: dict(zip(keys, each, strict=True)) for name, each in values.items()},
         reference=reference, runs=values, energy=energy,
     )  # fmt: skip
@@ -63,3 +64,9 @@ def test_without_a_reference_the_one_that_moves_least_is_told():
     energy = {"a": spent, "b": spent}
     first, _ = verdict(comparison({"a": (0.2, 1, 1), "b": (0.1, 2, 2)}, None, energy))
     assert first.startswith("With b, which moves the base least, the base moves by up to 100 mm")
+
+
+def test_an_optimum_is_no_controller_that_wins():
+    off, best, bound = (0.2, 1.0, 0.01), (0.15, 0.9, 0.009), (0.05, 0.5, 0.004)
+    both = comparison({"off": off, "mpc": best, "clairvoyant": bound})
+    assert verdict(both) == verdict(comparison({"off": off, "mpc": best}))

@@ -205,7 +205,7 @@ def test_runs_that_ended_in_an_error_are_run_again(
 
     simulate = chunk.simulate
     with monkeypatch.context() as patch:
-        patch.setattr(chunk, "simulate_many", short_of_memory)
+        patch.setattr(chunk, "run_cases", short_of_memory)
         patch.setattr(chunk, "simulate", short_of_memory_at_times)
         if stopped:
             stopped_after(folder, 11)

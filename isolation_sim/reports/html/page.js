@@ -193,7 +193,7 @@
   addEventListener("beforeprint", () => { if (darkness.matches) paintAll(false); });
   addEventListener("afterprint", () => { if (darkness.matches) paintAll(true); });
   addEventListener("beforeprint", () => plots.forEach((plot, k) => {
-    const [width, most] = plot.closest(".gallery") ? [330, 255] : [680, plot.dataset.link === "time" ? 180 : Infinity];
+    const [width, most] = plot.closest(".gallery") ? [330, 255] : [680, plot.dataset.link === "time" ? 180 : 255];
     const height = Math.min(heights[k], most);
     plot.style.height = `${height}px`;
     Plotly.relayout(plot, { width, height });

@@ -67,7 +67,8 @@ def trade_off(
         })  # fmt: skip
     axes = layout(
         "Peak base displacement (mm)", "Peak floor acceleration (m/s²)", hovermode="closest",
-        xaxis={"range": [-0.02 * widest, 1.15 * widest]}, yaxis={"range": [0.0, 1.15 * highest]},
+        xaxis={"range": [-0.02 * widest, 1.15 * widest]},
+        yaxis={"range": [-0.1 * highest, 1.15 * highest]},
     )
     told = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
     return Chart(
