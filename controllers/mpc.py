@@ -372,7 +372,7 @@ class MPC(Estimating):
                 self._estimated.strengthen(p.strength)
         self._ground.look(ground, t + self._foreseen)
         self._uncontrolled.follow(self._ground.path, p.strength)
-        was_slow, self._slow = self._slow, self._slow_ground.follow(ground)
+        was_slow, self._slow = self._slow, self._slow_ground.follow(ground, self._seen.peaks[1])
         if was_slow and not self._slow:
             self.commands[:] = self.coils[:, 2]
         if self._since is None:

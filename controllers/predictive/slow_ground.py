@@ -11,6 +11,8 @@ SPAN = 0.1
 """Time over which the rate of the acceleration is measured, s; over a sample it would be noise."""
 GROWTH = 0.4
 """Time that a stronger swing is given to reach its peak before its rate counts, s."""
+AMPLIFIED = 2.0
+"""Acceleration of the floors over the ground's above which the building does not follow it."""
 FAST = 0.4
 """Share of the limit below which a period counts at once."""
 
@@ -43,18 +45,20 @@ class SlowGround:
         self._peak = 0.0
         self._released = limit == 0.0
 
-    def follow(self, sample: NDArray) -> bool:
+    def follow(self, sample: NDArray, floors: float = 0.0) -> bool:
         """Take one more sample into account.
 
         Parameters
         ----------
         sample : numpy.ndarray, shape (n_directions,), m/s^2
             Ground acceleration.
+        floors : float, m/s^2
+            Peak acceleration of the floors so far.
 
         Returns
         -------
         bool
-            Whether the ground moves, and has been slow all along.
+            Whether the ground moves and has been slow all along, and the building follows it.
         """
         # before the first sample the ground was at rest
         full = len(self._samples) == self._span
@@ -66,5 +70,6 @@ class SlowGround:
         around = 2.0 * np.pi * self._peak
         short = around < self._limit * self._rates[0]
         shorter = around < FAST * self._limit * self._rates[-1]
-        self._released |= self._peak > TRIGGER and (short or shorter)
+        amplified = floors > AMPLIFIED * self._peak
+        self._released |= self._peak > TRIGGER and (short or shorter or amplified)
         return self._peak > FELT and not self._released
