@@ -130,6 +130,15 @@ def test_left_out_sections_are_the_main_job():
     assert job.records == (load_record("el_centro_1940_ns"),)
 
 
+def test_the_main_job_adds_predictive_control_to_the_default():
+    ours, default = main_job(), Scenario()
+    assert ours.controller[:-2] == default.controller
+    assert [one.shown for one in ours.controller[-2:]] == ["mpc", "mpc, 0.8 s preview"]
+    predictive = list(ours.build().controllers.values())[-2:]
+    assert [one.preview for one in predictive] == [0.0, 0.8]
+    assert ours.model_copy(update={"controller": default.controller}) == default
+
+
 def test_comments_name_every_key_of_every_section():
     text = Scenario().to_toml(comments=True)
     assert tomllib.loads(text)["name"] == "main_job"
