@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ground_motions import STANDARD_GRAVITY, load_record
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
-from isolation_sim.scenario import Scenario, writer
+from isolation_sim.scenario import Scenario, main_job, writer
 from isolation_sim.structures import reference_building, reference_isolators
 
 positive = st.floats(1e-6, 1e9)
