@@ -71,7 +71,8 @@ def scored(case: blind.BuildingCase) -> BuildingScored:
     -------
     BuildingScored
     """
-    from isolation_sim.discrepancy.building import diagnose_building, read_building_record
+    from isolation_sim.discrepancy.building.record import read_building_record
+    from isolation_sim.discrepancy.diagnose import diagnose_building
 
     with tempfile.TemporaryDirectory() as folder:
         written = case.record.write(Path(folder) / "case")

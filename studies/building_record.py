@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building import BuildingRecord, read_building_record
-from isolation_sim.discrepancy.campaign_diagnosis import diagnose_campaign
+from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
+from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Diagnosis
 from isolation_sim.identification.campaign import Campaign, TestRun
 from isolation_sim.laws import Device
@@ -283,7 +283,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     for shown in choices:
         step(f"diagnosing {', '.join(shown)}", 0.0)
         campaign = loops(records, shown)
-        diagnosis = diagnose_campaign(campaign, linear.law, linear)
+        diagnosis = diagnose(campaign, linear.law, linear)
         diagnosis.save(folder / f"diagnosis_{'_'.join(shown)}")
         assert diagnosis.extended is not None
         name = f"extended by {', '.join(RECORDS[one] for one in shown)}"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from isolation_sim.discrepancy.campaign_diagnosis import diagnose_campaign
+from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Diagnosis, Trace
 from isolation_sim.identification.fit import fit
 from isolation_sim.laws.registry import LAWS
@@ -62,7 +62,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         step(f"diagnosing without {LEFT_OUT[label]}", 0.0)
         shown = without(campaign, label)
         law = fit(shown, LAW, fixed=CANDIDATES[LAW], current_degree=DEGREE).device
-        found[label] = diagnose_campaign(shown, LAWS[LAW], law, current_degree=DEGREE)
+        found[label] = diagnose(shown, LAWS[LAW], law, current_degree=DEGREE)
         found[label].save(folder / f"diagnosis_without_{label.replace(' ', '')}")
         step(f"diagnosing without {LEFT_OUT[label]}", 1 / len(labels))
     table = [row for label, diagnosis in found.items() for row in _rows(label, diagnosis)]

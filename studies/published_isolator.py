@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Diagnosis
-from isolation_sim.discrepancy.loop_table import LoopTable
-from isolation_sim.discrepancy.loop_table_diagnosis import diagnose_loop_table
+from isolation_sim.discrepancy.loops.table import LoopTable
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import Device, hybrid, law
 from isolation_sim.laws.published import (
@@ -161,7 +161,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     found = []
     for table in tables:
         step(f"diagnosing {table.name}", 0.0)
-        diagnosis = diagnose_loop_table(table, published.law, current_degree=DEGREE)
+        diagnosis = diagnose(table, published.law, current_degree=DEGREE)
         diagnosis.save(folder / f"diagnosis_{table.name.split(' ')[0]}")
         assert diagnosis.judged is not None and diagnosis.extended is not None
         laws = {PUBLISHED: published, FITTED: diagnosis.judged, EXTENDED: diagnosis.extended}

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.identification.least_squares import levenberg_marquardt
+from isolation_sim.identification.parameterisation import Parameterisation
 from isolation_sim.identification.sensitivities import Motion, Simulator
 from isolation_sim.identification.swarm import search
-from isolation_sim.identification.unknowns import Unknowns
 from isolation_sim.laws import LAWS
 
 LEAST_SQUARES = "least_squares"
@@ -53,7 +53,8 @@ class Problem:
         x, v, size = (
             float(np.sqrt(np.mean(y**2))) for y in (motion.displacement, motion.velocity, force)
         )
-        self.unknowns = Unknowns(LAWS[law_name], motion.current[:1], (size, x, x / v), fixed)
+        sizes = (size, x, x / v)
+        self.unknowns = Parameterisation(LAWS[law_name], motion.current[:1], sizes, fixed)
         u = self.unknowns
         self.simulator = Simulator(u.law, motion, u.owner, u.power, n_steps)
 

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.identification.fit import motion_of, smoothed
 from isolation_sim.identification.least_squares import levenberg_marquardt
+from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.sensitivities import Motion, Simulator
 from isolation_sim.identification.swarm import available_methods
 from isolation_sim.laws import law
@@ -112,10 +112,10 @@ def measured_damper(folder: Path, at: str = "1 A") -> Problem:
     InputError
         If the campaign cannot be read.
     """
-    runs = [smoothed(run) for run in prepared(folder).runs if current(run) == at]
+    runs = [run for run in prepared(folder).runs if current(run) == at]
     force = np.concatenate([run.force for run in runs])
     name = f"Bouc-Wen, damper at {at}"
-    return Problem(name, "bouc_wen", motion_of(runs), force, CANDIDATES["bouc_wen"], 2)
+    return Problem(name, "bouc_wen", measured_runs(runs).motion, force, CANDIDATES["bouc_wen"], 2)
 
 
 @dataclass(frozen=True)

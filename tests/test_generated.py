@@ -18,7 +18,7 @@ import controllers.predictive.prediction
 from controllers import clipped_lqr
 from controllers.device_model import DeviceModel
 from isolation_sim import generated
-from isolation_sim.discrepancy import stages
+from isolation_sim.discrepancy.device import effect_evaluation
 from isolation_sim.effects import effect
 from isolation_sim.identification import sensitivities
 from isolation_sim.laws import LAWS, emit, standard_solid
@@ -32,7 +32,7 @@ GENERATORS = {
     "kernel": lambda: kernel.load([LAW], 1, 1),
     "tables": lambda: kernel.load_tables.__wrapped__(1, 1, 1),
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
-    "effect": lambda: stages._compiled.__wrapped__(effect("current_lag")),
+    "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(
         clipped_lqr._decide, DeviceModel, (LAW,), 1
     ),
@@ -126,10 +126,10 @@ def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kin
 
 def test_a_text_is_named_by_the_sources_that_it_imports(monkeypatch):
     """A kernel of a law that cannot be named depends on the intrinsics that it calls."""
-    text = "from isolation_sim.simulation.slots import read\n"
+    text = "from isolation_sim.simulation.intrinsics import read\n"
     before = generated.name_of_text("kernel", text)
-    slots = PACKAGE / "simulation" / "slots.py"
-    changed(monkeypatch, slots, b"load", b"lead")
+    intrinsics = PACKAGE / "simulation" / "intrinsics.py"
+    changed(monkeypatch, intrinsics, b"load", b"lead")
     assert generated.name_of_text("kernel", text) != before
 
 
@@ -141,7 +141,7 @@ from ..errors import (
     InputError,
 )
 TEXT = """
-from isolation_sim.simulation import vector
+from isolation_sim.simulation import intrinsics
 import isolation_sim.criteria
 import numpy as np
 """
@@ -150,7 +150,7 @@ def f():
 '''
     found = generated._imported(text, path)
     assert {str(p.relative_to(PACKAGE)) for p in found} == {
-        "laws/emit.py", "laws/law.py", "errors.py", "simulation/vector.py", "criteria.py",
+        "laws/emit.py", "laws/law.py", "errors.py", "simulation/intrinsics.py", "criteria.py",
         "simulation/grid.py",
     }  # fmt: skip
 
@@ -172,7 +172,7 @@ def test_threads_that_write_the_same_module_at_once_all_find_it(tmp_path, monkey
 
 def old_module(folder, stem, days):
     """A module and its compiled code, last used that many days ago."""
-    files = [folder / f"{stem}.py", folder / "__pycache__" / f"{stem}.march-1.py311.nbi"]
+    files = [folder / f"{stem}.py", folder / "__pycache__" / f"{stem}.integrate-1.py311.nbi"]
     files[1].parent.mkdir(exist_ok=True)
     for path in files:
         path.write_text("VALUE = 1\n")

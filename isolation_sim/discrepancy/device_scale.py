@@ -44,24 +44,6 @@ def carrying(device: Device, structure: Structure, ground: Sequence[Record]) -> 
     At its largest tested deformation and in the middle of its range of current its effective
     stiffness is to give the whole mass a period of 2 s, and that deformation is to stand for what
     the ground motion's response spectrum gives at that period and the device's damping.
-
-    Parameters
-    ----------
-    device : Device
-        As it was tested.
-    structure : Structure
-        What it is to carry.
-    ground : sequence of Record
-        Ground acceleration, m/s2, one record a direction; the larger displacement counts.
-
-    Returns
-    -------
-    Scale
-
-    Raises
-    ------
-    InputError
-        If nobody knows how far it was tested, or it restores too little to carry anything.
     """
     tested = device.tested_deformation
     if not np.isfinite(tested):

@@ -1,29 +1,41 @@
-"""The front of the diagnosis: what kind of data, which model."""
+"""Diagnose measured data: choose the adapter, run the pipeline."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
+from ..identification.workers import workers
 from ..io.toml import read_toml
 from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from .diagnosis import Diagnosis
+from .decisions import MOST_BUILDING_CAUSES, SIGNIFICANCE
+from .diagnosis import BuildingDiagnosis, Diagnosis
+from .inference import gain_interval, verdict
+from .loops.table import LoopTable, read_loop_table
+from .problem import Problem
+from .report_steps import report_steps
+from .search import Found, H
+
+if TYPE_CHECKING:
+    from ..structures import IsolatedStructure
+    from .building.record import BuildingRecord
 
 DEFAULT_LAW = "strain_stiffening"
 
 
 def diagnose(
-    data: Campaign | str | Path,
+    data: Campaign | LoopTable | str | Path,
     law: str | Law = DEFAULT_LAW,
     parameters: str | Path | Device = "fit",
     *,
     current_degree: int | None = None,
+    significance: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -32,8 +44,8 @@ def diagnose(
 
     Parameters
     ----------
-    data : Campaign, str or pathlib.Path
-        A campaign or its folder, or the CSV file of a loop table.
+    data : Campaign, LoopTable, str or pathlib.Path
+        A campaign or its folder, or a loop table or its CSV file.
     law : str or Law, default "strain_stiffening"
         The law to judge, or its registry name.
     parameters : str, pathlib.Path or Device, default "fit"
@@ -41,6 +53,9 @@ def diagnose(
         ones, or a file with an ``[isolator]`` section, as ``fit --out`` writes.
     current_degree : int, optional
         Degree of the parameters' polynomials of the current, where they are fitted.
+    significance : float, optional
+        Share of the force (RMS) below which an effect found in a campaign, or what a law misses,
+        is negligible; 0.002 by default. A loop table has an accuracy of its own.
     seed : int, default 0
         Of random starts and examples of noise.
     threads : int, optional
@@ -55,48 +70,99 @@ def diagnose(
     Raises
     ------
     InputError
-        If the data cannot be read, a name is unknown, or the law cannot be fitted.
+        If the data cannot be read, a name is unknown, the law cannot be fitted, or the
+        significance is not from 0 to 1.
     """
+    significance = SIGNIFICANCE if significance is None else significance
+    if not 0 <= significance < 1:
+        raise InputError(f"significance is {significance:g}; accepted: 0 to 1, of the force")
     if isinstance(law, str):
         law = LAWS[law]
-    device = given_device(law, parameters)
-    if not isinstance(data, Campaign) and kind_of(data) == "loops":
-        from .loop_table import read_loop_table
-        from .loop_table_diagnosis import diagnose_loop_table
+    device = read_parameters(law, parameters)
+    if not isinstance(data, Campaign | LoopTable):
+        data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
+    from .adapters.device_tests import DeviceTests
+    from .adapters.loop_table import LoopTableTests
 
-        found = diagnose_loop_table(
-            read_loop_table(data), law, device, current_degree=current_degree, seed=seed,
-            threads=threads, progress=progress,
-        )  # fmt: skip
-        return found if device is None else replace(found, judged=device)
-    from .campaign_diagnosis import diagnose_campaign
-
-    campaign = data if isinstance(data, Campaign) else read_campaign(data)
-    found = diagnose_campaign(
-        campaign, law, device, current_degree=current_degree, seed=seed, threads=threads,
-        progress=progress,
-    )  # fmt: skip
-    return found if device is None else replace(found, judged=device)
+    report = progress or (lambda text: None)
+    with workers(threads) as pool:
+        options = law, device, current_degree, seed, pool, report
+        if isinstance(data, LoopTable):
+            return diagnose_problem(LoopTableTests(data, *options))[0]
+        return diagnose_problem(DeviceTests(data, *options, significance))[0]
 
 
-def kind_of(path: str | Path) -> str:
-    """Tell what kind of data is in a path.
+def diagnose_building(
+    records: BuildingRecord | Sequence[BuildingRecord],
+    isolated: IsolatedStructure,
+    *,
+    most_causes: int = MOST_BUILDING_CAUSES,
+    progress: Callable[[str], None] | None = None,
+) -> BuildingDiagnosis:
+    """Find what the simulation of a building gets wrong, and why.
 
     Parameters
     ----------
-    path : str or pathlib.Path
-        A folder, or a CSV file.
+    records : BuildingRecord or sequence of BuildingRecord
+        One or several earthquakes. Those marked ``hold_out`` judge; without any, the last of
+        several does, and of a lone one the time after 60 % of its energy.
+    isolated : IsolatedStructure
+        The engineer's model: one direction of ground motion, its first element the isolation
+        layer. The recorded current, if there is one, is put into its coil.
+    most_causes : int
+        Number of causes at which the search stops.
+    progress : callable, optional
+        Called with the name of each computation.
 
     Returns
     -------
-    str
-        "campaign", "loops" (a loop table) or "building" (a building record).
+    BuildingDiagnosis
 
     Raises
     ------
     InputError
-        If a file cannot be read or is none of these.
+        If the records and the structure do not fit together, or nothing is left to fit.
     """
+    from .adapters.building import BuildingRecords
+    from .building.record import BuildingRecord
+
+    several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
+    problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
+    diagnosis, found = diagnose_problem(problem)
+    return BuildingDiagnosis(**vars(diagnosis), building=problem.building(found))
+
+
+def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
+    """Run the pipeline on one kind of data."""
+    found = problem.search(problem.nominal())
+    dependences = problem.dependences(found.base)
+    evaluation = problem.evaluate(found)
+    causes = tuple(sorted(problem.causes(found, evaluation), key=lambda cause: -cause.share))
+    judgement = verdict(causes, evaluation.adequate, evaluation.explained)
+    judged, extended = problem.devices(found)
+    diagnosis = Diagnosis(
+        data=problem.data_name,
+        model=problem.model_name,
+        verdict=judgement,
+        noise_floor=evaluation.noise_floor,
+        error_before=evaluation.before,
+        error_after=evaluation.after,
+        causes=causes,
+        unexplained_share=0.0 if judgement == "adequate" else min(evaluation.unexplained, 1.0),
+        depends_on=problem.depends_on(dependences, causes, evaluation),
+        next_test=problem.next_test(found, causes),
+        steps=report_steps(problem, found, dependences, evaluation, causes, judgement),
+        judged=judged,
+        extended=extended,
+        gain=gain_interval(evaluation.blocks, problem.seed) if causes else None,
+        traces=problem.traces(found),
+        details=evaluation.details,
+    )
+    return diagnosis, found
+
+
+def kind_of(path: str | Path) -> str:
+    """Tell what kind of data is in a path."""
     path = Path(path)
     if path.is_dir() or path.suffix.lower() != ".csv":
         return "campaign"
@@ -117,26 +183,8 @@ def kind_of(path: str | Path) -> str:
     )
 
 
-def given_device(law: Law, parameters: str | Path | Device) -> Device | None:
-    """Find the numbers with which a law is to be judged.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    parameters : str, pathlib.Path or Device
-        As of ``diagnose``.
-
-    Returns
-    -------
-    Device or None
-        None where they are to be fitted.
-
-    Raises
-    ------
-    InputError
-        If the law has no published numbers, or the file is missing, unreadable, or of another law.
-    """
+def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
+    """Find the numbers with which a law is to be judged."""
     if isinstance(parameters, Device):
         device = parameters
     elif str(parameters) == "fit":

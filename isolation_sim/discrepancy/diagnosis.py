@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..laws import Device
+    from ..structures import IsolatedStructure
     from .consequence import Consequence
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
@@ -39,14 +40,18 @@ class Interval:
     ----------
     value, low, high : float
         In ``unit``.
+        Infinite ends belong to a value that the data do not determine.
     unit : str
         SI unit.
+    at_bound : bool
+        Whether the value lies at a bound of its range.
     """
 
     value: float
     low: float
     high: float
     unit: str
+    at_bound: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,6 +83,16 @@ class Cause:
     evidence: str
     confusable_with: tuple[str, ...] = ()
     form: str = ""
+
+    @property
+    def acts_like(self) -> bool:
+        """Whether something else may act like this cause: a parameter lies at its bound."""
+        return any(one.at_bound for one in self.parameters.values())
+
+    @property
+    def label(self) -> str:
+        """The name as a report shows it."""
+        return f"acts like {self.name}" if self.acts_like else self.name
 
 
 @dataclass(frozen=True)
@@ -261,6 +276,7 @@ class Diagnosis:
                 {
                     "name": cause.name,
                     "form": cause.form,
+                    "acts_like": cause.acts_like,
                     "share": _number(cause.share),
                     "p_value": _number(cause.p_value),
                     "parameters": {
@@ -269,6 +285,7 @@ class Diagnosis:
                             "low": _number(one.low),
                             "high": _number(one.high),
                             "unit": one.unit,
+                            "at_bound": one.at_bound,
                         }
                         for name, one in cause.parameters.items()
                     },
@@ -298,7 +315,7 @@ class Diagnosis:
         render("diagnosis:print_diagnosis", self)
 
     def plot(self) -> Figure:
-        """Measured against simulated, before and after, and the errors of all runs.
+        """MeasuredRuns against simulated, before and after, and the errors of all runs.
 
         Returns
         -------
@@ -328,6 +345,20 @@ class Diagnosis:
             return render("diagnosis_files:save_diagnosis", self, Path(folder))
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingDiagnosis(Diagnosis):
+    """What the simulation of a building gets wrong, and why.
+
+    Attributes
+    ----------
+    building : IsolatedStructure or None
+        Structure and isolators with the causes in them, to be simulated like the nominal one.
+        What is wrong in a sensor, or between a command and the coil, is no part of it.
+    """
+
+    building: IsolatedStructure | None = None
 
 
 def _number(value: float) -> float | None:

@@ -14,27 +14,7 @@ from .run_table import TestRun
 
 
 def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None) -> NDArray:
-    """Choose the currents at which polynomials are reported, one a coefficient.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        For its name in messages.
-    runs : sequence of TestRun
-        Runs to fit.
-    degree : int or None
-        Degree of the polynomials; None for the highest that the runs determine, 2 at most.
-
-    Returns
-    -------
-    (degree + 1,) array
-        A; the runs' own currents where there are just as many.
-
-    Raises
-    ------
-    InputError
-        If the degree is negative, or the runs have too few currents for it.
-    """
+    """Choose the currents at which polynomials are reported, one a coefficient."""
     seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
     if degree is None:
         degree = min(len(seen) - 1, 2)
@@ -55,22 +35,11 @@ def check_degree(name: str, data: str, degree: int, seen: NDArray) -> None:
         )
 
 
-def bernstein(currents: NDArray) -> NDArray:
-    """Evaluate the Bernstein polynomials of the currents' range at the currents.
-
-    Parameters
-    ----------
-    currents : (n,) array
-        Increasing, A.
-
-    Returns
-    -------
-    (n, n) array
-        A row a current, a column a polynomial of degree n - 1; dimensionless.
-    """
+def bernstein(currents: NDArray, span: tuple[float, float]) -> NDArray:
+    """Evaluate the Bernstein polynomials of a range of the current at some currents, one each."""
     degree = len(currents) - 1
     if degree == 0:
         return np.ones((1, 1))
-    t = (currents - currents[0]) / (currents[-1] - currents[0])
+    t = (currents - span[0]) / (span[1] - span[0])
     columns = [comb(degree, k) * t**k * (1 - t) ** (degree - k) for k in range(degree + 1)]
     return np.stack(columns, axis=1)

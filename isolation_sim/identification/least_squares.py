@@ -178,7 +178,8 @@ def unit_columns(jacobian: NDArray) -> tuple[NDArray, NDArray]:
     """
     length = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     length[~(length > 0)] = 1.0
-    return np.nan_to_num(jacobian / length), length
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(jacobian / length), length
 
 
 def _cost(residual: NDArray) -> float:

@@ -12,19 +12,7 @@ _UPPER_BAND = 0.6
 
 
 def white_noise(signal: NDArray) -> float:
-    """Standard deviation of a signal's white noise.
-
-    Parameters
-    ----------
-    signal : (n,) array
-        Samples.
-
-    Returns
-    -------
-    float
-        In the signal's unit, from the median of its periodogram's upper band: lines of a response
-        or of a disturbance that stand out there do not count.
-    """
+    """Standard deviation of a signal's white noise."""
     n = len(signal)
     window = np.hanning(n)
     line = np.linspace(signal[0], signal[-1], n)
@@ -35,20 +23,7 @@ def white_noise(signal: NDArray) -> float:
 
 
 def correlation_time(residual: NDArray, starts: NDArray) -> float:
-    """Samples over which a residual counts as one: the sum of its autocorrelation.
-
-    Parameters
-    ----------
-    residual : (n_samples,) array
-        Residual of several runs, one after another.
-    starts : (n_runs + 1,) int array
-        First sample of each run, and the end.
-
-    Returns
-    -------
-    float
-        At least 1, the value for white noise.
-    """
+    """Samples over which a residual counts as one: the sum of its autocorrelation."""
     total, variance = 0.0, 0.0
     shortest = int(np.min(np.diff(starts)))
     most = max(shortest // 4, 1)

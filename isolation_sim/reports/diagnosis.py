@@ -34,7 +34,7 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     if diagnosis.causes:
         console.print(causes_table(diagnosis))
         for cause in diagnosis.causes:
-            console.print(f"{cause.name}: {cause.evidence}")
+            console.print(f"{cause.label}: {cause.evidence}")
             if cause.confusable_with:
                 console.print(f"  hardly to be told from {', '.join(cause.confusable_with)}")
     if diagnosis.depends_on:
@@ -165,10 +165,11 @@ def cause_rows(cause: Cause) -> list[list[str]]:
     list of list of str
         A row a parameter, one at least; name, form, share (%) and p are in the first alone.
     """
-    first = [cause.name, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
+    first = [cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
         value = f"{one.value:.4g} ({one.low:.3g} to {one.high:.3g})"
+        value += ", at its bound" if one.at_bound else ""
         rows.append([*(first if not rows else [""] * 4), name, value, one.unit])
     return rows or [[*first, "", "", ""]]
 
@@ -212,7 +213,7 @@ def markdown(diagnosis: Diagnosis) -> str:
         headings = ("cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
         parts.append(_grid(headings, rows))
-        parts += [f"- **{cause.name}**: {cause.evidence}" for cause in diagnosis.causes]
+        parts += [f"- **{cause.label}**: {cause.evidence}" for cause in diagnosis.causes]
     for number, step in enumerate(diagnosis.steps, start=1):
         parts.append(f"## {number}. {step.title}\n\n{step.text}")
         if step.rows:

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..comparison import UNCONTROLLED
-from ..discrepancy.building import BuildingDiagnosis
 from ..discrepancy.consequence import Consequence, consequence
 from ..discrepancy.device_scale import Scale, carrying
+from ..discrepancy.diagnosis import BuildingDiagnosis
 from ..effects.extend import extend, separate
 from ..errors import InputError
 from ..laws import Device

@@ -191,8 +191,11 @@ class Scenario(Section):
             lambda: at("structure", self.structure.build), "structure", self.structure
         )
         plant = self.structure, self.isolator, *self.element
+        isolator = once(
+            lambda: at("isolator", partial(self.isolator.sized, structure)), "sized", *plant[:2]
+        )
         isolated = once(
-            lambda: self._isolated(structure, self.isolator, 1.0, 1.0, "isolator"), "plant", *plant
+            lambda: self._isolated(structure, isolator, 1.0, 1.0, "isolator"), "plant", *plant
         )
         options: dict[str, Any] = {
             "driver": at("driver", self.driver.build),
@@ -205,7 +208,7 @@ class Scenario(Section):
         if belief is not None:
             options["belief"] = once(
                 lambda: self._isolated(
-                    structure, belief.of(self.isolator), belief.length_factor,
+                    structure, belief.of(isolator), belief.length_factor,
                     belief.force_factor, "belief",
                 ),
                 "belief", belief, *plant,
@@ -224,6 +227,7 @@ class Scenario(Section):
                 for k, entry in enumerate(self.controller)
             },
             options=options,
+            fixed_base=self.simulation.fixed_base,
         )
 
     def _isolated(
@@ -232,7 +236,7 @@ class Scenario(Section):
         reference = isinstance(self.structure, ReferenceBuilding)
         device = self._at(section, isolator.on_reference if reference else isolator.scaled)
         scaled = device.scaled(length, force)
-        isolated = self._at(section, partial(structure.on, scaled))
+        isolated = self._at(section, partial(structure.on, scaled, damping=isolator.damping_ratio))
         for k, element in enumerate(self.element):
             isolated = self._at(f"element[{k}]", partial(element.added, isolated))
         return isolated

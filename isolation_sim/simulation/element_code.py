@@ -34,18 +34,20 @@ RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
 
 KINK_FACTOR = 10.0
 """How much more the error at a kink counts: a switching controller makes many, and alike."""
+MOVING_FACTOR = 8.0
+"""The same while a coil current moves: the errors of successive steps then add up."""
 
 COMMON = (
     "dn0 dn1 dn2 vn0 vn1 vn2 dn3 vn3 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
     "k_ref c_ref force_scale to_structure force_end defect error roughness change kink bent "
-    "d_start v_start f_start f0 f1 f2"
+    "weight d_start v_start f_start f0 f1 f2"
 ).split()
 """Slots that every law has at the same place: deformation and velocity at the nodes and the step's
 end (number 3) but for what the element's own force does, both at the step's end, their free
 response, the reference spring and dashpot, the reciprocal scale of the force, whether the step has
-a kink and whether the current's path bends in it, deformation, velocity and residual force at the
-step's start, and last the residual forces at the nodes, which the law's states at the nodes
-follow."""
+a kink and whether the current's path bends in it, the weight of the error estimate, deformation,
+velocity and residual force at the step's start, and last the residual forces at the nodes, which
+the law's states at the nodes follow."""
 
 
 def lagrange(nodes: Sequence[float], at: float) -> list[float]:
@@ -271,10 +273,11 @@ class ElementCode:
             body.append("scale = 840.0 + m * (420.0 + m * (84.0 + m * (12.0 + m)))")
             body.append("lasting = lasting + miss * m * m * m / scale")
         body.append("defect = odd + even")
-        body += [*self.load("roughness", "bent"), "kink = bent", *self._kink(forces)]
+        body += self.load("roughness", "bent", "weight")
+        body += ["kink = bent", *self._kink(forces)]
         body.append("last = roughness")
         body.append("roughness = min(max(even / (odd + TINY), 0.5 * roughness), 1.0)")
-        body.append("error = defect * roughness * roughness * share + lasting")
+        body.append("error = weight * (defect * roughness * roughness * share + lasting)")
         at_kink = f"{KINK_FACTOR!r} * (defect + of_force * (share - 1.0))"
         body.append(f"error = {at_kink} if kink > 0.0 else error")
         body.append("roughness = last if kink > 0.0 else roughness")

@@ -15,12 +15,12 @@ import numpy as np
 from ..generated import load_text, load_written
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from .element_code import COMMON, NODES, ElementCode
+from .element_code import COMMON, MOVING_FACTOR, NODES, ElementCode
 from .smaller_text import smaller_text
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "march", "summary")
+    for part in ("step", "control", "integration", "summary")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
 HEADER = """
@@ -29,9 +29,8 @@ import math
 import numpy as np
 from numba import njit
 
-from isolation_sim.simulation import kernel, vector
-from isolation_sim.simulation.foreign_call import call
-from isolation_sim.simulation.slots import fused, read, write
+from isolation_sim.simulation import intrinsics, kernel
+from isolation_sim.simulation.intrinsics import call, fused, read, write
 
 unsigned = np.uint64
 OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}
@@ -111,6 +110,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "NODES_AND_END": (*NODES, 1.0),
         "LAGRANGE": polynomials(*NODES),
         "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
+        "MOVING_FACTOR": MOVING_FACTOR,
         "TINY": 1e-300,
         "HOPELESS": 1e12,
         **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
@@ -124,11 +124,11 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         *(c.text() for c in codes),
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
         "build_table, layout, powers = tables.build_table, tables.layout, tables.powers\n"
-        "add_rows = vector.make_add_rows(LANES, TABLE_LANES)\n"
-        "POINTS = vector.points_at_once(LANES)\n"
-        "quantities_at = vector.make_rows_at(LANES, TABLE_LANES)\n"
-        "free_rows = vector.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
-        "move_modes = vector.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
+        "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
+        "POINTS = intrinsics.points_at_once(LANES)\n"
+        "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
+        "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
+        "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
         *(template.read_text() for template in TEMPLATES),
     ]
@@ -205,4 +205,4 @@ def compiling(module: ModuleType) -> Iterator[None]:
 
 def _is_cached(module: ModuleType) -> bool:
     path = Path(str(module.__file__))
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.march-*.nbc"))
+    return any((path.parent / "__pycache__").glob(f"{path.stem}.integrate-*.nbc"))

@@ -1,6 +1,6 @@
 """Coil currents, device parameters, sensors and decisions.
 
-Part of the compiled kernel; see ``kernel_march_template.py``.
+Part of the compiled kernel; see ``kernel_integration_template.py``.
 """
 
 

@@ -1,6 +1,6 @@
 """One step: forces and states at its nodes and its end, iterated to a fixed point.
 
-Part of the compiled kernel; see ``kernel_march_template.py``.
+Part of the compiled kernel; see ``kernel_integration_template.py``.
 """
 
 

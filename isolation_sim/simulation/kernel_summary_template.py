@@ -1,6 +1,6 @@
 """Peaks and mean squares of the continuous response of a finished run.
 
-Part of the compiled kernel; see ``kernel_march_template.py``.
+Part of the compiled kernel; see ``kernel_integration_template.py``.
 
 Every quantity is evaluated at the grid points, on both sides of a change of current. An interval
 between two points is a candidate where the quantity could exceed its peak inside it, by its values
@@ -23,7 +23,7 @@ KINDS = SLOPES + 3
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_directions, fast,
+def summarise(sizes, windows, lengths, window_of, quantity_rows, n_wanted, n_directions, fast,
               fast_rows, ground, z, forces, steps, cuts, first_step, modes, points, inputs,
               present, bulges, found, found_bounds, n_found, items, space, integral, phi, track):
     """Peaks and mean squares over the duration, lane by lane.
@@ -35,7 +35,7 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
     at the ends of the last interval and of the one before, the size of its fast modes, a bound
     inside the interval before the last, its peak, its mean square and its last three slopes.
     """
-    n_modes, n_pad = info[1], info[2]
+    n_modes, n_pad = sizes.n_modes, sizes.n_pad
     per_block = 8 // n_directions
     n_blocks = -(-n_wanted // per_block)
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
@@ -97,7 +97,7 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                                 if bound > track[own + PEAK * ROWS]:
                                     if n_found[lane] == CANDIDATES:
                                         look_inside(
-                                            lane, info, windows, lengths, window_of,
+                                            lane, sizes, windows, lengths, window_of,
                                             quantity_rows, n_directions, ground, z, forces, steps,
                                             cuts, first_step, modes, found, found_bounds,
                                             n_found, items, space, integral, phi, track)
@@ -109,7 +109,7 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                     for k in range(ROWS):
                         track[at + LEFT * ROWS + k] = inputs[after + k]
     for lane in range(LANES):
-        look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_directions, ground,
+        look_inside(lane, sizes, windows, lengths, window_of, quantity_rows, n_directions, ground,
                     z, forces, steps, cuts, first_step, modes, found, found_bounds, n_found,
                     items, space, integral, phi, track)
         # nothing is known of the slope behind the last interval
@@ -120,14 +120,14 @@ def summarise(info, windows, lengths, window_of, quantity_rows, n_wanted, n_dire
                 items[n_items] = number
                 n_items += 1
         if n_items > 0:
-            raise_peaks(lane, n_points - 2, n_items, items, info, windows, lengths, window_of,
+            raise_peaks(lane, n_points - 2, n_items, items, sizes, windows, lengths, window_of,
                         quantity_rows, n_directions, ground, z, forces, steps, cuts, first_step,
                         modes, space, integral, phi, track)
         for interval in range(n_points - 1):
             if strongly_cut(interval, lane, windows, window_of, steps, cuts, first_step):
                 for number in range(n_wanted):
                     items[number] = number
-                raise_peaks(lane, interval, n_wanted, items, info, windows, lengths, window_of,
+                raise_peaks(lane, interval, n_wanted, items, sizes, windows, lengths, window_of,
                             quantity_rows, n_directions, ground, z, forces, steps, cuts,
                             first_step, modes, space, integral, phi, track)
 
@@ -291,7 +291,7 @@ def add_fast_modes(track, at, number, n_items, fast, fast_rows, z, z_at, n_pad):
 
 
 @inner
-def look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_directions, ground, z,
+def look_inside(lane, sizes, windows, lengths, window_of, quantity_rows, n_directions, ground, z,
                 forces, steps, cuts, first_step, modes, found, found_bounds, n_found, items,
                 space, integral, phi, track):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
@@ -314,7 +314,7 @@ def look_inside(lane, info, windows, lengths, window_of, quantity_rows, n_direct
                     items[n_items] = number
                     n_items += 1
                 found_bounds[lane, k] = 0.0
-        raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_of,
+        raise_peaks(lane, interval, n_items, items, sizes, windows, lengths, window_of,
                     quantity_rows, n_directions, ground, z, forces, steps, cuts, first_step,
                     modes, space, integral, phi, track)
     n_found[lane] = 0
@@ -327,7 +327,7 @@ def row_of(number, per_block):
 
 
 @exact
-def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_of, quantity_rows,
+def raise_peaks(lane, interval, n_items, items, sizes, windows, lengths, window_of, quantity_rows,
                 n_directions, ground, z, forces, steps, cuts, first_step, modes, space, integral,
                 phi, track):
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane.
@@ -336,7 +336,7 @@ def raise_peaks(lane, interval, n_items, items, info, windows, lengths, window_o
     time, for the forces' polynomials, for the quantities' last two values, and for which length
     and lane the decay and the integrals are.
     """
-    n_modes, n_pad = info[1], info[2]
+    n_modes, n_pad = sizes.n_modes, sizes.n_pad
     own = lane % TABLE_LANES
     per_block = 8 // n_directions
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)

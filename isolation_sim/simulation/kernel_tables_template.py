@@ -1,7 +1,7 @@
 """Coefficients that propagate the modes over a step.
 
 Part of every compiled kernel, and a module of its own: it does not depend on the laws. See
-``kernel_march_template.py``.
+``kernel_integration_template.py``.
 """
 
 

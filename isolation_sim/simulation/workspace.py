@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numba import typeof
 from numpy.typing import NDArray
 
+from .arguments import (
+    Coils,
+    Course,
+    History,
+    Lanes,
+    LawNumbers,
+    Limits,
+    Measurements,
+    Propagation,
+    Scratch,
+    Sizes,
+)
 from .elements import Elements
 from .grid import Grid
 from .modal import Modes
@@ -169,15 +183,15 @@ class Workspace:
         n_windows, n_channels = len(grid.windows) - 1, len(self.driver)
         sensing = self.sensing
         n_outputs = len(sensing.measure)
-        # position, modes, padded modes, channels, windows, compiled controller, levels, outputs,
-        # record, stage within the window, clamp
-        self.info = np.array(
-            [0, n_modes, n_pad, n_channels, n_windows, sensing.function, N_LEVELS, n_outputs,
-             self.record_steps, 0, self.clamp]
-        )
-        self.settings = np.array(
-            [0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance]
-        )
+        self.position = np.zeros(2, np.int64)
+        self.sizes = Sizes(
+            n_modes, n_pad, n_channels, n_windows, N_LEVELS, n_outputs, sensing.function,
+            bool(self.record_steps), bool(self.clamp),
+        )  # fmt: skip
+        self.limits = Limits(
+            0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance,
+            self.elements.deformation_limit,
+        )  # fmt: skip
         # one row behind the last point is scratch for steps inside a grid interval
         self.z = self._big("z", ((n_points + 2) * 2 * n_pad * lanes,))
         self.z[: 2 * n_pad * lanes] = 0.0
@@ -185,7 +199,6 @@ class Workspace:
         self.states = self._big("states", (n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
         self.states[0] = 0.0
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
-        self._addresses = self._addresses_of_rows() if sensing.function else (0,) * 9
         # until the first command the coils keep their initial currents
         self.command = np.zeros((n_points, n_channels, lanes))
         self.command[0] = self.initial_current
@@ -204,7 +217,7 @@ class Workspace:
         # over how many intervals its one step goes, negative
         self.cuts = np.zeros((n_points, lanes), np.int64)
         self.first_step = np.zeros((n_points, lanes), np.int64)
-        self._work = self._scratch()
+        self._arguments = (self.position, self.sizes, self.limits, *self._grouped())
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -224,50 +237,74 @@ class Workspace:
             *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
         )
 
-    def _scratch(self) -> dict[str, NDArray]:
-        module, lanes = self.module, self.module.LANES
-        w = self.elements.numbers.copy()
-        whole = ("base", "place", "tried", "hold", "active", "going", "todo", "last_step")
-        flags = {k: np.zeros(lanes, np.int64) for k in whole}
-        names = ("last", "previous", "contraction", "defects", "errors", "kinks", "worst")
-        floats = {k: np.zeros(lanes) for k in names}
-        floats["contraction"][:] = 1.0
-        return {
-            "w": w,
-            "applied": np.full((module.N_ELEMENTS, lanes), np.nan),
-            "level": np.full(lanes, 1, np.int64),
-            "moving": np.zeros((module.N_ELEMENTS, lanes), np.int64),
-            "phi": np.empty(4, complex),
-            "integral": np.empty(3, complex),
-            "u": np.empty((int(self.grid.intervals.max()) + 1) * module.N_GROUND * lanes),
-            **flags,
-            **floats,
-        }
+    def _grouped(self) -> tuple[Any, ...]:
+        """The groups of arrays that stay the same while the kernel runs."""
+        module, lanes, grid, elements = self.module, self.module.LANES, self.grid, self.elements
+        sensing, tables = self.sensing, self.tables
+        coils = Coils(
+            self.command, self.driver, self.coil, np.full((module.N_ELEMENTS, lanes), np.nan),
+            np.zeros((module.N_ELEMENTS, lanes), np.int64), self.coil_history,
+        )  # fmt: skip
+        whole = ("base", "place", "tried", "hold", "active", "going", "todo")
+        floats = ("last", "previous", "defects", "errors", "kinks", "worst")
+        return (
+            Course(grid.windows, grid.spans, grid.events, self.ground.ravel()),
+            Propagation(
+                tables.offsets, tables.modes, tables.table, tables.built, np.empty(4, complex),
+                np.empty(3, complex),
+            ),
+            Measurements(
+                sensing.measure, sensing.noise, self.measured, self.chosen, sensing.decided,
+                sensing.measured_for, self._addresses_of_rows() if sensing.function else (0,) * 9,
+            ),
+            coils,
+            LawNumbers(elements.table, elements.breaks, elements.shape, elements.channel),
+            Lanes(
+                level=np.full(lanes, 1, np.int64), contraction=np.ones(lanes), alive=self.alive,
+                missed=self.missed, counts=self.counts,
+                **{name: np.zeros(lanes, np.int64) for name in whole},
+                **{name: np.zeros(lanes) for name in floats},
+            ),
+            History(
+                self.z, self.states.ravel(), self.forces, self.steps, self.step_count, self.cuts,
+                self.first_step, np.zeros(lanes, np.int64),
+            ),
+            Scratch(
+                elements.numbers.copy(),
+                np.empty((int(grid.intervals.max()) + 1) * module.N_GROUND * lanes),
+            ),
+        )  # fmt: skip
 
-    def march(self) -> int:
+    def integrate(self) -> int:
         """Integrate on, until the kernel stops; returns its status."""
-        module, grid, work, elements = self.module, self.grid, self._work, self.elements
+        return self._to_a_stop(self.module.integrate)
+
+    def integrator(self) -> Callable[[], int]:
+        """``integrate`` for many short stretches: it looks up the arguments' types only once."""
+        compiled = self.module.integrate
+        types = tuple(map(typeof, self._arguments))
+        if types not in compiled.overloads:
+            compiled.compile(types)
+        return partial(self._to_a_stop, compiled.overloads[types].entry_point)
+
+    def _to_a_stop(self, compiled: Callable[..., int]) -> int:
+        """Integrate until the kernel stops for another reason than a full record of its steps."""
         while True:
-            status = module.march(
-                self.info, self.settings, elements.deformation_limit, grid.windows, grid.spans,
-                self.tables.offsets, self.ground.ravel(), grid.events, self.tables.modes,
-                self.tables.table, self.tables.built, work["phi"], work["integral"],
-                self.sensing.measure, self.sensing.noise, self.measured, self.chosen,
-                self.sensing.decided, self.sensing.measured_for, self._addresses,
-                self.command, self.driver,
-                elements.table, elements.breaks, elements.shape, elements.channel, self.z,
-                self.states.ravel(),
-                work["w"], self.coil, work["applied"], work["level"], work["base"], work["place"],
-                work["tried"], work["hold"],
-                self.alive, work["moving"], work["active"], work["going"], work["todo"],
-                work["last"], work["previous"], work["contraction"], work["defects"],
-                work["errors"], work["kinks"], work["worst"], self.missed, self.forces, self.steps,
-                self.step_count, self.cuts, self.first_step, work["last_step"], self.counts,
-                self.coil_history, work["u"],
-            )
-            if status != module.BUFFER_FULL:
+            status = compiled(*self._arguments)
+            if status != self.module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
+            *others, history, scratch = self._arguments
+            self._arguments = (*others, history._replace(steps=self.steps), scratch)
+
+    def carried(self) -> dict[str, NDArray]:
+        """What a window hands on to the next beside modes and states; the last axis is the lane."""
+        *_, coils, _, lanes, history, scratch = self._arguments
+        return {
+            "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,
+            "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
+            **lanes._asdict(),
+        }  # fmt: skip
 
     def summarise(
         self, quantities: NDArray, n_quantities: int, n_directions: int, fast: NDArray,
@@ -284,7 +321,7 @@ class Workspace:
         n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
         at_once = module.POINTS * lanes
         module.summarise(
-            self.info, grid.windows, grid.lengths, grid.window_of, quantities, n_quantities,
+            self.sizes, grid.windows, grid.lengths, grid.window_of, quantities, n_quantities,
             n_directions, fast, fast_rows, self.ground.ravel(), self.z, self.forces, self.steps,
             self.cuts, self.first_step, self.tables.modes, np.empty(module.POINTS, np.int64),
             np.empty(8 * (at_once + lanes)), np.empty(module.N_ELEMENTS * at_once),

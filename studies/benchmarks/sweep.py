@@ -76,7 +76,7 @@ def timed(action: Callable[[], object]) -> float:
 def in_compiled_code() -> Iterator[list[float]]:
     """Collect the processor time that is spent in the kernel, s."""
     spent: list[float] = []
-    originals = {name: getattr(Workspace, name) for name in ("march", "summarise")}
+    originals = {name: getattr(Workspace, name) for name in ("integrate", "summarise")}
 
     def counting(original: Callable) -> Callable:
         def counted(*given):

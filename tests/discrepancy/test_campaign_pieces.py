@@ -3,15 +3,16 @@ import json
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.checks import data_notes
+from isolation_sim.discrepancy.data_checks import data_notes
+from isolation_sim.discrepancy.decisions import HELD_OUT_RUNS
+from isolation_sim.discrepancy.device.effect_evaluation import evaluate
+from isolation_sim.discrepancy.device.interference import interference
+from isolation_sim.discrepancy.device.load_cell_offset import run_means
 from isolation_sim.discrepancy.diagnose import diagnose, kind_of
-from isolation_sim.discrepancy.interference import interference
-from isolation_sim.discrepancy.loop_table import read_loop_table
-from isolation_sim.discrepancy.measured import measured
-from isolation_sim.discrepancy.stages import Stage
-from isolation_sim.discrepancy.zero import run_means
+from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
+from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.noise import white_noise
 from isolation_sim.identification.run_table import TestRun
 
@@ -35,29 +36,30 @@ def test_noise_is_read_off_a_signal_that_moves():
 
 
 def test_a_quarter_of_the_runs_is_held_out():
-    data = measured([a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)])
+    data = measured_runs([a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)], HELD_OUT_RUNS)
     held = [not data.fitted[start] for start in data.starts[:-1]]
     assert sum(held) == 2
 
 
 def test_the_last_third_of_a_lone_run_is_held_out():
-    data = measured([a_run()])
+    data = measured_runs([a_run()], HELD_OUT_RUNS)
     n = len(data.x)
     assert not data.fitted[-(n // 3) :].any() and data.fitted[: n - n // 3].all()
 
 
 def test_thinning_leaves_long_and_short_runs_alike():
-    data = measured([a_run("long", seconds=40.0), a_run("short", seconds=5.0)])
+    data = measured_runs([a_run("long", seconds=40.0), a_run("short", seconds=5.0)])
     thin = data.thinned(2000)
     long, short = thin.lengths
     assert long == pytest.approx(1024, rel=0.05) and short == len(a_run(seconds=5.0).time)
-    np.testing.assert_array_equal(thin.x, data.x[data.kept(2000)])
+    np.testing.assert_array_equal(thin.x, data.x[data.places(2000)])
 
 
 def test_a_current_lag_follows_a_step_as_in_the_textbook():
     lag = 0.05
-    data = measured([a_run(current=lambda t: 2.0 * (t >= 1.0))])
-    seen = Stage(effect("current_lag", "first_order")).course(
+    data = measured_runs([a_run(current=lambda t: 2.0 * (t >= 1.0))])
+    seen = evaluate(
+        effect("current_lag", "first_order"),
         data, np.zeros(len(data.x)), np.array([lag])
     )["current"]
     time = np.arange(len(data.x)) / RATE
@@ -71,10 +73,10 @@ def test_a_late_channel_is_late_by_less_than_a_sample_too(delay):
     def force(t):
         return 100 * np.sin(6 * np.pi * t) + 30 * np.sin(14 * np.pi * t + 1)
 
-    data = measured([a_run()])
+    data = measured_runs([a_run()])
     time = np.arange(len(data.x)) / RATE
     for form in ("dead_time", "filter"):
-        change = Stage(effect("sensor_delay", form)).course(data, force(time), np.array([delay]))
+        change = evaluate(effect("sensor_delay", form), data, force(time), np.array([delay]))
         recorded = force(time) + change["force"]
         late = force(time - delay)
         if form == "filter":
@@ -89,21 +91,21 @@ def test_a_late_channel_is_late_by_less_than_a_sample_too(delay):
 def test_a_common_line_is_found_and_none_where_there_is_none():
     frequencies = (0.4, 0.7, 1.0, 1.3, 1.7)
     quiet = [a_run(f"run{k}", f, noise=1.0, seed=k) for k, f in enumerate(frequencies)]
-    data = measured(quiet)
+    data = measured_runs(quiet)
     assert interference(data, STIFFNESS * data.x) is None
     loud = []
     for k, f in enumerate(frequencies):
         time = quiet[k].time
         hum = 3.0 * np.sin(2 * np.pi * 11.3 * time + k)
         loud.append(a_run(f"run{k}", f, STIFFNESS * quiet[k].displacement + hum, 1.0, k))
-    data = measured(loud)
+    data = measured_runs(loud)
     found = interference(data, STIFFNESS * data.x)
     assert found is not None and not found.modulates
     assert found.frequency == pytest.approx(11.3, abs=0.1)
 
 
 def test_means_are_taken_run_by_run():
-    data = measured([a_run("a"), a_run("b", seconds=8.0)])
+    data = measured_runs([a_run("a"), a_run("b", seconds=8.0)])
     values = np.concatenate([np.full(n, k + 1.0) for k, n in enumerate(data.lengths)])
     np.testing.assert_allclose(run_means(data, values), values)
 

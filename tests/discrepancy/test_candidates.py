@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from isolation_sim.discrepancy.base_fit import law_model
-from isolation_sim.discrepancy.candidates import direction, directions, fitted, shaped, try_all
-from isolation_sim.discrepancy.measured import measured
+from isolation_sim.discrepancy.decisions import HELD_OUT_RUNS
+from isolation_sim.discrepancy.device.model import Model, fit_model
+from isolation_sim.discrepancy.device.screen import (
+    fit_directions,
+    refine,
+    screen,
+    screen_effect,
+)
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.workers import workers
 from isolation_sim.laws import LAWS
@@ -37,8 +44,9 @@ def runs(held_out=(2,)):
 
 @pytest.fixture(scope="module")
 def bare():
-    model = law_model(runs(), LAWS["kelvin_voigt"], measured(runs().runs))
-    return fitted(model, model.unknowns.starts(1, 0)[0], 50, 1e-10)
+    data = measured_runs(runs().runs)
+    model = Model(data, parameterise(runs(), LAWS["kelvin_voigt"], data))
+    return fit_model(model, model.parameterisation.starts(1, 0)[0], 50, 1e-10)
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +56,10 @@ def noise(bare):
 
 def test_each_step_gains_on_the_one_before(bare, noise):
     softening = effect("amplitude_softening", "instantaneous")
-    looked_at = direction(bare, softening, noise)
-    own = shaped(bare, looked_at, noise)
+    looked_at = screen_effect(bare, softening, noise)
+    own = refine(bare, looked_at, noise)
     with workers(1) as pool:
-        (together,) = try_all(bare, [own], pool, lambda: None)
+        (together,) = fit_directions(bare, [own], pool, lambda: None)
     assert 0 < looked_at.gain <= own.gain
     # with the law linearised the cost is that of the model up to what is not linear
     assert bare.cost - own.gain == pytest.approx(together.cost, rel=0.3)
@@ -66,7 +74,7 @@ def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise
         effect("field_saturation"), effect("force_offset"),
     ]  # fmt: skip
     with workers(2) as pool:
-        found = directions(bare, listed, noise, pool)
+        found = screen(bare, listed, noise, pool)
     assert found[0].effect.cause == "amplitude_softening"
     assert "field_saturation" not in [one.effect.cause for one in found]  # the coil is off
 
@@ -81,7 +89,7 @@ def test_a_held_out_run_leaves_no_sample_in_what_is_searched(bare):
 
 
 def test_of_a_run_held_out_in_part_the_first_samples_are_left():
-    data = measured(runs(held_out=()).runs[:1])
+    data = measured_runs(runs(held_out=()).runs[:1], HELD_OUT_RUNS)
     left = data.without_held_out()
     assert left.lengths == [np.sum(data.fitted)] and left.lengths[0] < data.lengths[0]
     np.testing.assert_array_equal(left.x, data.x[: left.lengths[0]])

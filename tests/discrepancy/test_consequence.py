@@ -14,10 +14,9 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from ground_motions.spectra import response_spectrum
-from isolation_sim.discrepancy.building import BuildingDiagnosis
 from isolation_sim.discrepancy.consequence import CASES, consequence
 from isolation_sim.discrepancy.device_scale import carrying
-from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors
+from isolation_sim.discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
 from isolation_sim.reports.consequence import HEADINGS, consequence_rows
 from isolation_sim.reports.console import standard_console
 from isolation_sim.reports.diagnosis import markdown

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.base_fit import law_model
-from isolation_sim.discrepancy.measured import measured
+from isolation_sim.discrepancy.device.model import Model
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS
 
@@ -22,8 +23,9 @@ def bare():
     x = 6e-3 * (time / 4.0) * np.sin(2 * np.pi * 1.3 * time)
     run = TestRun("run", time, x, np.gradient(x, time), 3e4 * x, 1 + np.sin(2 * time))
     runs = Campaign("swelling", "made", [replace(run, temperature=20 + 5 * np.sin(time))])
-    model = law_model(runs, LAWS["strain_stiffening"], measured(runs.runs))
-    return model, model.unknowns.starts(1, 0)[0]
+    data = measured_runs(runs.runs)
+    model = Model(data, parameterise(runs, LAWS["strain_stiffening"], data))
+    return model, model.parameterisation.starts(1, 0)[0]
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
@@ -34,7 +36,7 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
     values = np.concatenate([law, own])
     _, columns = model.forces(values, True)
     for k in range(len(law)):
-        step = 1e-5 * max(abs(values[k]), model.unknowns.scale[k])
+        step = 1e-5 * max(abs(values[k]), model.parameterisation.scale[k])
         ends = []
         for side in (-step, step):
             moved = values.copy()

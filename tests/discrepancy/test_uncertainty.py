@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from isolation_sim.discrepancy.base_fit import law_model
-from isolation_sim.discrepancy.candidates import fitted
-from isolation_sim.discrepancy.measured import measured
-from isolation_sim.discrepancy.noise_examples import motion_noise
-from isolation_sim.discrepancy.uncertainty import EXAMPLES, errors_by_motion, intervals
+from isolation_sim.discrepancy.decisions import INTERVAL_EXAMPLES
+from isolation_sim.discrepancy.device.intervals import errors_by_motion, intervals
+from isolation_sim.discrepancy.device.model import Model, fit_model
+from isolation_sim.discrepancy.device.noise_examples import motion_noise
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS
 
 RATE, SECONDS = 256, 12.0
@@ -33,22 +35,24 @@ def campaign(seed, noise=0.03):
         force = STIFFNESS * x + DAMPING * v + MASS * a
         seen = [y + noise * np.std(y) * rng.standard_normal(len(y)) for y in (x, force)]
         zero = np.zeros(len(time))
-        runs.append(TestRun(f"run{k}", time, seen[0], zero, seen[1], zero))
+        velocity = smooth(seen[0], 1 / RATE)[1]
+        runs.append(TestRun(f"run{k}", time, seen[0], velocity, seen[1], zero))
     return Campaign("plate", "made", runs)
 
 
 def with_a_plate(runs):
-    model = law_model(runs, LAWS["kelvin_voigt"], measured(runs.runs))
+    data = measured_runs(runs.runs)
+    model = Model(data, parameterise(runs, LAWS["kelvin_voigt"], data))
     model = model.with_effects(effect("inertia_force", "mass"))
-    start = model.unknowns.starts(1, 0)[0]
-    return fitted(model, np.concatenate([start, [1.0]]), 50, 1e-10)
+    start = model.parameterisation.starts(1, 0)[0]
+    return fit_model(model, np.concatenate([start, [1.0]]), 50, 1e-10)
 
 
 def test_the_truth_is_held_although_every_fit_is_off_in_the_same_direction():
     errors, expected, inside = [], [], []
     for seed in range(SEEDS):
         final = with_a_plate(campaign(seed))
-        shifts = motion_noise(final.model.data, EXAMPLES // 2, seed)
+        shifts = motion_noise(final.model.data, INTERVAL_EXAMPLES // 2, seed)
         (numbers,) = intervals(final, shifts)
         found = numbers["mass"]
         assert found.low <= found.value <= found.high

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.effects import EFFECTS
-from isolation_sim.identification.magnitudes import magnitude
+from isolation_sim.identification.characteristic_scales import characteristic_scale
 from isolation_sim.laws import law
 
 FORMS = {form.name: form for forms in EFFECTS.values() for form in forms}
@@ -16,7 +16,7 @@ def size(quantity):
     """What a parameter's starts are multiples of."""
     if quantity.unit in ("s", "1"):
         return 1.0
-    return magnitude(quantity.unit, FORCE, X, 1 / OMEGA, CURRENT)
+    return characteristic_scale(quantity.unit, FORCE, X, 1 / OMEGA, CURRENT)
 
 
 def numbers(form, strength=None, place=0):

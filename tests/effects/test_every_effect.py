@@ -12,7 +12,7 @@ from controllers import CurrentMap
 from isolation_sim.effects import EFFECTS, effect, extend, separate
 from isolation_sim.effects.effect import Signals, in_sentence
 from isolation_sim.errors import InputError
-from isolation_sim.identification.magnitudes import magnitude
+from isolation_sim.identification.characteristic_scales import characteristic_scale
 from isolation_sim.laws import LAWS, law
 from isolation_sim.laws.emit import symbols
 from isolation_sim.laws.fingerprint import fingerprint
@@ -51,7 +51,7 @@ def test_parameters(form):
     assert not strength.divides
     assert form.source and form.title
     for q in form.parameters:
-        assert magnitude(q.unit, 300.0, 8e-3, 0.2, 2.0) > 0
+        assert characteristic_scale(q.unit, 300.0, 8e-3, 0.2, 2.0) > 0
         assert q.meaning and q.lower < q.upper and q.starts
         assert not (q.divides and q.lower <= 0)
         for start in q.starts:

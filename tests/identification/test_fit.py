@@ -161,3 +161,22 @@ def test_a_campaign_all_held_out_is_refused(campaign_of):
     runs = [replace(run, hold_out=True) for run in campaign_of("linear", 0).runs]
     with pytest.raises(InputError, match="all with hold_out"):
         fit(Campaign("held", "made", runs), "linear")
+
+
+@pytest.mark.parametrize("name", ["strain_stiffening", "kelvin_voigt"])
+def test_a_diagnosis_judges_the_law_that_a_fit_gives(name, campaign_of):
+    from isolation_sim.discrepancy.diagnose import diagnose
+
+    runs = (*campaign_of("strain_stiffening", 0).runs, *campaign_of("strain_stiffening", 1).runs)
+    runs = tuple(
+        replace(run, name=f"run{k}", hold_out=k == 3, force=(1 + 0.3 * (k == 1)) * run.force)
+        for k, run in enumerate(runs)
+    )
+    campaign = Campaign("marked", "made", runs)
+    result = fit(campaign, name, threads=1)
+    judged = diagnose(campaign, name, threads=1).judged
+    for current in (0.0, 0.7, 2.0):
+        np.testing.assert_allclose(
+            judged.parameters_at(current), result.device.parameters_at(current), rtol=1e-12
+        )
+    assert judged.tested_current == result.device.tested_current

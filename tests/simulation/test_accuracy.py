@@ -17,8 +17,8 @@ def one_step_a_sample(isolated, record, controller):
     lane = prepared(isolated, record, controller, None, CoilDriver(), (0.0, 0.0), None)
     plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(1e-6, False, True)
-    work.settings[:3] = 1e-14, np.inf, 0.0
-    work.march()
+    work.limits = work.limits._replace(iteration=1e-14, error=np.inf, defect=0.0)
+    work.integrate()
     run = Run(isolated, lane.records, "", plan.modes[0], plan.outputs[0], work)
     assert work.step_count[0] == len(record) - 1
     return run

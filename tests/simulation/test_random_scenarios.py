@@ -27,7 +27,15 @@ from ground_motions import (
     mavroeidis_papageorgiou_pulse,
     ricker_pulse,
 )
-from isolation_sim.laws import Device, available_laws, available_sets, law, passive
+from isolation_sim.laws import (
+    CurrentDependence,
+    Device,
+    available_laws,
+    available_sets,
+    law,
+    passive,
+)
+from isolation_sim.laws.registry import LAWS
 from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import IsolatedStructure, Structure, shear_building
@@ -106,7 +114,7 @@ GROWING = {
 def a_device(rng: np.random.Generator, name: str, mass: float) -> Device:
     if name in GROWING:
         numbers = numbers_of(rng, name, mass)
-        device = law(name, numbers)
+        device = Device(LAWS[name], CurrentDependence.polynomial(numbers))
         if rng.random() < 0.8:
             growth = rng.uniform(0.05, 0.5)
             rows = {p: (numbers[p], growth * numbers[p]) for p in GROWING[name].split()}

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...effects import Effect
 from ...effects.effect import in_sentence
-from .effects import ISOLATOR_EFFECTS
+from .isolator_effects import ISOLATOR_EFFECTS
 from .model import GROUND, BuildingModel, Soil, shear_stiffness
 from .record import BuildingRecord
 
@@ -91,19 +91,7 @@ class Candidate:
 
 
 def candidates(model: BuildingModel, records: Sequence[BuildingRecord]) -> tuple[Candidate, ...]:
-    """All causes that could be behind what a building's records show.
-
-    Parameters
-    ----------
-    model : BuildingModel
-        The engineer's.
-    records : sequence of BuildingRecord
-        Their channels, currents and sizes decide what can be asked of them.
-
-    Returns
-    -------
-    tuple of Candidate
-    """
+    """All causes that could be behind what a building's records show."""
     found = [*_storeys(model), _base_mass(model), _damping(model)]
     found += [_soil(model, False), _soil(model, True)]
     found += _isolators(model, records)

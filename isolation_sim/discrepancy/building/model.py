@@ -19,7 +19,7 @@ from ...registry import controller
 from ...simulation.control import CoilDriver, Control, Schedule, Situation
 from ...simulation.run import simulate
 from ...structures import IsolatedStructure, Structure
-from .effects import ISOLATOR_EFFECTS, absent
+from .isolator_effects import ISOLATOR_EFFECTS, absent
 from .record import DISPLACEMENT, BuildingRecord
 
 GROUND = "ground_acceleration_m_s2"
@@ -96,13 +96,7 @@ class BuildingModel:
         return extend(device, [(e, self.effects.get(e) or absent(e, size)) for e in around])
 
     def assembled(self) -> IsolatedStructure:
-        """Put structure, isolators and soil together.
-
-        Returns
-        -------
-        IsolatedStructure
-            With a last dof ``foundation`` where the soil gives way.
-        """
+        """Put structure, isolators and soil together."""
         first, *others = self.nominal.elements
         elements = (replace(first, device=self.device), *others)
         if self.soil is None:
@@ -114,41 +108,16 @@ class BuildingModel:
         )
 
     def predict(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
-        """Simulate what a record's channels show.
+        """Simulate a record's channels, (n, n_channels); not a number if the model diverges.
 
-        Parameters
-        ----------
-        record : BuildingRecord
-            Ground motion and current.
-        ground : Record, optional
-            Another ground motion, m/s^2, on the same samples.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n, n_channels)
-            In the order of the record's channels; not a number where the model diverges.
+        ``ground`` may take the place of the record's ground motion on the same samples, m/s^2.
         """
         return self.simulated(record, ground) + self.bias(record)
 
     def simulated(
         self, record: BuildingRecord, ground: Record | None = None, end: int | None = None
     ) -> NDArray:
-        """Simulate the building's motion, without the errors of its sensors; see ``predict``.
-
-        Parameters
-        ----------
-        record : BuildingRecord
-            Ground motion and current.
-        ground : Record, optional
-            Another ground motion, m/s^2, on the same samples.
-        end : int, optional
-            Sample before which to stop; all of the record by default.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n, n_channels)
-            Up to the end.
-        """
+        """Simulate the building's motion, without the errors of its sensors; see ``predict``."""
         motion = record.ground if ground is None else ground
         if GROUND in self.biases:
             error = _legendre(self.biases[GROUND], len(motion))
@@ -170,18 +139,7 @@ class BuildingModel:
         return run.values[:, columns]
 
     def bias(self, record: BuildingRecord) -> NDArray:
-        """Error of the sensors.
-
-        Parameters
-        ----------
-        record : BuildingRecord
-            For its channels and length.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n, n_channels)
-            In each channel's unit.
-        """
+        """Error of the sensors, (n, n_channels), in each channel's unit."""
         n = len(record.ground)
         error = np.zeros((n, len(record.channels)))
         for k, channel in enumerate(record.channels):
@@ -243,26 +201,7 @@ class RecordedCurrent:
 def building_model(
     isolated: IsolatedStructure, records: Sequence[BuildingRecord]
 ) -> BuildingModel:
-    """Check that a structure can stand for the building of some records.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The engineer's model: one direction, one base, its first element the isolation layer.
-    records : sequence of BuildingRecord
-        With channels of its floors.
-
-    Returns
-    -------
-    BuildingModel
-        Without any cause.
-
-    Raises
-    ------
-    InputError
-        If the structure has several directions or bases, no isolation layer, or fewer floors than
-        a record, or isolators that need a current that was not measured.
-    """
+    """Check that a structure can stand for the building of some records."""
     structure = isolated.structure
     if len(structure.directions) != 1 or len(structure.base) != 1:
         raise InputError(
@@ -291,17 +230,7 @@ def building_model(
 
 
 def shear_stiffness(structure: Structure) -> NDArray:
-    """Stiffness of each storey, by least squares if the building is no pure shear building.
-
-    Parameters
-    ----------
-    structure : Structure
-        With storeys.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_storeys,), N/m
-    """
+    """Stiffness of each storey, N/m, by least squares if it is no pure shear building."""
     rows = structure.drift_rows
     patterns = np.array([np.outer(row, row).ravel() for row in rows]).T
     return np.linalg.lstsq(patterns, structure.stiffness.ravel(), rcond=None)[0]

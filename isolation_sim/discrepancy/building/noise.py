@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...structures import IsolatedStructure
+from ..decisions import LEAST_SENSOR_NOISE
 from .model import BuildingModel
 from .record import BuildingRecord
 
-LEAST_NOISE = 1e-3
-"""No sensor is believed to be better than this share of the RMS that it shows."""
 _WINDOW = 0.5
 """s: over which the noise's size is taken, so that neither shaking nor impacts count for all."""
 _DRAWS, _SMOOTHING = 32, 4
@@ -54,20 +53,10 @@ class NoiseFloor:
 
 
 def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
-    """Upper end of the band in which building and simulation are compared.
+    """Upper end of the band in which building and simulation are compared, Hz.
 
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The engineer's model.
-    dt : float, s
-        Sampling interval.
-
-    Returns
-    -------
-    float, Hz
-        Half as much again as the highest natural frequency; 0.6 of the Nyquist frequency at most,
-        so that noise is left to be seen above it.
+    Half as much again as the highest natural frequency, and at most 0.6 of the Nyquist frequency,
+    so that noise can be seen above it.
     """
     current = 0.0
     if isolated.n_channels:
@@ -79,24 +68,10 @@ def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
 
 
 def white_noise(values: NDArray, dt: float, band: float, quantile: float) -> NDArray:
-    """Size of the white noise in signals, from what they hold above a band.
+    """Standard deviation of the white noise in signals (n, n_channels), from above a band (Hz).
 
-    Parameters
-    ----------
-    values : numpy.ndarray, shape (n, n_channels)
-        Signals or residuals.
-    dt : float, s
-        Sampling interval.
-    band : float, Hz
-        Frequency below which they hold more than noise.
-    quantile : float
-        Which of the windows of half a second counts: 0.5 for a median, which impacts do not move;
-        less where the signal itself fills most of the time.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_channels,)
-        Standard deviation of noise that is white over all frequencies.
+    ``quantile`` chooses among windows of half a second: 0.5 for the median, which impacts do not
+    move; less if the signal fills most of the time.
     """
     size = _window_quantile(values, dt, band, quantile)
     return size / _window_quantile(_unit_noise(len(values)), dt, band, quantile)
@@ -122,24 +97,12 @@ def _unit_noise(n: int) -> NDArray:
 
 
 def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
-    """Estimate the noise of a record.
-
-    Parameters
-    ----------
-    model : BuildingModel
-        What is simulated.
-    record : BuildingRecord
-        The data.
-
-    Returns
-    -------
-    NoiseFloor
-    """
+    """Estimate the noise of a record."""
     dt, measured = record.ground.dt, record.values
     band = highest_frequency(model.nominal, dt)
     predicted = model.predict(record)
     residual = measured - predicted if np.isfinite(predicted).all() else measured
-    least = LEAST_NOISE * np.sqrt(np.mean(measured**2, axis=0))
+    least = LEAST_SENSOR_NOISE * np.sqrt(np.mean(measured**2, axis=0))
     # where the simulation misses more up there than it explains, the signal itself is no worse
     sensors = np.minimum(
         white_noise(residual, dt, band, 0.5), white_noise(measured, dt, band, 0.5)
@@ -216,18 +179,9 @@ def _ground_share(
 
 
 def spectra(values: NDArray, n_frequencies: int) -> NDArray:
-    """Fourier coefficients whose real and imaginary parts have the variance of white noise.
+    """First Fourier coefficients of signals (n_signals, n, n_channels), scaled to white noise.
 
-    Parameters
-    ----------
-    values : numpy.ndarray, shape (n_signals, n, n_channels)
-        Signals.
-    n_frequencies : int
-        How many, from 0 on.
-
-    Returns
-    -------
-    numpy.ndarray of complex, shape (n_signals, n_frequencies, n_channels)
+    Real and imaginary parts have the variance of white noise.
     """
     n = values.shape[1]
     found = np.fft.rfft(values, axis=1)[:, :n_frequencies] / np.sqrt(n / 2)
@@ -236,33 +190,13 @@ def spectra(values: NDArray, n_frequencies: int) -> NDArray:
 
 
 def covariance(examples: NDArray) -> NDArray:
-    """Covariance of the channels at each frequency, smoothed over neighbouring ones.
-
-    Parameters
-    ----------
-    examples : numpy.ndarray of complex, shape (n_examples, n_frequencies, n_channels)
-        As ``spectra`` returns them.
-
-    Returns
-    -------
-    numpy.ndarray of complex, shape (n_frequencies, n_channels, n_channels)
-    """
+    """Smoothed covariance of the channels, (n_frequencies, n_channels, n_channels)."""
     products = np.einsum("dfi,dfj->fij", examples, examples.conj())
-    return smoothed(products / (2 * len(examples)))
+    return smooth_spectrum(products / (2 * len(examples)))
 
 
-def smoothed(products: NDArray) -> NDArray:
-    """Mean over neighbouring frequencies; fewer at the ends, always as many on either side.
-
-    Parameters
-    ----------
-    products : numpy.ndarray, shape (n_frequencies, ...)
-        By frequency.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_frequencies, ...)
-    """
+def smooth_spectrum(products: NDArray) -> NDArray:
+    """Mean over neighbouring frequencies; fewer at the ends, always as many on either side."""
     n = len(products)
     total = np.concatenate([np.zeros_like(products[:1]), np.cumsum(products, axis=0)])
     reach = np.minimum(_SMOOTHING, np.minimum(np.arange(n), n - 1 - np.arange(n)))

@@ -111,7 +111,8 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     if not diagnosis.causes:
         return first, MEANINGS[diagnosis.verdict]
     names = ", ".join(
-        in_sentence(cause.name)
+        ("something that acts like " if cause.acts_like else "")
+        + in_sentence(cause.name)
         + (f" ({cause.form})" if cause.form and cause.name.startswith("outside") else "")
         for cause in diagnosis.causes
     )
@@ -175,7 +176,7 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
         rows=tuple(rows),
         note="p: the chance of such an improvement if the cause were absent.",
     )  # fmt: skip
-    yield Facts({cause.name: cause.evidence for cause in diagnosis.causes})
+    yield Facts({cause.label: cause.evidence for cause in diagnosis.causes})
     rivals = tuple(
         f"These data hardly tell {cause.name} from {', '.join(cause.confusable_with)}."
         for cause in diagnosis.causes

@@ -15,16 +15,16 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.building import diagnose_building
+from isolation_sim.discrepancy.adapters.building import intervals
+from isolation_sim.discrepancy.building.cause_search import adequacy, search_causes
 from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.comparison import compare_records, split
 from isolation_sim.discrepancy.building.errors import excess_error
-from isolation_sim.discrepancy.building.evidence import intervals
-from isolation_sim.discrepancy.building.fit import compare_records, split
 from isolation_sim.discrepancy.building.model import GROUND, Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
-from isolation_sim.discrepancy.building.part import cell_means
 from isolation_sim.discrepancy.building.record import BuildingRecord
-from isolation_sim.discrepancy.building.selection import adequacy, select
+from isolation_sim.discrepancy.building.segment import cell_means
+from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.errors import InputError
 
 NOISE = 0.01
@@ -107,7 +107,7 @@ def test_white_noise_is_measured_above_what_shakes_below():
 def test_residuals_of_noise_alone_are_white(isolated):
     record = _record(isolated, seed=5)
     comparison = compare_records(building_model(isolated, [record]), [record])
-    nominal = comparison.judged(())
+    nominal = comparison.evaluate(())
     # a little less than 1: no calibration is believed to be perfect
     assert 0.75 < nominal.variance < 1.1
     part, whitened = comparison.held_out[0], nominal.held_out[0]
@@ -174,25 +174,25 @@ def test_what_no_cause_explains_is_blamed_on_none(isolated):
 
 def test_a_cause_stands_out_from_what_no_cause_explains(isolated):
     record = _swaying(_record(isolated, _heavier(0.5), seed=7), 0.1)
-    selection = select(compare_records(building_model(isolated, [record]), [record]))
-    assert [cause.name for cause, _ in selection.after.found] == ["base_mass_error"]
-    assert selection.after.found[0][1][0] == pytest.approx(0.5, abs=0.1)
+    space, found = search_causes(compare_records(building_model(isolated, [record]), [record]))
+    assert [cause.name for cause, _ in found.best.found] == ["base_mass_error"]
+    assert found.best.found[0][1][0] == pytest.approx(0.5, abs=0.1)
     # the search was repeated, expecting of every model no less than the best one leaves
-    left = excess_error(selection.comparison, selection.after)
-    assert 0.1 < left < 2 * selection.comparison.model_error
+    left = excess_error(space.comparison, found.best)
+    assert 0.1 < left < 2 * space.comparison.model_error
 
 
 def test_error_beyond_the_noise_is_that_which_was_put_in(isolated):
     record = _record(isolated, seed=8)
     comparison = compare_records(building_model(isolated, [record]), [record])
-    assert excess_error(comparison, comparison.judged(())) < 0.01
-    moved = replace(comparison, records=(_swaying(record, 0.1),), _kept={})
+    assert excess_error(comparison, comparison.evaluate(())) < 0.01
+    moved = replace(comparison, records=(_swaying(record, 0.1),), _cache={})
     parts = tuple(replace(part, record=moved.records[0]) for part in comparison.held_out)
     moved = replace(moved, held_out=parts)
     part = parts[0]
     added = (moved.records[0].values - record.values)[part.samples]
     expected = np.sqrt(np.mean(np.mean(added**2, axis=0) / part.rms**2))
-    assert excess_error(moved, moved.judged(())) == pytest.approx(expected, rel=0.05)
+    assert excess_error(moved, moved.evaluate(())) == pytest.approx(expected, rel=0.05)
 
 
 def test_halves_tell_where_a_residual_is(isolated):
@@ -202,7 +202,7 @@ def test_halves_tell_where_a_residual_is(isolated):
     for place, first in ((20, True), (part.samples.stop - 20, False)):
         residual[:] = 0.0
         residual[place] = record.values.std(axis=0)
-        early, late = part.halves(part.whitened(residual))
+        early, late = part.halves(part.whiten(residual))
         assert (early > 5 * late) if first else (late > 5 * early)
 
 

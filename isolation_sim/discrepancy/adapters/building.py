@@ -1,0 +1,371 @@
+"""Diagnosis of building records: structure and isolation layer against what was measured."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...laws import Device
+from ...structures import IsolatedStructure
+from .. import inference
+from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
+from ..building.causes import TYPICAL_PERIOD
+from ..building.comparison import (
+    Comparison,
+    FittedBuilding,
+    compare_records,
+    coordinates,
+    values_of,
+    with_causes,
+)
+from ..building.errors import pooled, relative_errors, relative_noise, squared_blocks
+from ..building.model import building_model
+from ..building.record import DISPLACEMENT, BuildingRecord
+from ..building.segment import Segment, band_edges, cell_means
+from ..data_checks import record_problems
+from ..decisions import BUILDING_EXPLAINED, DEPENDENCE_LEVEL, MISFIT_LEVEL
+from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
+from ..problem import Evaluation, Problem, Text
+from ..residuals import Dependence, of_building, significant
+from ..search import Found, Round
+
+_FLOOR = re.compile(r"floor(\d+)")
+
+
+class BuildingRecords(Problem[FittedBuilding]):
+    """Building records against an engineer's model."""
+
+    def __init__(
+        self,
+        records: Sequence[BuildingRecord],
+        isolated: IsolatedStructure,
+        most_causes: int,
+        progress: Callable[[str], None],
+    ):
+        self.records, self.most_causes, self.progress = tuple(records), most_causes, progress
+        self._model = building_model(isolated, self.records)
+        self.data_name = ", ".join(record.name for record in self.records)
+        self.model_name = f"{isolated.structure.name} on {isolated.elements[0].device.name}"
+
+    def nominal(self) -> FittedBuilding:
+        """Estimate the noise and simulate the engineer's model."""
+        self.progress("estimating the noise")
+        self.first = compare_records(self._model, self.records)
+        self.engineers = self.first.evaluate(())
+        return self.engineers
+
+    def search(self, base: FittedBuilding) -> Found[FittedBuilding]:
+        """Search for causes, and fit what is left without each of them."""
+        self.space, found = search_causes(self.first, self.most_causes, self.progress)
+        self.progress("measuring the gain")
+        self.without = self.space.without_each(found.best) if found.best.found else []
+        return found
+
+    def dependences(self, base: FittedBuilding) -> list[Dependence]:
+        """Analyse the residual of the acceleration of the whole, the isolation layer's force."""
+        return of_building(
+            [self.first.residual((), record)[:, :-1].mean(axis=1) for record in self.records],
+            [_variables(record) for record in self.records],
+        )
+
+    def evaluate(self, found: Found[FittedBuilding]) -> Evaluation:
+        """Compare all channels before and after, and test both for noise alone."""
+        comparison, before, after = self.space.comparison, self.space.before, found.best
+        segments = comparison.fitted + comparison.held_out
+        chance = {
+            label: adequacy(segments, outcome.fitted + outcome.held_out)
+            for label, outcome in (("before", before), ("after", after))
+        }
+        errors = [
+            Errors(*(pooled(relative_errors(comparison, one, held)) for held in (False, True)))
+            for one in (before, after)
+        ]
+        removed, adequate = self.space.removed_share(after), chance["before"] >= MISFIT_LEVEL
+        return Evaluation(
+            errors[0],
+            errors[1],
+            relative_noise(comparison),
+            0.0 if adequate else 1.0 - removed,
+            adequate,
+            chance["after"] >= MISFIT_LEVEL or removed >= BUILDING_EXPLAINED,
+            squared_blocks(comparison, (before, after)),
+            {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
+        )
+
+    def causes(self, found: Found[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
+        """Causes with their shares of what all of them remove."""
+        best, space = found.best, self.space
+        split = inference.shares(
+            [one.held_out_cost for one in self.without], best.held_out_cost,
+            space.removed_share(best),
+        ) if best.found else []  # fmt: skip
+        numbers = intervals(best)
+        return [
+            Cause(
+                name=cause.name,
+                share=split[k],
+                p_value=p_value(self.without[k], best),
+                parameters=numbers[k],
+                evidence=self._evidence(best, k, numbers[k]),
+                confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
+                form=cause.form,
+            )
+            for k, (cause, _) in enumerate(best.found)
+        ]
+
+    def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
+        comparison, without = self.space.comparison, self.without[k]
+        errors = [
+            100 * pooled(relative_errors(comparison, outcome, True)) for outcome in (without, best)
+        ]
+        what = best.found[k][0].says.format(**{name: one.value for name, one in numbers.items()})
+        segment = comparison.held_out[0]
+        gain = cell_means(without.held_out[0]) - cell_means(best.held_out[0])
+        return (
+            f"If {what.replace('%', ' %')}, the error on data not fitted falls from "
+            f"{errors[0]:.2g} to {errors[1]:.2g} %, most of it in "
+            f"{_cell(segment, int(np.argmax(gain * segment.cell_sizes)))}."
+        )
+
+    def depends_on(
+        self, dependences: Sequence[Dependence], causes: Sequence[Cause], evaluation: Evaluation
+    ) -> tuple[str, ...]:
+        """Variables, then the channel and band in which the residual exceeds the noise most."""
+        if evaluation.adequate:
+            return ()
+        segment, whitened = self.first.fitted[0], self.engineers.fitted[0]
+        named = significant(dependences)
+        if cell_p_values(segment, whitened).min() < DEPENDENCE_LEVEL:
+            excess = (cell_means(whitened) - segment.expected) * segment.cell_sizes
+            named = (*named, _cell(segment, int(np.argmax(excess))))
+        return named
+
+    def next_test(self, found: Found[FittedBuilding], causes: Sequence[Cause]) -> str | None:
+        """The ground motion scaled, or another current, where the first rivals differ most."""
+        doubts = [
+            (cause.label, self.space.rivals[cause.label][0])
+            for cause, _ in found.best.found
+            if self.space.rivals[cause.label]
+        ]
+        if not doubts:
+            return None
+        label, rival = doubts[0]
+        comparison = self.space.comparison
+        segment = comparison.fitted[0]
+        models = [with_causes(comparison.model, one.found) for one in (found.best, rival)]
+        best, most = "", -1.0
+        for test, record in _tests(segment.record, comparison):
+            apart = models[0].simulated(record) - models[1].simulated(record)
+            size = float(np.mean(replace(segment, record=record).whiten(apart) ** 2))
+            if np.isfinite(size) and size > most:
+                best, most = test, size
+        return (
+            f"{best}: there {label} and {rival.causes[-1]} differ by {np.sqrt(most):.1f} times the "
+            "noise"
+        )
+
+    def devices(self, found: Found[FittedBuilding]) -> tuple[None, Device | None]:
+        """The isolators' device, if a cause changes it."""
+        model = with_causes(self._model, found.best.found)
+        return None, model.device if model.effects else None
+
+    def building(self, found: Found[FittedBuilding]) -> IsolatedStructure:
+        """Structure and isolators with the causes in them."""
+        return with_causes(self._model, found.best.found).assembled()
+
+    def traces(self, found: Found[FittedBuilding]) -> tuple[Trace, ...]:
+        """Each channel in each segment of a record."""
+        comparison, outcomes = self.space.comparison, (self.space.before, found.best)
+        return worst_first(
+            trace
+            for segments, held_out in ((comparison.fitted, False), (comparison.held_out, True))
+            for segment in segments
+            for trace in _segment_traces(segment, held_out, comparison, outcomes)
+        )
+
+    def data_text(self) -> Text:
+        """What is suspicious in the records."""
+        rows = tuple(
+            (record.name, problem) for record in self.records for problem in record_problems(record)
+        )
+        return Text(
+            "Units, clipping, a start at rest, and the displacement against the accelerations: "
+            + ("see below." if rows else "nothing amiss."),
+            ("record", "problem"),
+            rows,
+        )
+
+    def noise_text(self) -> Text:
+        """Noise of each channel, and which data are fitted."""
+        comparison = self.space.comparison
+        fitted, held_out = (
+            ", ".join(_time(segment) for segment in segments)
+            for segments in (comparison.fitted, comparison.held_out)
+        )
+        rows = tuple(
+            (record.name, channel, f"{own:.2e}", f"{total:.2e}", f"{100 * total / rms:.2g}")
+            for record, floor in zip(comparison.records, comparison.floors, strict=True)
+            for channel, own, total, rms in zip(
+                record.channels, floor.sensors, floor.total,
+                np.sqrt(np.mean(record.values**2, axis=0)), strict=True,
+            )
+        )  # fmt: skip
+        ground = ", ".join(f"{floor.ground:.2e}" for floor in comparison.floors)
+        return Text(
+            f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
+            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. Even the best "
+            f"model is expected to miss {100 * comparison.model_error:.2g} % of what was measured.",
+            ("record", "channel", "sensor", "with the ground's", "% of RMS"),
+            rows,
+        )
+
+    def model_text(self, evaluation: Evaluation) -> Text:
+        """Chance of the nominal model's residuals."""
+        chance = evaluation.details["adequacy_p_value"]["before"]
+        return Text(
+            "Residuals as large as these, in the channel and band where they are largest, have "
+            f"the chance {chance:.2g} if there is noise alone."
+        )
+
+    def trials_text(self, tried: Round[FittedBuilding]) -> Text:
+        """Mean squares that each cause leaves, and its chance."""
+        best = tried.tried[0].causes[-1]
+        sizes = sum(weighted.size for weighted in tried.base.held_out)
+        return Text(
+            f"{tried.taken.causes[-1]} is taken."
+            if tried.taken
+            else f"{best} is best, and is not taken: its improvement, its size or its gain on data "
+            "not fitted does not stand out from chance.",
+            ("cause", "form", "mean square of fitted data", "of held-out data", "p"),
+            tuple(
+                (
+                    one.causes[-1], one.found[-1][0].form, f"{one.variance:.3f}",
+                    f"{one.held_out_cost / sizes:.3f}", f"{p_value(tried.base, one):.1e}",
+                )
+                for one in tried.tried
+            ),
+        )  # fmt: skip
+
+    def outcome_text(
+        self, found: Found[FittedBuilding], evaluation: Evaluation, causes: Sequence[Cause]
+    ) -> Text:
+        """Chance of what remains, and the errors on data not fitted, channel by channel."""
+        chance = evaluation.details["adequacy_p_value"]["after"]
+        comparison = self.space.comparison
+        before, after = (
+            relative_errors(comparison, one, True) for one in (self.space.before, found.best)
+        )
+        return Text(
+            f"What remains has the chance {chance:.2g} if there is noise alone.",
+            ("channel", "error on data not fitted before, %", "after, %"),
+            tuple(
+                (channel, f"{100 * b:.2f}", f"{100 * a:.2f}")
+                for channel, b, a in zip(self.records[0].channels, before, after, strict=True)
+            ),
+        )
+
+
+def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
+    """95 % intervals of all causes' numbers; the noise counts as far as it is independent."""
+    if outcome.optimum is None:
+        return []
+    # as many residuals as are independent carry the same sum of squares
+    half = inference.half_widths(outcome.optimum.jacobian, outcome.cost / outcome.n_independent)
+    numbers, at = [], 0
+    for cause, values in outcome.found:
+        x = coordinates(cause.parameters, values)
+        width = half[at : at + len(x)]
+        lower, upper = (
+            np.clip(values_of(cause.parameters, end), [p.lower for p in cause.parameters],
+                    [p.upper for p in cause.parameters])
+            for end in (x - width, x + width)
+        )  # fmt: skip
+        fixed = {name: Interval(v, v, v, "1") for name, v in cause.numbers}
+        fitted = {
+            p.name: Interval(
+                v * p.factor, float(a * p.factor), float(b * p.factor), p.unit,
+                inference.at_bound(v, p.lower, p.upper),
+            )
+            for p, v, a, b in zip(cause.parameters, values, lower, upper, strict=True)
+        }  # fmt: skip
+        numbers.append({**fixed, **fitted})
+        at += len(x)
+    return numbers
+
+
+def _tests(record: BuildingRecord, comparison: Comparison) -> Iterator[tuple[str, BuildingRecord]]:
+    for factor in (0.5, 1.0, 1.5, 2.0):
+        label = f"the same ground motion times {factor:g}" if factor != 1 else "the same once more"
+        yield label, replace(record, ground=record.ground.scaled(factor))
+    if comparison.model.device.depends_on_current:
+        low, high = comparison.model.nominal.current_range()
+        high = min(high, comparison.model.nominal.tested_current())
+        for current in filter(np.isfinite, (max(low, 0.0), high)):
+            held = replace(record, current=np.full(len(record.ground), current))
+            yield f"the same ground motion with {current:g} A held", held
+
+
+def _variables(record: BuildingRecord) -> dict[str, NDArray]:
+    """What a residual could depend on, each (n,)."""
+    x, dt = record.response[DISPLACEMENT], record.ground.dt
+    half = max(int(TYPICAL_PERIOD / 2 / dt), 1)
+    size = np.abs(x)
+    padded = np.pad(size, half, mode="edge")
+    amplitude = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1)
+    found = {
+        "isolator displacement": x,
+        "isolator velocity": np.gradient(x, dt),
+        "present amplitude times displacement": amplitude * x,
+        "largest past displacement times displacement": np.maximum.accumulate(size) * x,
+        "time": record.ground.time,
+    }
+    if record.current is not None and np.ptp(record.current) > 0:
+        found["coil current"] = record.current
+        found["coil current times displacement"] = record.current * x
+    return found
+
+
+def _cell(segment: Segment, k: int) -> str:
+    """Channel and band of a cell."""
+    band, channel = divmod(k, len(segment.record.channels))
+    edges, frequency = band_edges(len(segment.frequencies)), segment.frequencies
+    low, high = frequency[edges[band]], frequency[edges[band + 1] - 1]
+    return f"{segment.record.channels[channel]} at {low:.1f} to {high:.1f} Hz"
+
+
+def _time(segment: Segment) -> str:
+    start, stop, _ = segment.samples.indices(len(segment.record.ground))
+    dt = segment.record.ground.dt
+    return f"{segment.record.name}, {start * dt:.1f} to {stop * dt:.1f} s"
+
+
+def _segment_traces(
+    segment: Segment, held_out: bool, comparison: Comparison, outcomes: Sequence[FittedBuilding]
+) -> Iterator[Trace]:
+    record, samples = segment.record, segment.samples
+    simulated = [record.values - comparison.residual(one.found, record) for one in outcomes]
+    time = record.ground.time[samples]
+    where = record.name
+    if len(time) < len(record.ground):
+        where += f" from {time[0]:.4g} s" if samples.start else f" to {time[-1]:.4g} s"
+    for k, channel in enumerate(record.channels):
+        moved = channel == DISPLACEMENT
+        sensor = _FLOOR.sub(r"floor \1", channel.partition("_")[0])
+        measured, before, after = (
+            (1e3 if moved else 1.0) * values[samples, k] for values in (record.values, *simulated)
+        )
+        yield Trace(
+            name=f"{where}, {sensor}",
+            held_out=held_out,
+            time=time,
+            across=time if moved else 1e3 * record.response[DISPLACEMENT][samples],
+            across_label="time, s" if moved else "isolator displacement, mm",
+            label="displacement, mm" if moved else "acceleration, m/s²",
+            measured=measured,
+            before=before,
+            after=after,
+        )

@@ -1,0 +1,499 @@
+"""Diagnosis of device tests: a law with effects, fitted to a campaign's forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import EFFECTS, Effect, extend
+from ...effects.effect import in_sentence
+from ...identification.campaign import Campaign
+from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
+from ...identification.measured_runs import MeasuredRuns, measured_runs
+from ...identification.noise import correlation_time
+from ...laws import Device
+from ...laws.law import Law
+from .. import inference
+from ..data_checks import data_notes
+from ..decisions import (
+    ADEQUATE,
+    CONFUSABLE_GAIN,
+    HELD_OUT_RUNS,
+    NOISE_EXAMPLES,
+    NUMBERS_WRONG,
+    SIGNIFICANCE,
+    SIGNIFICANT,
+    TO_BLAME,
+    TO_BLAME_FITTED,
+    WORSE,
+)
+from ..device.effect_search import EffectSearch
+from ..device.generic_terms import OUTSIDE, generic_terms, variables
+from ..device.interference import Interference, interference
+from ..device.intervals import intervals
+from ..device.load_cell_offset import EACH_RUN, run_means
+from ..device.model import FittedModel, Model
+from ..device.next_test import next_test
+from ..device.noise_examples import motion_noise, noise_residuals
+from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
+from ..problem import Evaluation, Problem, Text
+from ..residuals import Dependence, of_device_tests, smallest_set
+from ..search import Found, Round, search
+
+PARAMETERS = "parameter_values"
+"""Name of the cause that the parameter values, not the form, of a law are wrong."""
+
+
+class DeviceTests(Problem[FittedModel]):
+    """A campaign against a law, with given parameter values or with fitted ones.
+
+    The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
+    them and judged on the samples held out.
+    """
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        law: Law,
+        device: Device | None,
+        degree: int | None,
+        seed: int,
+        pool: ThreadPoolExecutor,
+        progress: Callable[[str], None],
+        significance: float = SIGNIFICANCE,
+    ):
+        self.significance = significance
+        self.negligible: list[str] = []
+        self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
+        self.progress = progress
+        self.data_name, self.model_name = campaign.name, law.title
+        self.data = measured_runs(campaign.runs, HELD_OUT_RUNS)
+        self._parameterisation = parameterise(campaign, law, self.data, degree)
+        self.disturbance: Interference | None = None
+
+    def nominal(self) -> FittedModel:
+        """Fit the law, remove interference, and simulate the noise."""
+        self._fit_law()
+        self.disturbance = interference(self.data, self.law.force)
+        if self.disturbance is not None:
+            self.data = replace(self.data, force=self.data.force - self.disturbance.force)
+            self._fit_law()
+        data = self.data
+        self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
+        self.noise = noise_residuals(self.law, self.shifts, self.seed)
+        # noise leaves no more than the law does
+        simulated = float(np.mean(np.sum(self.noise[data.fitted] ** 2, axis=0)))
+        self.noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
+        part = data.thinned(SEARCHED).without_held_out()
+        model = replace(self.law.model, data=part).resolve_steps(self.law.values, 1)
+        base = self.law.on(model)
+        places = data.places(SEARCHED)
+        fitted = places[data.fitted[places]]
+        current_varies = bool(np.ptp(part.current) > 0)
+        self.space = EffectSearch(
+            base,
+            _observable_effects(part),
+            generic_terms(
+                float(np.max(np.abs(part.x))),
+                current_varies,
+                bool(part.has_temperature and np.ptp(part.temperature) > 1),
+            ),
+            noise_residuals(base, self.shifts[:, :, fitted], self.seed),
+            self.pool,
+            lambda: self.progress("trying effects"),
+        )
+        return base
+
+    def _fit_law(self) -> None:
+        model = Model(self.data, self._parameterisation)
+        self.given: NDArray | None = None
+        if self.device is None:
+            model, best = fit_law(
+                model, self.pool, seed=self.seed, advance=lambda: self.progress("fitting the law")
+            )
+        else:
+            start = self._parameterisation.of(self.device)
+            model = replace(model, expected=start)
+            model, best = refine_law(model, refine_law(model, start)[1].x)
+            self.given = model.forces(start, False)[0]
+        self.law = FittedModel.of(model, best)
+        self.data = model.data
+
+    def dependences(self, base: FittedModel) -> list[Dependence]:
+        """Analyse the residual of the law on the searched samples."""
+        return of_device_tests(base, self.space.noise_cost)
+
+    def search(self, base: FittedModel) -> Found[FittedModel]:
+        """Search for effects, then fit them to all samples."""
+        found = search(self.space, base)
+        self.progress("fitting all samples")
+        # effects that do not hold on held-out data are dropped, the last one found first
+        earlier = (one.base for one in reversed(found.rounds))
+        for best in dict.fromkeys((found.best, *earlier)):
+            self._extend(best)
+            if not best.effects or self._holds():
+                break
+        while best.effects:
+            corrected = [self._corrected(best, k) for k in range(len(best.effects))]
+            least = int(np.argmin(corrected))
+            if corrected[least] >= self.significance:
+                break
+            self.negligible.append(
+                f"{best.effects[least].title} corrects {100 * corrected[least]:.2g} % of the force"
+            )
+            best = self.space.without(best, least)
+            self._extend(best)
+        return replace(found, best=best)
+
+    def _extend(self, best: FittedModel) -> None:
+        """Take the effects of a searched model, and fit them to all samples."""
+        self.__dict__.pop("after", None)
+        self.final = self.law
+        if best.effects:
+            self.final = best.on(self.law.model.resolve_steps(best.values))
+
+    def _holds(self) -> bool:
+        """Whether the effects help on fitted and on held-out runs, and make none of these worse.
+
+        An effect that helps on the fitted runs alone, or only where the law diverges, is no cause.
+        """
+        if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
+            return False
+        data = self.data
+        for run in data.runs:
+            if not data.fitted[run].all():
+                size = float(np.linalg.norm(data.force[run]))
+                before, after = (
+                    float(np.linalg.norm((force - data.force)[run])) / size
+                    for force in (self.before, self.after)
+                )
+                if after > max(WORSE * before, before + self.significance):
+                    return False
+        return True
+
+    def _corrected(self, searched: FittedModel, place: int) -> float:
+        """RMS force that one effect corrects on the samples that judge, over that of the force."""
+        searched_without = self.space.without(searched, place)
+        without = replace(searched_without, model=self.final.model.without(place))
+        data, judged = self.data, self.judged
+        errors = [
+            data.relative(data.bounded(one.force) - data.force, judged)
+            for one in (without, self.final)
+        ]
+        return float(np.sqrt(max(errors[0] ** 2 - errors[1] ** 2, 0.0)))
+
+    @cached_property
+    def judged(self) -> NDArray:
+        """Samples on which the outcome is judged, (n_samples,) bool: those held out, if any."""
+        return self.data.fitted if self.data.fitted.all() else ~self.data.fitted
+
+    @cached_property
+    def before(self) -> NDArray:
+        """Force of the simulation that was judged, N."""
+        return self.data.bounded(self.law.force if self.given is None else self.given)
+
+    @cached_property
+    def after(self) -> NDArray:
+        """Force with all effects found, N."""
+        return self.data.bounded(self.final.force)
+
+    def _misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
+        """Cost of a force above that of noise; by default of the samples that judge."""
+        chosen = self.judged if chosen is None else chosen
+        noise = float(np.sum(np.mean(self.noise**2, axis=1)[chosen]))
+        return max(self.data.cost(force, chosen) - noise, 0.0)
+
+    def _left(self, chosen: NDArray | None = None) -> float:
+        """Share of the misfit that the effects leave."""
+        before = self._misfit(self.before, chosen)
+        return self._misfit(self.after, chosen) / before if before > 0 else 0.0
+
+    def evaluate(self, found: Found[FittedModel]) -> Evaluation:
+        """Compare the forces before and after on fitted and on held-out samples."""
+        data, left = self.data, self._left()
+        residuals = self.before - data.force, self.after - data.force
+        before, after = (
+            Errors(data.relative(r, data.fitted), data.relative(r, ~data.fitted)) for r in residuals
+        )
+        shown = (self.noise / data.weight[:, np.newaxis])[data.fitted]
+        floor = np.sqrt(np.mean(shown**2) / np.mean(data.force[data.fitted] ** 2))
+        floor = min(float(floor), *(e for e in (after.fit, after.held_out) if np.isfinite(e)))
+        pieces = (
+            at[self.judged[at]] for run in data.runs
+            for at in np.array_split(np.arange(run.start, run.stop), 4)
+        )  # fmt: skip
+        blocks = [[float(r[at] @ r[at]) for r in residuals] for at in pieces if at.size]
+        return Evaluation(
+            before, after, floor, left, self._is_noise(self.law.force, data.fitted),
+            self._is_noise(self.after, self.judged), np.array(blocks),
+        )  # fmt: skip
+
+    def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
+        """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
+        data = self.data
+        noise = np.mean(self.noise**2, axis=1)[chosen]
+        least = (np.repeat(data.believed_noise, data.lengths) * data.weight)[chosen] ** 2
+        if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
+            return True
+        error = data.relative(data.bounded(force) - data.force, chosen)
+        size = float(np.sum(data.force[chosen] ** 2))
+        floor = float(np.sum(noise / data.weight[chosen] ** 2)) / size
+        return bool(error**2 - floor < self.significance**2)
+
+    def causes(self, found: Found[FittedModel], evaluation: Evaluation) -> list[Cause]:
+        """Interference, the effects found, and given parameter values that are wrong."""
+        misfit = self._misfit(self.before)
+        causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
+        if self.final.effects:
+            causes += self._effects(found.best, 1 - min(evaluation.unexplained, 1.0))
+        if self.given is not None:
+            causes += self._numbers_wrong(self.given, misfit)
+        return causes
+
+    def _effects(self, searched: FittedModel, explained: float) -> list[Cause]:
+        final, space = self.final, self.space
+        others = [space.rivals(searched, k) for k in range(len(searched.effects))]
+        # values that the search found without each effect, on all samples
+        costs = [
+            replace(without, model=final.model.without(k)).cost_of(self.judged)
+            for k, (without, _) in enumerate(others)
+        ]
+        split = inference.shares(costs, final.cost_of(self.judged), explained)
+        numbers = intervals(final, self.shifts)
+        causes = []
+        for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
+            if effect is EACH_RUN:
+                numbers[k] = {"spread": self._spread()}
+            gain = without.cost - searched.cost
+            causes.append(
+                Cause(
+                    name=effect.cause,
+                    share=split[k],
+                    p_value=inference.chi_squared_chance(
+                        max(gain, 0.0) / space.noise_gain(without, searched),
+                        max(len(searched.values) - len(without.values), 1),
+                        len(space.effects),
+                    ),
+                    parameters=numbers[k],
+                    evidence=self._evidence(k, split[k], costs[k]),
+                    confusable_with=inference.rivals(
+                        effect.cause,
+                        [(one.causes[-1], one.cost - searched.cost) for one in rivals],
+                        max(SIGNIFICANT, CONFUSABLE_GAIN * gain),
+                    ),
+                    form=effect.form,
+                )
+            )
+        return causes
+
+    def _evidence(self, place: int, share: float, cost_without: float) -> str:
+        effect = self.final.effects[place]
+        where = "fitted" if self.data.fitted.all() else "held out"
+        ratio = np.sqrt(cost_without / max(self.final.cost_of(self.judged), 1e-300))
+        values = self.final.parameters(place).values()
+        numbers = ", ".join(
+            f"{quantity.meaning} {value:.3g} {quantity.unit}".rstrip(" 1")
+            for quantity, value in zip(effect.parameters, values, strict=True)
+        )
+        # a law that depends on the effect may fail without it
+        larger = (
+            f"is {ratio:.3g} times as large" if np.isfinite(ratio)
+            else "cannot be told: the law fails"
+        )  # fmt: skip
+        return (
+            f"Without {in_sentence(effect.title)} the residual on the {int(np.sum(self.judged))} "
+            f"samples {where} {larger}; it removes {100 * share:.0f} % of the misfit with "
+            f"{numbers}."
+        )
+
+    def _spread(self) -> Interval:
+        """RMS of the runs' own load-cell offsets, with its chi-squared interval."""
+        from scipy.special import chdtri
+
+        free = replace(self.final.model, effects=())
+        values = self.final.values[: free.n_law]
+        residual = self.data.force - free.forces(values, False)[0]
+        n = len(self.data.dt)
+        means = run_means(self.data, residual)[self.data.starts[:-1]]
+        size = float(np.sqrt(np.mean(means**2)))
+        low, high = (size * np.sqrt(n / chdtri(n, q)) for q in (0.025, 0.975))
+        return Interval(size, float(low), float(high), "N")
+
+    def _numbers_wrong(self, given: NDArray, misfit: float) -> list[Cause]:
+        """The cause that the given parameter values are to blame for a share of the misfit."""
+        from scipy.special import chdtrc
+
+        data, refitted = self.data, self.law.force
+        gain = data.cost(given, data.fitted) - data.cost(refitted, data.fitted)
+        n = self.law.model.n_law
+        if gain < SIGNIFICANT + 2 * n or misfit == 0.0:
+            return []
+        share = 1 - self._misfit(refitted) / misfit
+        if share < NUMBERS_WRONG:
+            return []
+        evidence = (
+            f"Fitting the law's own {n} numbers to the data, without any effect, removes "
+            f"{100 * share:.0f} % of the misfit."
+        )
+        return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, evidence)]
+
+    def _periodic(self, one: Interference, misfit: float) -> Cause:
+        size = float(np.sum((one.force * self.data.weight)[self.judged] ** 2))
+        how = "multiplies" if one.modulates else "adds to"
+        resolution = 0.5 / float(np.max(self.data.lengths * self.data.dt))
+        low, high = one.frequency - resolution, one.frequency + resolution
+        return Cause(
+            name=OUTSIDE,
+            share=size / (size + misfit),
+            p_value=0.0,
+            parameters={"frequency": Interval(one.frequency, low, high, "Hz")},
+            evidence=(
+                f"A disturbance at {one.frequency:.2f} Hz {how} the force in all runs, whatever "
+                f"their motion: {100 * one.size:.2g} % of it."
+            ),
+            form=f"periodic at {one.frequency:.2f} Hz, {how} the force",
+        )
+
+    def depends_on(
+        self, dependences: Sequence[Dependence], causes: Sequence[Cause], evaluation: Evaluation
+    ) -> tuple[str, ...]:
+        """Variables of the interference or the generic term found, or of the residual analysis."""
+        if evaluation.adequate and not causes:
+            return ()
+        if self.disturbance is not None:
+            return ("time", "frequency")
+        term = next((c for c in causes if c.name == OUTSIDE), None)
+        return smallest_set(dependences) if term is None else variables(term.form)
+
+    def next_test(self, found: Found[FittedModel], causes: Sequence[Cause]) -> str | None:
+        """Propose a sinusoid under which the first rival causes differ most."""
+        confusable = {c.name: c.confusable_with for c in causes if c.confusable_with}
+        return next_test(self.final, self.space, found.best, confusable)
+
+    def devices(self, found: Found[FittedModel]) -> tuple[Device, Device]:
+        """The law as it was judged, and with the effects found."""
+        data, law, final = self.data, self.law, self.final
+        low, high = float(data.current.min()), float(data.current.max())
+        judged = Device(
+            law=law.model.parameterisation.law,
+            current=law.model.parameterisation.dependence(law.values),
+            current_range=(low, high) if high > low else (-np.inf, np.inf),
+            tested_deformation=float(np.max(np.abs(data.x))),
+            tested_current=high,
+            source=f"diagnosed from {self.campaign.name}",
+        )
+        current = final.model.parameterisation.dependence(final.values[: final.model.n_law])
+        applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
+        extended = extend(
+            replace(judged, current=current), [one for one in applied if one[0] is not EACH_RUN]
+        )
+        return judged if self.device is None else self.device, extended
+
+    def traces(self, found: Found[FittedModel]) -> tuple[Trace, ...]:
+        """Force against deformation, run by run."""
+        data = self.data
+        return worst_first(
+            Trace(
+                name=name,
+                held_out=not bool(data.fitted[run.start]),
+                time=np.arange(run.stop - run.start) * dt,
+                across=1e3 * data.x[run],
+                across_label="deformation, mm",
+                label="force, N",
+                measured=data.force[run],
+                before=self.before[run],
+                after=self.after[run],
+            )
+            for name, dt, run in zip(data.names, data.dt, data.runs, strict=True)
+        )
+
+    def data_text(self) -> Text:
+        """Number, duration and range of the runs, and what looks wrong in them."""
+        data, runs = self.data, self.campaign.runs
+        held = int(np.sum(~data.fitted[data.starts[:-1]]))
+        duration = float(np.sum(data.lengths * data.dt))
+        notes = " ".join(f"{note}." for note in data_notes(runs))
+        return Text(
+            f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
+            f"{1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
+            f"{data.current.max():.3g} A. {held} runs are held out to judge the outcome. "
+            f"{notes or 'Nothing looks wrong in the data.'}"
+        )
+
+    def noise_text(self) -> Text:
+        """White noise of force and displacement."""
+        data = self.data
+        own = float(np.median(data.force_noise / data.force_size))
+        moved = float(np.median(data.displacement_noise)) * 1e3
+        return Text(
+            f"By the data's own high frequencies, noise is {100 * own:.2g} % of the force in the "
+            f"median run and {moved:.2g} mm in the displacement. Both pass through the model and "
+            "leave an error even of a perfect one: the noise floor."
+        )
+
+    def model_text(self, evaluation: Evaluation) -> Text:
+        """Error of the law and what its residual looks like."""
+        law, space, errors = self.law, self.space, evaluation.before
+        cost = law.cost / len(law.residual)
+        memory = correlation_time(law.residual, np.array([0, len(law.residual)]))
+        how = "fitted to the data" if self.given is None else "as given"
+        held_out = f", {100 * errors.held_out:.2f} % on those held out"
+        text = (
+            f"{self.model_name}, {how}: error {100 * errors.fit:.2f} % on the fitted runs"
+            f"{held_out if errors.held_out > 0 else ''}; noise alone leaves "
+            f"{100 * evaluation.noise_floor:.2f} %. Fitted as well as it can be, its squared "
+            f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, "
+            f"and a residual resembles its neighbours over {memory:.0f} samples."
+        )
+        if self.disturbance is not None:
+            text += (
+                f" A line at {self.disturbance.frequency:.2f} Hz that all runs share was removed "
+                "from the force first."
+            )
+        return Text(text)
+
+    def trials_text(self, tried: Round[FittedModel]) -> Text:
+        """Squared residual that each effect leaves above the noise."""
+        noise, n = self.space.noise_cost, len(self.space.noise)
+        return Text(
+            f"{len(self.space.effects)} forms of effects were screened and the most promising "
+            "fitted together with the law. The squared residual that each leaves above the noise, "
+            "over that of the noise:",
+            ("effect", "form", "left"),
+            tuple(
+                (one.effects[-1].title, one.effects[-1].form, f"{(one.cost - noise) / n:+.4f}")
+                for one in tried.tried
+            ),
+        )
+
+    def outcome_text(
+        self, found: Found[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
+    ) -> Text:
+        """Why nothing was found, and effects that are too small to matter."""
+        if self.negligible:
+            least = f"less than {100 * self.significance:g} % of the force is negligible"
+            return Text(f"{'; '.join(self.negligible)}: {least}.")
+        return Text(
+            ""
+            if causes
+            else "No effect lowered the squared residual by more than "
+            f"{SIGNIFICANT:.0f} times the noise's share of it."
+        )
+
+
+def _observable_effects(data: MeasuredRuns) -> list[Effect]:
+    """Effects that the runs could show."""
+    current_varies = bool(np.ptp(data.current) > 0)
+    warmth_varies = data.has_temperature and bool(np.ptp(data.temperature) > 0.5)
+    return ([EACH_RUN] if len(data.dt) > 2 else []) + [
+        effect
+        for forms in EFFECTS.values()
+        for effect in forms
+        if (effect.current is None or current_varies)
+        and ("temperature" not in effect.needs or warmth_varies)
+    ]

@@ -1,0 +1,200 @@
+"""The search for causes in a building: which are tried, which is taken, which are dropped again.
+
+A cause is taken if three independent views agree: the likelihood-ratio test, its level divided by
+the number of causes asked; Schwarz's criterion; and the data that were not fitted, all of their
+time. No model of a real building comes down to the noise of its sensors: what the best model leaves
+on data not fitted is then the floor, and the search is repeated with weights that expect so much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..decisions import (
+    FALSE_ALARM,
+    LEAST_BUILDING_SHARE,
+    MOST_BUILDING_CAUSES,
+    NEARLY_RIGHT,
+    NOT_WORSE,
+    QUIET,
+    REFINED,
+    SCREENING_STEPS,
+    STRONG_EVIDENCE,
+    TO_BLAME,
+)
+from ..inference import f_chance, rivals
+from ..search import Found, search
+from .causes import candidates
+from .comparison import Comparison, FittedBuilding, compare_records
+from .errors import excess_error, relative_noise
+from .segment import Segment, cell_means
+
+
+class CauseSearch:
+    """The search space of building records; see ``search.SearchSpace``.
+
+    ``comparison`` holds the noise as it is seen with the causes taken so far in the model,
+    ``before`` the nominal model under that noise, and ``rivals`` the models that the data do not
+    tell from each cause when it was taken, by its label.
+    """
+
+    def __init__(
+        self,
+        comparison: Comparison,
+        most_causes: int = MOST_BUILDING_CAUSES,
+        progress: Callable[[str], None] = lambda text: None,
+    ):
+        self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
+        self.before = comparison.evaluate(())
+        self.rivals: dict[str, list[FittedBuilding]] = {}
+        self._choices = candidates(comparison.model, comparison.records)
+        self._n_tests = len({choice.key for choice in self._choices})
+
+    def is_explained(self, current: FittedBuilding) -> bool:
+        """Whether the residuals are as likely as those of noise alone."""
+        segments = self.comparison.fitted + self.comparison.held_out
+        return adequacy(segments, current.fitted + current.held_out) > QUIET
+
+    def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
+        """Fit each cause's own numbers roughly, and the best causes with all numbers."""
+        self.progress(f"looking for a cause{' beside ' * bool(current.found)}"
+                      f"{', '.join(current.causes)}")  # fmt: skip
+        rough = []
+        for cause in self._choices:
+            if cause.label in current.causes:
+                continue
+            fits = [
+                self.comparison.fit(current.found, ((cause, start),), SCREENING_STEPS)
+                for start in cause.starts
+            ]
+            rough.append(min(fits, key=lambda outcome: outcome.cost))
+        rough = _rank(rough)
+        refined = [self.comparison.fit((), one.found) for one in rough[:REFINED]]
+        return _rank(refined + rough[REFINED:])
+
+    def choose(
+        self, current: FittedBuilding, tried: Sequence[FittedBuilding]
+    ) -> FittedBuilding | None:
+        """Select the best cause on which all three views agree."""
+        accepted = [one for one in tried if self._is_found(current, one)]
+        if not accepted:
+            return None
+        best = accepted[0]
+        self.rivals[best.causes[-1]] = _near(best, accepted[1:])
+        return best
+
+    def revise(self, taken: FittedBuilding) -> FittedBuilding:
+        """Estimate the noise again with the cause in the model, and drop needless causes."""
+        old = self.comparison
+        self.comparison = compare_records(old.model, old.records, taken.found, old.model_error)
+        self.before = self.comparison.evaluate(())
+        current = self.comparison.fit((), taken.found)
+        while len(current.found) > 1:
+            best = min(self._without_each(current), key=lambda outcome: outcome.cost)
+            if p_value(best, current) * self._n_tests < FALSE_ALARM:
+                break
+            current = best
+        return current
+
+    def finish(self, best: FittedBuilding) -> FittedBuilding:
+        """Let each cause take a better variant; name none if together they remove too little."""
+        if len(best.found) > 1:
+            best = self._exchange_variants(best)
+        return best if self.removed_share(best) >= TO_BLAME else self.before
+
+    def without_each(self, best: FittedBuilding) -> list[FittedBuilding]:
+        """Fits that lack one of the causes found."""
+        return [self.before] if len(best.found) == 1 else self._without_each(best)
+
+    def removed_share(self, after: FittedBuilding) -> float:
+        """Share of the held-out misfit above the noise that a model removes, 0 to 1."""
+        noise = sum(segment.noise_cost for segment in self.comparison.held_out)
+        misfit, left = (max(one.held_out_cost - noise, 0.0) for one in (self.before, after))
+        return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
+
+    def _is_found(self, current: FittedBuilding, one: FittedBuilding) -> bool:
+        n = one.n_independent
+        misfit = self.before.cost - sum(s.noise_cost for s in self.comparison.fitted)
+        return (
+            p_value(current, one) * self._n_tests < FALSE_ALARM
+            and one.criterion(n) < current.criterion(n)
+            and one.held_out_cost < current.held_out_cost
+            and current.cost - one.cost > LEAST_BUILDING_SHARE * misfit
+            and all(
+                np.all(segment.halves(after) < NOT_WORSE * segment.halves(without))
+                for segment, after, without in zip(
+                    self.comparison.held_out, one.held_out, current.held_out, strict=True
+                )
+            )
+        )
+
+    def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
+        found = current.found
+        return [self.comparison.fit((), found[:k] + found[k + 1 :]) for k in range(len(found))]
+
+    def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
+        for k in range(len(current.found)):
+            cause = current.found[k][0]
+            for other in self._choices:
+                if other.key == cause.key and other is not cause:
+                    found = (*current.found[:k], (other, other.starts[0]), *current.found[k + 1 :])
+                    trial = self.comparison.fit((), found)
+                    n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
+                    if trial.criterion(n) < current.criterion(n):
+                        current = trial
+        return current
+
+
+def search_causes(
+    comparison: Comparison,
+    most_causes: int = MOST_BUILDING_CAUSES,
+    progress: Callable[[str], None] = lambda text: None,
+) -> tuple[CauseSearch, Found[FittedBuilding]]:
+    """Repeat the search until the best model leaves no more than the expected model error."""
+    expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
+    while True:
+        space = CauseSearch(comparison.expecting(expected), most_causes, progress)
+        found = search(space, space.before)
+        left = excess_error(space.comparison, found.best)
+        if left < max(2 * expected, relative_noise(space.comparison)):
+            return space, found
+        expected = left
+
+
+def p_value(smaller: FittedBuilding, larger: FittedBuilding) -> float:
+    """Chance of the improvement by more causes if they were absent (likelihood ratio)."""
+    added = max(larger.n_parameters - smaller.n_parameters, 1)
+    return f_chance(smaller.cost, larger.cost, added, larger.n_independent)
+
+
+def adequacy(segments: Sequence[Segment], whitened: Sequence[NDArray]) -> float:
+    """Chance of residuals as large as these, in any channel and band, under noise alone."""
+    p = np.concatenate([cell_p_values(a, w) for a, w in zip(segments, whitened, strict=True)])
+    return float(1 - (1 - p.min()) ** p.size)
+
+
+def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:
+    """Chance of each cell's mean square under noise alone, (n_bands * n_channels,)."""
+    from scipy.stats import t
+
+    # the logarithm, for the noise's estimate is off by a factor; Student's t, for so few examples
+    examples = np.log(segment.noise_cells)
+    n = len(examples)
+    off = np.log(np.nan_to_num(cell_means(whitened), nan=np.inf)) - examples.mean(axis=0)
+    return t.sf(off / (examples.std(axis=0, ddof=1) * np.sqrt(1 + 1 / n)), n - 1)
+
+
+def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+    n = min(outcomes, key=lambda outcome: outcome.cost).n_independent
+    return sorted(outcomes, key=lambda outcome: outcome.criterion(n))
+
+
+def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+    """Models that the data do not tell from the best, one for each other cause."""
+    n = best.n_independent
+    worse = [(one.causes[-1], one.criterion(n) - best.criterion(n)) for one in others]
+    near = rivals(best.causes[-1], worse, STRONG_EVIDENCE)
+    return [next(one for one in others if one.causes[-1] == name) for name in near]

@@ -1,0 +1,276 @@
+"""Fit of causes to building records: residuals weighted by the noise, differences for slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...identification.least_squares import Optimum, levenberg_marquardt
+from ..decisions import FITTED_ENERGY
+from .causes import Candidate, Parameter, Values
+from .model import BuildingModel
+from .noise import NoiseFloor, noise_floor
+from .record import BuildingRecord
+from .segment import Segment, make_segment
+
+_STEP = 1e-3
+_MOST_STEPS = 15
+
+CauseValues = tuple[tuple[Candidate, Values], ...]
+"""Causes with their numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBuilding:
+    """How well a model with some causes follows the records.
+
+    Attributes
+    ----------
+    found : tuple of (Candidate, tuple of float)
+        The causes in it.
+    fitted, held_out : tuple of numpy.ndarray
+        Weighted residuals of each part; see ``Segment.whiten``.
+    optimum : Optimum or None
+        Of the fit, in the fit's coordinates; None where nothing was fitted.
+    """
+
+    found: CauseValues
+    fitted: tuple[NDArray, ...]
+    held_out: tuple[NDArray, ...]
+    optimum: Optimum | None = None
+
+    @cached_property
+    def cost(self) -> float:
+        """Sum of squared weighted residuals where it was fitted."""
+        return _square(self.fitted)
+
+    @cached_property
+    def held_out_cost(self) -> float:
+        """The same where it was not."""
+        return _square(self.held_out)
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Labels of the causes in it."""
+        return tuple(cause.label for cause, _ in self.found)
+
+    @property
+    def n(self) -> int:
+        """Number of residuals where it was fitted."""
+        return sum(part.size for part in self.fitted)
+
+    @property
+    def n_parameters(self) -> int:
+        """Numbers of all causes."""
+        return sum(len(values) for _, values in self.found)
+
+    @property
+    def variance(self) -> float:
+        """Mean square of the weighted residuals; 1 for noise alone."""
+        return self.cost / self.n
+
+    @cached_property
+    def n_independent(self) -> float:
+        """Number of independent residuals.
+
+        A remainder that is no noise sits at few frequencies; what it is spread over counts
+        (its participation number), against that of noise of the same variance.
+        """
+        power = np.concatenate([(part**2).sum(axis=2).ravel() for part in self.fitted])
+        return self.n * float(min(2 * power.mean() ** 2 / np.mean(power**2), 1.0))
+
+    def criterion(self, n: float) -> float:
+        """Schwarz's criterion; the less the better."""
+        return n * np.log(self.cost) + self.n_parameters * np.log(n)
+
+
+@dataclass(eq=False)
+class Comparison:
+    """Records against a model, with the noise of each.
+
+    Attributes
+    ----------
+    model : BuildingModel
+        Without causes.
+    records : tuple of BuildingRecord
+        All of them.
+    floors : tuple of NoiseFloor
+        Noise of each.
+    fitted, held_out : tuple of Segment
+        What is fitted and what judges.
+    model_error : float
+        Error to be expected of any model, as ``make_segment`` takes it.
+    _cache : dict
+        Simulations by record, last sample and causes.
+    """
+
+    model: BuildingModel
+    records: tuple[BuildingRecord, ...]
+    floors: tuple[NoiseFloor, ...]
+    fitted: tuple[Segment, ...]
+    held_out: tuple[Segment, ...]
+    model_error: float = 0.0
+    _cache: dict = field(default_factory=dict)
+
+    def residual(
+        self, found: CauseValues, record: BuildingRecord, end: int | None = None
+    ) -> NDArray:
+        """Measured less predicted, (n, n_channels), in the channels' units."""
+        model = with_causes(self.model, found)
+        end = len(record.ground) if end is None else end
+        # most of what changes between two calls is a sensor's error, which needs no simulation
+        key = (record.name, end, *((c, v) for c, v in found if not c.of_sensor))
+        if key not in self._cache:
+            if len(self._cache) > 64:
+                self._cache.clear()
+            self._cache[key] = _simulated(model, record, end)
+        return (record.values - model.bias(record))[:end] - self._cache[key]
+
+    def expecting(self, model_error: float) -> Comparison:
+        """Weigh the same data by another error to be expected of any model."""
+        floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
+        fitted, held_out = (
+            tuple(
+                make_segment(s.record, s.samples, floors[s.record.name], model_error)
+                for s in segments
+            )
+            for segments in (self.fitted, self.held_out)
+        )
+        return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
+
+    def evaluate(self, found: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
+        """Weigh the residuals of all segments, with given causes in the model."""
+        fitted, held_out = (
+            self._weighted_residuals(found, segments) for segments in (self.fitted, self.held_out)
+        )
+        return FittedBuilding(found, fitted, held_out, optimum)
+
+    def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
+        """Fit the numbers of the free causes, from the values given with them."""
+        parameters = [p for cause, _ in free for p in cause.parameters]
+        start = coordinates(parameters, [v for _, values in free for v in values])
+        lower = coordinates(parameters, [p.lower for p in parameters])
+        upper = coordinates(parameters, [p.upper for p in parameters])
+        size = np.where(start == 0, np.abs(start).max() * 0.1 + 1e-9, np.abs(start))
+        size[[p.logarithmic for p in parameters]] = 1.0
+
+        def put(x: NDArray) -> CauseValues:
+            numbers = iter(values_of(parameters, x))
+            fitted = tuple((c, tuple(next(numbers) for _ in c.parameters)) for c, _ in free)
+            return fixed + fitted
+
+        def residuals(x: NDArray) -> NDArray:
+            weighted = self._weighted_residuals(put(x), self.fitted)
+            return np.concatenate([one.ravel() for one in weighted])
+
+        def problem(x: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+            at = residuals(x)
+            jacobian = np.zeros((at.size, x.size if derivatives else 0))
+            for k in range(jacobian.shape[1]):
+                step = _STEP * max(abs(x[k]), size[k])
+                if x[k] + step > upper[k]:
+                    step = -step
+                moved = x.copy()
+                moved[k] += step
+                jacobian[:, k] = (residuals(moved) - at) / step
+            return at, jacobian
+
+        optimum = levenberg_marquardt(problem, start, lower, upper, most, 1e-6, eager=False)
+        return self.evaluate(put(optimum.x), optimum)
+
+    def _weighted_residuals(
+        self, found: CauseValues, segments: Sequence[Segment]
+    ) -> tuple[NDArray, ...]:
+        # a lone record's later segment is not simulated while its earlier one is fitted
+        ends = {s.record.name: s.samples.indices(len(s.record.ground))[1] for s in segments}
+        residuals = {
+            s.record.name: self.residual(found, s.record, ends[s.record.name]) for s in segments
+        }
+        return tuple(s.whiten(residuals[s.record.name]) for s in segments)
+
+
+def compare_records(
+    model: BuildingModel,
+    records: Sequence[BuildingRecord],
+    found: CauseValues = (),
+    model_error: float = 0.0,
+) -> Comparison:
+    """Estimate the noise of records and divide them into what is fitted and what judges."""
+    records = tuple(records)
+    if not records or all(record.hold_out for record in records):
+        raise InputError("no building record to fit; accepted: one or more that is not held out")
+    names = [record.name for record in records]
+    if len(set(names)) < len(names):
+        raise InputError(f"two building records share a name: {', '.join(names)}")
+    for record in records:
+        if record.channels != records[0].channels:
+            raise InputError(
+                f"{record.name} has channels {', '.join(record.channels)}; accepted: those of "
+                f"{records[0].name}, {', '.join(records[0].channels)}"
+            )
+    known = with_causes(model, found)
+    floors = tuple(noise_floor(known, record) for record in records)
+    fitted, held_out = [], []
+    out = {record.name for record in records if record.hold_out}
+    if not out and len(records) > 1:
+        out = {records[-1].name}
+    for record, floor in zip(records, floors, strict=True):
+        n = len(record.ground)
+        if len(records) == 1:
+            middle = split(record)
+            fitted.append(make_segment(record, slice(0, middle), floor, model_error))
+            held_out.append(make_segment(record, slice(middle, n), floor, model_error))
+        else:
+            (held_out if record.name in out else fitted).append(
+                make_segment(record, slice(0, n), floor, model_error)
+            )
+    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error)
+
+
+def split(record: BuildingRecord) -> int:
+    """Number of samples of a lone record that are fitted."""
+    values = record.values
+    energy = np.cumsum(((values / values.std(axis=0)) ** 2).sum(axis=1))
+    n = len(values)
+    middle = int(np.searchsorted(energy, FITTED_ENERGY * energy[-1]))
+    return int(np.clip(middle, n // 4, 3 * n // 4))
+
+
+def with_causes(model: BuildingModel, found: Iterable[tuple[Candidate, Values]]) -> BuildingModel:
+    """Put causes into a model."""
+    for cause, values in found:
+        model = cause.apply(model, values)
+    return model
+
+
+def coordinates(parameters: Sequence[Parameter], values: Sequence[float]) -> NDArray:
+    """Coordinates in which numbers are fitted: logarithms if only the order of size is known."""
+    logs = [p.logarithmic for p in parameters]
+    return np.array([np.log(v) if log else v for v, log in zip(values, logs, strict=True)], float)
+
+
+def values_of(parameters: Sequence[Parameter], x: NDArray) -> list[float]:
+    """Turn coordinates into numbers again."""
+    return [
+        float(np.exp(min(c, 700.0)) if p.logarithmic else c)
+        for p, c in zip(parameters, x, strict=True)
+    ]
+
+
+def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArray:
+    try:
+        return model.simulated(record, end=end)
+    except InputError:
+        # a step of the fit into numbers that no building has, such as a device that runs away;
+        # the engineer's own model has been simulated before
+        return np.full((end, len(record.channels)), np.nan)
+
+
+def _square(parts: Sequence[NDArray]) -> float:
+    total = sum(float(np.vdot(part, part)) for part in parts)
+    return total if np.isfinite(total) else np.inf

@@ -1,0 +1,55 @@
+"""What an isolation layer in a building may lack, as effects around the isolators' law.
+
+All of them stand around the law at once, those that are absent with strength zero: one law to
+compile, whatever combination is tried.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ...effects import Effect, EffectParameter, Signals, effect
+
+_SPEED = 0.1
+"""m/s: at which a damper's force is told."""
+_TINY = 1e-12
+"""Keeps the power's derivatives finite at rest."""
+
+
+def _power_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Damper whose force grows with a power of the velocity."""
+    level, exponent = parameters
+    ratio = signals.v / _SPEED
+    return level * ratio * (ratio * ratio + _TINY) ** ((exponent - 1) / 2)
+
+
+DAMPER = Effect(
+    cause="extra_isolator_damping",
+    form="power_of_velocity",
+    title="Nonlinear damper",
+    parameters=(
+        EffectParameter("level", "N", "force at 0.1 m/s", lower=0.0, strength=True, starts=(0.1,)),
+        EffectParameter("exponent", "1", "of the velocity", lower=0.2, upper=2.0, starts=(0.6,)),
+    ),
+    force=_power_force,
+    source="nonlinear fluid dampers, such as Symans and others (2008)",
+)
+
+ISOLATOR_EFFECTS: dict[str, Effect] = {
+    # by the mean square: smooth, so that a run costs little more than without
+    "isolator_amplitude_softening": effect("amplitude_softening", "mean_square"),
+    "stress_softening": effect("stress_softening", "hyperbolic"),
+    "coulomb_friction": effect("coulomb_friction"),
+    "extra_isolator_damping": DAMPER,
+    "moat_impact": effect("end_stop", "power"),
+}
+"""By the name of the cause in a building, in the order in which they act."""
+
+
+def absent(one: Effect, size: float) -> dict[str, float]:
+    """Numbers that leave a law as it is."""
+    numbers = {}
+    for q in one.parameters:
+        value = 0.0 if q.strength else q.starts[0] * (size if q.unit == "m" else 1.0)
+        numbers[q.name] = float(np.clip(value, q.lower, q.upper))
+    return numbers

@@ -1,0 +1,120 @@
+"""Residuals of some time of a building record, weighted by its noise.
+
+The covariance of both noises at each frequency, inverted, makes residuals of unit variance from
+what is noise alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..decisions import LEAST_SENSOR_ERROR
+from .noise import NoiseFloor, covariance, smooth_spectrum, spectra
+from .record import BuildingRecord
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """Some time of a record with the weights of its residuals.
+
+    Attributes
+    ----------
+    record : BuildingRecord
+        The whole record.
+    samples : slice
+        The time.
+    frequencies : numpy.ndarray, shape (n_frequencies,), Hz
+        The building's band.
+    whitening : numpy.ndarray, shape (n_frequencies, n_channels, n_channels)
+        Turns Fourier coefficients of residuals into uncorrelated ones of unit variance.
+    noise_cells : numpy.ndarray, shape (n_examples, n_cells)
+        Mean square that examples of noise alone leave in each cell, a channel's residual in a
+        band.
+    """
+
+    record: BuildingRecord
+    samples: slice
+    frequencies: NDArray
+    whitening: NDArray
+    noise_cells: NDArray
+
+    def whiten(self, residual: NDArray) -> NDArray:
+        """Weight a record's residual (n, n_channels) by the noise, (n_frequencies, n_channels, 2).
+
+        Real and imaginary parts have unit variance for noise alone.
+        """
+        return _whiten(residual[self.samples], self.whitening)
+
+    def halves(self, whitened: NDArray) -> NDArray:
+        """Mean square of a weighted residual before and after half of the measured energy, (2,)."""
+        measured = self.record.values[self.samples] / self.rms
+        energy = np.cumsum((measured**2).sum(axis=1))
+        middle = int(np.clip(np.searchsorted(energy, energy[-1] / 2), 1, len(energy) - 1))
+        trajectory = np.fft.irfft(whitened[..., 0] + 1j * whitened[..., 1], len(energy), axis=0)
+        return np.array([np.mean(half**2) for half in np.split(trajectory, [middle])])
+
+    @property
+    def rms(self) -> NDArray:
+        """RMS of each measured channel, (n_channels,), in its unit."""
+        return np.sqrt(np.mean(self.record.values[self.samples] ** 2, axis=0))
+
+    @property
+    def cell_sizes(self) -> NDArray:
+        """Number of frequencies in each cell, (n_cells,)."""
+        return np.repeat(np.diff(band_edges(len(self.frequencies))), len(self.record.channels))
+
+    @property
+    def expected(self) -> NDArray:
+        """Mean square that noise alone leaves in each cell, (n_cells,)."""
+        return self.noise_cells.mean(axis=0)
+
+    @property
+    def noise_cost(self) -> float:
+        """Sum of squared weighted residuals that noise alone leaves."""
+        return float(2 * np.sum(self.expected * self.cell_sizes))
+
+
+def make_segment(
+    record: BuildingRecord, samples: slice, floor: NoiseFloor, model_error: float = 0.0
+) -> Segment:
+    """Work out the weights of some time of a record."""
+    dt = record.ground.dt
+    n = len(range(*samples.indices(len(record.ground))))
+    frequencies = np.fft.rfftfreq(n, dt)
+    frequencies = frequencies[frequencies <= floor.band]
+    felt = spectra(floor.draws[:, samples], len(frequencies))
+    shown = spectra(record.values[np.newaxis, samples], len(frequencies))[0]
+    inexact = LEAST_SENSOR_ERROR**2 / 2 * smooth_spectrum(np.abs(shown) ** 2)
+    missed = model_error**2 * np.mean(record.values[samples] ** 2, axis=0)
+    own = (floor.sensors**2 + missed + inexact)[:, :, np.newaxis] * np.eye(len(missed))
+    whitening = np.linalg.inv(np.linalg.cholesky(covariance(felt) + own))
+    # noise alone is judged with its estimate's errors, so that they raise no alarm
+    cells = [cell_means(_whiten(one[samples], whitening)) for one in floor.examples]
+    return Segment(record, samples, frequencies, whitening, np.array(cells))
+
+
+def cell_means(whitened: NDArray) -> NDArray:
+    """Mean square of each channel's residual in each band, bands from below, (n_cells,)."""
+    edges = band_edges(len(whitened))
+    power = (whitened**2).sum(axis=2)
+    sums = [power[a:b].mean(axis=0) / 2 for a, b in pairwise(edges)]
+    return np.concatenate(sums)
+
+
+def band_edges(n: int) -> NDArray:
+    """Bounds of the bands in which residuals are compared, (n_bands + 1,), of growing width."""
+    edges, width = [0], 8
+    while edges[-1] + 3 * width < n:
+        edges.append(edges[-1] + width)
+        width *= 2
+    return np.array([*edges, n])
+
+
+def _whiten(residual: NDArray, whitening: NDArray) -> NDArray:
+    spectrum = spectra(residual[np.newaxis], len(whitening))[0]
+    white = np.einsum("fij,fj->fi", whitening, spectrum)
+    return np.stack([white.real, white.imag], axis=-1)

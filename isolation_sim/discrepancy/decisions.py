@@ -1,0 +1,212 @@
+"""Every constant that tunes a statistical decision of a diagnosis.
+
+Each constant says what it decides and what it was chosen by:
+
+- *theory*: it follows from the statistics that its text names.
+- *blind*: set with cases of ``studies/blind`` in view, synthetic campaigns whose generator shares
+  no code with the package. The rates of all 461 cases are in ``docs/ideas/discrepancy.md``.
+- *blind buildings*: the same with ``studies/blind_buildings``, 116 building records.
+- *loops*: set with the loops of Li & Li 2013 and of Yu et al. in view (study
+  ``published_isolator``).
+- *effort*: it limits the computation; more would cost time and should change little.
+
+No record was kept of single trials of these values; the studies above repeat their outcome.
+"""
+
+# How many causes
+
+MOST_EFFECTS = 4
+"""Effects that a search adds to a law on device tests. Blind: no campaign hides more than three."""
+MOST_LOOP_EFFECTS = 3
+"""The same on a loop table, which holds two numbers a row. Loops."""
+MOST_BUILDING_CAUSES = 4
+"""Causes that a search adds to a building. Blind buildings: no record hides more than two."""
+
+# Device tests: is one more effect real?
+
+SIGNIFICANT = 28.0
+"""Decrease of the cost over that by noise from which an effect counts as found: the square of a
+5.3 sigma deviation, so that a hundred forms together rarely reach it by chance. Theory."""
+LEAST_PART = 3e-3
+"""Share of the cost. A smaller decrease is within the errors of smoothing and integration.
+Blind."""
+LEAST_SHARE = 0.03
+"""Share of the law's misfit. A smaller decrease usually corrects the shape of an effect that is
+already in the model. Blind."""
+CLEARLY_BETTER = 0.5
+"""A generic term is taken if it leaves less than this share of the misfit that the best effect of
+the catalogue leaves; the catalogue's forms are only nearly right. Blind (cases ``outside``)."""
+WELL_EXPLAINED = 0.15
+"""Share of the law's misfit. If the best effect leaves less, no generic term is tried. Blind."""
+
+# Device tests: does what was found stand on data that were not fitted?
+
+HELD_OUT_RUNS = 4
+"""One run in so many is held out if the campaign marks none. Convention."""
+TO_BLAME = 0.35
+"""Share of the misfit on held-out data that causes must remove together to be named; of device
+tests and of buildings. Blind (cases ``clean`` and ``outside``) and blind buildings."""
+TO_BLAME_FITTED = 0.4
+"""The same on the fitted runs of device tests: a law that diverges on held-out runs makes any
+effect look helpful there. Blind (cases ``outside``)."""
+ADEQUATE = 1.25
+"""Cost over that of noise below which a law is adequate, and with effects "explained". Blind
+(``clean``)."""
+SIGNIFICANCE = 0.002
+"""Share of the force, RMS, below which an effect or a remainder is negligible in practice; a user
+may set another. Convention."""
+WORSE = 1.1
+"""Factor on the error of a held-out run above which the extended law counts as worse there. Blind
+and the MR damper."""
+CONFUSABLE_GAIN = 0.1
+"""Share of a cause's gain by which a rival may fall short and still be confusable. Blind."""
+NUMBERS_WRONG = 0.02
+"""Least share of the misfit that refitting must remove to blame given parameter values. Blind."""
+
+# Device tests: noise and interference
+
+NOISE_EXAMPLES = 6
+"""Simulated residuals of noise alone. Effort."""
+INTERVAL_EXAMPLES = 12
+"""Simulated displacement noises behind an interval; Student's t accounts for their number.
+Effort."""
+LEAST_EXAMPLES = 4
+"""Examples under which the law must not diverge; with fewer an interval is unbounded. Effort."""
+UNDETERMINED = 0.1
+"""Share of a value in directions that the data do not determine, above which its interval is
+unbounded. Convention."""
+AT_BOUND = 1e-6
+"""Distance from a bound, over the range, below which a fitted value lies at it: an optimiser's
+rounding. Theory."""
+RUNAWAY_SHIFT = 0.3
+"""Share of a run's force. Displacement noise that moves a law further meets a law that diverges;
+the run then has force noise only. Blind."""
+INTERFERENCE_LOWEST = 0.5
+"""Hz. A slower periodic change counts as drift. Blind (cases ``outside``)."""
+INTERFERENCE_SHARE = 0.03
+"""Share of the squared residual. A smaller disturbance is not removed. Blind (``outside``)."""
+INTERFERENCE_LINE = 8.0
+"""Power of a line over its neighbourhood; white noise exceeds it once in 3000. Theory and blind."""
+INTERFERENCE_RUNS = 0.25
+"""Share of the runs in which the line may be missing. Blind (cases ``outside``)."""
+INTERFERENCE_HARMONICS = 16
+"""Multiples of a run's own frequency that are left out of its periodogram. Blind."""
+
+# Device tests: how many fits
+
+TRIED = 14
+"""Forms that are fitted after all have been screened. Effort."""
+RIVALS_TRIED = 4
+"""Forms that are fitted in the place of an effect found before. Effort."""
+SCREEN_STARTS = 12
+"""Shapes of an effect that are screened before one is fitted. Effort."""
+REFINE_STEPS = 6
+"""Steps that fit an effect's shape alone. Effort."""
+REFITTED = 3
+"""Best candidates that are refitted from the law's first values. Effort."""
+WORTH_REFITTING = 0.5
+"""Share of the best candidate's gain from which another candidate is refitted. Effort."""
+SEARCH_STEPS = 12
+"""Steps of a candidate's fit during the search. Effort."""
+
+# Loop tables
+
+LOOP_ACCURACY = 0.05
+"""Relative error of stiffness and damping below which a table counts as reproduced. A table does
+not tell its noise; published tests of one device agree to about so much. Loops."""
+LOOP_GAIN = 0.8
+"""An effect must lower the error on rows left out to less than this share. Loops."""
+LOOP_RIVAL = 0.1
+"""Relative excess of the error on rows left out below which a rival is confusable. Loops."""
+LOOP_FOLDS = 16
+"""Groups of rows that are left out in turn; in a short table every row is one. Effort."""
+LOOP_LAWS = 6
+"""Sets of law parameters, nearly as good as the best, from which an effect is fitted. Effort."""
+LOOP_JUDGED = 6
+"""Forms that are evaluated on rows left out. Effort."""
+LOOP_CORRELATION = 0.25
+"""Squared rank correlation from which the errors depend on a condition of the tests. Convention."""
+
+# Building records
+
+FALSE_ALARM = 0.003
+"""Level of the tests for one more cause, all candidates together. Blind buildings (``clean``)."""
+LEAST_BUILDING_SHARE = 0.02
+"""Least share of the whole misfit that a cause must remove. Blind buildings."""
+NEARLY_RIGHT = 0.1
+"""Share of the error that even the right cause leaves, since its form is not exact. Blind
+buildings."""
+NOT_WORSE = 1.02
+"""Largest factor by which a cause may raise the mean square in a half of the held-out time. Blind
+buildings."""
+STRONG_EVIDENCE = 6.0
+"""Difference of Schwarz's criterion below which rivals are confusable; evidence is strong beyond it
+(Kass and Raftery 1995). Theory."""
+QUIET = 0.1
+"""Chance of the residuals under noise alone above which no cause is searched. Blind buildings."""
+MISFIT_LEVEL = 0.005
+"""Level of the test for adequacy. Theory: rate of false alarms."""
+BUILDING_EXPLAINED = 0.95
+"""Removed share of the misfit above which the verdict is "explained". Blind buildings."""
+FITTED_ENERGY = 0.6
+"""Share of a lone record's energy that is fitted; later samples are held out. Convention."""
+LEAST_SENSOR_NOISE = 1e-3
+"""Share of a channel's RMS below which no sensor noise is believed. Instruments' data sheets."""
+LEAST_SENSOR_ERROR = 3e-3
+"""Share of a channel's reading below which no calibration is believed. Instruments' data sheets."""
+SCREENING_STEPS, REFINED = 4, 4
+"""Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
+
+# What a residual depends on
+
+RESIDUAL_BLOCK = 0.5
+"""s. Alternating blocks of device tests are fitted and evaluated in turn. Convention."""
+LEAST_DEPENDENCE = 0.05
+"""Share of the misfit below which a dependence is not named. Blind (cases ``outside``)."""
+NEARLY_AS_MUCH = 0.8
+"""Share of the best prediction with which a smaller set of variables is preferred. Blind
+(``outside``)."""
+DEPENDENCE_LEVEL = 1e-3
+"""Level of the test for a dependence of a building's residual. Theory: rate of false alarms."""
+
+# Checks of the data
+
+CLIPPED = 6
+"""Equal extreme samples in a row from which a channel counts as clipped. Convention."""
+DRIFT = 0.1
+"""Drift of a channel's middle, relative to its range, that is noted. Convention."""
+LARGEST_DEFORMATION = 1.0
+"""m. A larger deformation is asked for its unit. Convention."""
+COARSE = 0.02
+"""Step of a quantised channel over its RMS that is noted. Convention."""
+REVERSED = 0.02
+"""Power that a device gives off in the median run, over RMS force times RMS velocity, that is
+noted; one without damping gives off none. Convention."""
+REVERSED_ALONE = 0.1
+"""The same of single runs; a late channel alone may turn loops of little damping. Blind."""
+TRANSIENT = 3.0
+"""Factor on the usual residual of a static function of the motion at both ends of a run.
+Convention; the MR damper's filtered tests reach 3 to 20."""
+OFFSET = 0.1
+"""Share of a run's RMS force by which its mean may differ from that of the others.
+Convention."""
+NOT_DERIVATIVE = 0.2
+"""Share of a measured velocity or acceleration that the displacement does not give. Convention."""
+GAIN_ERROR = 0.05
+"""Relative error of the size of a velocity or acceleration that is noted. Convention."""
+SHIFT = 0.5
+"""Delay between two channels, in samples, that is noted. Convention."""
+UNIT_ERROR = 0.05
+"""Relative deviation from 9.81 or 1000 up to which a factor looks like a confusion of units.
+Convention."""
+UNIT_RANGE = (300.0, 3000.0)
+"""Factor on one run's stiffness over the others' that looks like one of 1000. Convention."""
+SAME_MOTION = 0.03
+"""Relative difference up to which two runs repeat one motion and current. Convention."""
+REPEATED = 0.02
+"""Relative difference of the forces of repeated runs that is noted. Convention."""
+
+# Gain
+
+RESAMPLES = 2000
+"""Resamples behind the interval of a gain. Effort."""

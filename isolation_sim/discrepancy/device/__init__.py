@@ -1,0 +1,1 @@
+"""A law with effects around it, fitted to measured runs."""

@@ -1,0 +1,152 @@
+"""An effect along measured runs: its functions, compiled once whatever law they stand around.
+
+Motion, current and force of a test are known at every sample, so that an effect can be evaluated
+by itself, one after another, before or after the law. Without states that is NumPy's work. States
+take one compiled Rosenbrock step a sample (two stages, second order, L-stable), since an effect's
+lag may be far shorter than a sample.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import Effect, Signals
+from ...generated import load_text
+from ...identification.measured_runs import MeasuredRuns
+from ...laws.emit import function_text, straight_line, symbols
+
+TEMPLATE = Path(__file__).with_name("effect_template.py")
+HOOKS = ("motion", "current", "factor", "force")
+_GAMMA = 1 - 1 / np.sqrt(2)
+
+
+def evaluate(
+    effect: Effect,
+    data: MeasuredRuns,
+    force: NDArray,
+    parameters: NDArray,
+    motion: tuple[NDArray, NDArray] | None = None,
+    current: NDArray | None = None,
+) -> dict[str, Any]:
+    """Evaluate an effect along runs, under the law's ``force`` (N).
+
+    ``motion`` (m, m/s) and ``current`` (A) may take the place of the measured ones. Returned are,
+    by function, "motion" (2, n_samples), "current", "factor" and "force" (n_samples,).
+    """
+    x, v = (data.x, data.v) if motion is None else motion
+    current = data.current if current is None else current
+    if not effect.states:
+        signals = Signals(x, v, data.a, current, force, data.temperature)
+        return _at_once(effect, signals, tuple(parameters))
+    first = np.zeros((len(data.starts) - 1, len(effect.states)))
+    if effect.start is not None:
+        for run, k in enumerate(data.starts[:-1]):
+            signals = Signals(x[k], v[k], data.a[k], current[k], force[k], data.temperature[k])
+            first[run] = effect.start(signals, tuple(parameters))
+    rows = [name for name in HOOKS for _ in range(_width(effect, name))]
+    out = np.empty((len(rows), len(x)))
+    _compiled(effect).trajectory(
+        data.starts, data.dt, x, v, data.a, current, force, data.temperature,
+        np.ascontiguousarray(parameters, float), first, np.zeros(len(effect.states)), out,
+    )  # fmt: skip
+    return {
+        name: out[:2] if name == "motion" else out[rows.index(name)] for name in dict.fromkeys(rows)
+    }
+
+
+def _at_once(effect: Effect, signals: Signals, parameters: tuple) -> dict[str, Any]:
+    """An effect without states, at all samples."""
+    found = {}
+    with np.errstate(all="ignore"):
+        for hook in HOOKS:
+            function = getattr(effect, hook)
+            if function is not None:
+                value = function(signals, (), parameters)
+                found[hook] = value if hook == "motion" else value + np.zeros_like(signals.x)
+    return found
+
+
+def _width(effect: Effect, hook: str) -> int:
+    if getattr(effect, hook) is None:
+        return 0
+    return 2 if hook == "motion" else 1
+
+
+@lru_cache(maxsize=256)
+def _compiled(effect: Effect) -> ModuleType:
+    return load_text("effect", _text(effect))
+
+
+def _text(effect: Effect) -> str:
+    """Source of the module: the effect's functions and the Rosenbrock step of its states."""
+    import casadi
+
+    z_names = [f"z{i}" for i in range(len(effect.states))]
+    p_names = [f"p{k}" for k in range(len(effect.parameters))]
+    z, p = symbols(z_names), symbols(p_names)
+    names = list(Signals._fields)
+    signals = symbols(names)
+    here = Signals(*signals)
+    outputs: list[Any] = []
+    for hook in HOOKS:
+        function = getattr(effect, hook)
+        if function is not None:
+            value = function(here, tuple(z), tuple(p))
+            outputs += value if hook == "motion" else [value]
+    outputs = [casadi.SX(value) for value in outputs]
+    unpack = [f"{name} = s[{i}]" for i, name in enumerate(z_names)]
+    unpack += [f"{name} = parameters[{k}]" for k, name in enumerate(p_names)]
+    named = dict(zip([*names, *z_names, *p_names], [*signals, *z, *p], strict=True))
+    _, _, statements, results = straight_line(named, outputs)
+    arguments = ", ".join(names)
+    respond = [*unpack, *statements, *(f"out[{i}, k] = {r}" for i, r in enumerate(results))]
+    ends = [f"{name}_{end}" for end in (0, 1) for name in names]
+    both, (h,) = symbols(ends), symbols(["h"])
+    begin, end = Signals(*both[: len(names)]), Signals(*both[len(names) :])
+    named = dict(zip([*ends, "h", *z_names, *p_names], [*both, h, *z, *p], strict=True))
+    new = _rosenbrock(effect, begin, end, h, z, tuple(p))
+    _, _, statements, results = straight_line(named, new)
+    step = [*unpack, *statements, *(f"s[{i}] = {r}" for i, r in enumerate(results))]
+    return "\n\n".join(
+        [
+            '"""Written by isolation_sim.discrepancy.device.effect_evaluation; do not edit."""',
+            "import math\n\nfrom numba import njit",
+            f"N_STATES = {len(effect.states)}",
+            'plain = njit(error_model="numpy")',
+            function_text("respond", f"{arguments}, s, parameters, out, k", respond, "@plain"),
+            function_text("step", f"{', '.join(ends)}, h, s, parameters", step, "@plain"),
+            TEMPLATE.read_text().split('"""', 2)[2].strip(),
+        ]
+    )
+
+
+def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p: tuple) -> list:
+    """States after one step along which the signals are straight lines.
+
+    Verwer's method of two stages with its term for signals that move: a state that is far faster
+    than a step ends where the signals do, as it should.
+    """
+    import casadi
+
+    rates, states = effect.rates, casadi.vertcat(*z)
+    assert rates is not None
+    slope = casadi.vertcat(*rates(begin, tuple(z), p))
+    drift = _GAMMA * (casadi.vertcat(*rates(end, tuple(z), p)) - slope)
+    by_states = casadi.jacobian(slope, states)
+
+    def solved(right: Any) -> Any:
+        if by_states.sparsity().is_diag() or by_states.nnz() == 0:
+            diagonal = casadi.vertcat(*(1 - _GAMMA * h * by_states[i, i] for i in range(len(z))))
+            return right / diagonal
+        return casadi.solve(casadi.SX.eye(len(z)) - _GAMMA * h * by_states, right)
+
+    first = solved(slope + drift)
+    moved = casadi.vertsplit(states + h * first)
+    second = solved(casadi.vertcat(*rates(end, tuple(moved), p)) - drift - 2 * first)
+    return casadi.vertsplit(states + h * (1.5 * first + 0.5 * second))

@@ -1,0 +1,173 @@
+"""The search for effects around a law: which are tried, which is taken, which are dropped again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import Effect
+from ..decisions import (
+    CLEARLY_BETTER,
+    LEAST_PART,
+    LEAST_SHARE,
+    MOST_EFFECTS,
+    RIVALS_TRIED,
+    SIGNIFICANT,
+    TRIED,
+    WELL_EXPLAINED,
+)
+from .generic_terms import OUTSIDE
+from .load_cell_offset import EACH_RUN
+from .model import FittedModel, fit_model
+from .screen import fit_directions, noise_gain, refine, refit, screen
+
+
+@dataclass(eq=False)
+class EffectSearch:
+    """The search space of device tests; see ``search.SearchSpace``.
+
+    Attributes
+    ----------
+    base : FittedModel
+        The law alone.
+    effects : sequence of Effect
+        The catalogue.
+    terms : sequence of Effect
+        Generic terms outside the catalogue, each with one coefficient.
+    noise : (n_fitted, n_examples) array
+        Residuals of noise alone, of the fitted samples.
+    pool : concurrent.futures.ThreadPoolExecutor
+        Threads that share out the fits.
+    advance : callable
+        Called after each fit.
+    most_causes : int
+        Number of effects at which the search stops.
+    """
+
+    base: FittedModel
+    effects: Sequence[Effect]
+    terms: Sequence[Effect]
+    noise: NDArray
+    pool: ThreadPoolExecutor
+    advance: Callable[[], None]
+    most_causes: int = MOST_EFFECTS
+    _known: dict[tuple[Effect, ...], tuple[FittedModel, list[FittedModel]]] = field(
+        default_factory=dict, init=False
+    )
+
+    @cached_property
+    def noise_cost(self) -> float:
+        """Mean cost of noise alone."""
+        return float(np.mean(np.sum(self.noise**2, axis=0)))
+
+    @cached_property
+    def misfit(self) -> float:
+        """Cost of the law alone above that of noise."""
+        return max(self.base.cost - self.noise_cost, 0.0)
+
+    def is_explained(self, current: FittedModel) -> bool:
+        """Whether nothing is left; on device tests that is seen by trying."""
+        return False
+
+    def candidates(self, current: FittedModel) -> list[FittedModel]:
+        """Fit the most promising effects, and a generic term if it is clearly better."""
+        tried = self._fit_effects(current)
+        term = self._generic_term(current, min(tried, key=self._penalised, default=current))
+        if term is not None:
+            tried = sorted([*tried, term], key=lambda f: f.cost)
+        self._known[current.effects] = current, tried
+        return tried
+
+    def choose(self, current: FittedModel, tried: Sequence[FittedModel]) -> FittedModel | None:
+        """Select the generic term, or the effect with the least penalised cost, if it helps."""
+        terms = [one for one in tried if one.causes[-1] == OUTSIDE]
+        best = min(terms or tried, key=self._penalised, default=None)
+        return best if best is not None and self._helps(current, best) else None
+
+    def revise(self, taken: FittedModel) -> FittedModel:
+        """Replace effects found early by others that are better now."""
+        model = taken
+        for place in range(len(model.effects) - 1):
+            tried = self.rivals(model, place)[1]
+            if tried and tried[0].cost < model.cost - SIGNIFICANT:
+                model = tried[0]
+        return model
+
+    def finish(self, best: FittedModel) -> FittedModel:
+        """Drop effects that are no longer needed."""
+        model, place = best, 0
+        while place < len(model.effects):
+            without = self.without(model, place)
+            if self._helps(without, model):
+                place += 1
+            else:
+                model = without
+        return model
+
+    def rivals(self, model: FittedModel, place: int) -> tuple[FittedModel, list[FittedModel]]:
+        """Fit the model without one effect, and with other effects in its place, best first."""
+        effects = _other_effects(model, place)
+        if effects not in self._known:
+            without = self.without(model, place)
+            self._known[effects] = without, self._fit_effects(without, RIVALS_TRIED)
+        return self._known[effects]
+
+    def noise_gain(self, without: FittedModel, given: FittedModel) -> float:
+        """Mean decrease of the cost by noise along a change of the model, at least 1."""
+        return max(noise_gain(given.residual - without.residual, self.noise), 1.0)
+
+    def _fit_effects(self, current: FittedModel, most: int = TRIED) -> list[FittedModel]:
+        left = [e for e in self.effects if e.cause not in current.causes]
+        found = screen(current, left, self.noise, self.pool)
+        threshold = max(SIGNIFICANT / 4, LEAST_PART * current.cost / 4)
+        chosen = [d for d in found if d.gain / max(d.noise_gain, 1.0) > threshold][:most]
+        chosen = list(self.pool.map(lambda d: refine(current, d, self.noise), chosen))
+        return fit_directions(current, chosen, self.pool, self.advance)
+
+    def _generic_term(self, current: FittedModel, best: FittedModel) -> FittedModel | None:
+        """Fit the best generic term, if it is clearly better than the best effect."""
+        if OUTSIDE in current.causes:
+            return None
+        left = best.cost - self.noise_cost
+        if left < WELL_EXPLAINED * self.misfit:
+            return None
+        found = screen(current, self.terms, self.noise, self.pool)[:1]
+        if not found:
+            return None
+        if current.cost - found[0].gain - self.noise_cost > CLEARLY_BETTER * left:
+            return None
+        term = fit_directions(current, found, self.pool, self.advance)[0]
+        return term if term.cost - self.noise_cost < CLEARLY_BETTER * left else None
+
+    def _penalised(self, one: FittedModel) -> float:
+        """Cost of a model and of its parameters (Schwarz's criterion)."""
+        count = len(one.values)
+        if one.effects[-1] is EACH_RUN:
+            count += len(one.model.data.dt) - 1
+        return one.cost + count * float(np.log(len(one.residual)))
+
+    def _helps(self, without: FittedModel, given: FittedModel) -> bool:
+        """Whether the last effect of a model is more than noise."""
+        gain = without.cost - given.cost
+        least = max(LEAST_PART * without.cost, LEAST_SHARE * self.misfit)
+        return gain > SIGNIFICANT * self.noise_gain(without, given) and gain > least
+
+    def without(self, model: FittedModel, place: int) -> FittedModel:
+        """Fit a model without one of its effects."""
+        known = self._known.get(_other_effects(model, place))
+        if known is not None:
+            return known[0]
+        gone = model.model.slices()[place]
+        values = np.delete(model.values, np.arange(gone.start, gone.stop))
+        found = fit_model(model.model.without(place), values)
+        # a law that depends on the effect may fail without it
+        return found if np.isfinite(found.cost) else refit(found)
+
+
+def _other_effects(model: FittedModel, place: int) -> tuple[Effect, ...]:
+    return model.effects[:place] + model.effects[place + 1 :]

@@ -1,0 +1,201 @@
+"""Generic terms outside the catalogue: products of simple functions of motion, current and time.
+
+Each term is an effect like any other, with one coefficient, so that it is fitted, judged and put
+into an extended law in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ...effects import Effect, EffectParameter, Signals
+from ...laws.law import Quantity
+
+OUTSIDE = "outside_catalogue"
+"""Name of a cause that is none of the catalogue's."""
+
+_BACKLASH_LAG = 2e-3
+"""s: within which the play state follows the edge of its gap."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Factor:
+    """A function of one variable: which, how it is written, powers of units, its value."""
+
+    variable: str
+    text: str
+    unit: Mapping[str, int]
+    value: Callable[..., Any]
+
+
+def _none(s: Signals) -> Any:
+    return 1.0
+
+
+_NOTHING = _Factor("", "", {}, _none)
+_BY_X = (
+    _NOTHING,
+    _Factor("displacement", "x", {"m": 1}, lambda s: s.x),
+    _Factor("displacement", "|x|", {"m": 1}, lambda s: np.fabs(s.x)),
+    _Factor("displacement", "x^2", {"m": 2}, lambda s: s.x**2),
+    _Factor("displacement", "x |x|", {"m": 2}, lambda s: s.x * np.fabs(s.x)),
+    _Factor("displacement", "x^3", {"m": 3}, lambda s: s.x**3),
+    _Factor("displacement", "x^5", {"m": 5}, lambda s: s.x**5),
+    _Factor("displacement", "sign(x)", {}, lambda s: np.sign(s.x)),
+)
+_BY_V = (
+    _NOTHING,
+    _Factor("velocity", "v", {"m": 1, "s": -1}, lambda s: s.v),
+    _Factor("velocity", "|v|", {"m": 1, "s": -1}, lambda s: np.fabs(s.v)),
+    _Factor("velocity", "v^2", {"m": 2, "s": -2}, lambda s: s.v**2),
+    _Factor("velocity", "v |v|", {"m": 2, "s": -2}, lambda s: s.v * np.fabs(s.v)),
+    _Factor("velocity", "v^3", {"m": 3, "s": -3}, lambda s: s.v**3),
+    _Factor("velocity", "sign(v)", {}, lambda s: np.sign(s.v)),
+)
+_BY_I = (
+    _NOTHING,
+    _Factor("current", "I", {"A": 1}, lambda s: s.current),
+    _Factor("current", "I^2", {"A": 2}, lambda s: s.current**2),
+)
+_BY_A = (
+    _NOTHING,
+    _Factor("acceleration", "a", {"m": 1, "s": -2}, lambda s: s.a),
+    _Factor("acceleration", "a^2", {"m": 2, "s": -4}, lambda s: s.a**2),
+    _Factor("acceleration", "a |a|", {"m": 2, "s": -4}, lambda s: s.a * np.fabs(s.a)),
+)
+
+
+def _written(factors: tuple[_Factor, ...]) -> Effect:
+    """The effect that adds a coefficient times a product of factors."""
+    values = tuple(f.value for f in factors)
+    variables = {f.variable for f in factors}
+
+    def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+        total = parameters[0]
+        for value in values:
+            total = total * value(signals)
+        return total
+
+    return _term(
+        " ".join(f.text for f in factors),
+        _newtons_per(factors),
+        force,
+        acceleration="acceleration" in variables,
+        temperature="temperature" in variables,
+        current="current" in variables,
+    )
+
+
+def _term(
+    text: str,
+    unit: str,
+    force: Callable[..., Any],
+    states: tuple[Quantity, ...] = (),
+    rates: Callable[..., tuple] | None = None,
+    acceleration: bool = False,
+    temperature: bool = False,
+    current: bool = False,
+) -> Effect:
+    used = {"acceleration": acceleration, "temperature": temperature, "current": current}
+    coefficient = EffectParameter(
+        "coefficient", unit, f"of {text}", strength=True, starts=(0.1,)
+    )
+    return Effect(
+        cause=OUTSIDE,
+        form=text,
+        title=f"Term {text}",
+        parameters=(coefficient,),
+        states=states,
+        rates=rates,
+        force=force,
+        needs=frozenset(name for name, is_used in used.items() if is_used),
+    )
+
+
+def _newtons_per(factors: tuple[_Factor, ...]) -> str:
+    """Unit of the coefficient, such as N s/m^3."""
+    powers: dict[str, int] = {}
+    for factor in factors:
+        for symbol, power in factor.unit.items():
+            powers[symbol] = powers.get(symbol, 0) + power
+
+    def written(chosen: dict[str, int]) -> str:
+        return " ".join(f"{s}^{p}" if p > 1 else s for s, p in chosen.items())
+
+    above = written({"N": 1} | {s: -p for s, p in powers.items() if p < 0})
+    below = written({s: p for s, p in powers.items() if p > 0})
+    return f"{above}/{below}" if below else above
+
+
+def _clock(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    return (1.0 + 0.0 * signals.x,)
+
+
+def _with_time() -> Iterator[Effect]:
+    """Slow changes: stiffness, damping or zero that drift with the time since a test began."""
+    clock = (Quantity("time", "s", "since the test began"),)
+    for text, unit, value in (
+        ("t", "N/s", lambda s: 1.0),
+        ("x t", "N/m s", lambda s: s.x),
+        ("v t", "N/m", lambda s: s.v),
+    ):
+
+        def force(signals: Signals, states: tuple, p: tuple, value: Any = value) -> Any:
+            return p[0] * states[0] * value(signals)
+
+        yield _term(text, unit, force, clock, _clock)
+
+
+def _with_play(gap: float) -> Effect:
+    """Backlash: a spring behind a gap, which the motion drags along."""
+
+    def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+        ahead = signals.x - states[0]
+        beyond = (ahead - gap) * (ahead > gap) + (ahead + gap) * (ahead < -gap)
+        return (beyond / _BACKLASH_LAG,)
+
+    def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+        return parameters[0] * states[0]
+
+    state = (Quantity("dragged", "m", "position dragged across the gap"),)
+    return _term(f"play of x over {1e3 * gap:.3g} mm", "N/m", force, state, rates)
+
+
+@lru_cache(maxsize=8)
+def generic_terms(largest: float, has_current: bool, has_temperature: bool) -> tuple[Effect, ...]:
+    """Dictionary of terms."""
+    by_current = _BY_I if has_current else _BY_I[:1]
+    found = [
+        _written(tuple(f for f in factors if f is not _NOTHING))
+        for factors in product(_BY_X, _BY_V, by_current)
+        if any(f is not _NOTHING for f in factors)
+    ]
+    found += [
+        _written(tuple(f for f in factors if f is not _NOTHING))
+        for factors in product(_BY_A[1:], by_current)
+    ]
+    found += [_written((a, x)) for a, x in product(_BY_A[1:], _BY_X[1:3])]
+    if has_temperature:
+        warmth = _Factor("temperature", "T", {"degC": 1}, lambda s: s.temperature)
+        found += [_written((warmth, f)) for f in (_BY_V[1], _BY_X[5])]
+    found += list(_with_time())
+    found += [_with_play(round(part * largest, 6)) for part in (0.02, 0.06, 0.2)]
+    return tuple(found)
+
+
+def variables(text: str) -> tuple[str, ...]:
+    """Variables that a term is a function of."""
+    if text.startswith("play"):
+        return ("displacement", "past_deformation")
+    symbols = {
+        "x": "displacement", "v": "velocity", "a": "acceleration", "I": "current",
+        "T": "temperature", "t": "time",
+    }  # fmt: skip
+    cleaned = text.replace("sign", "")
+    return tuple(name for symbol, name in symbols.items() if symbol in cleaned)

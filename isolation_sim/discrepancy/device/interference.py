@@ -1,0 +1,132 @@
+"""Periodic interference: one frequency in all tests, whatever their own.
+
+It either adds to the measured force (a pump, the mains in a cable) or modulates it (the supply of
+the coil or of the bridge). It is found in the periodograms of the residual, and of the residual
+times the modelled force, that runs with different motions have in common.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...identification.measured_runs import MeasuredRuns
+from ..decisions import (
+    INTERFERENCE_HARMONICS,
+    INTERFERENCE_LINE,
+    INTERFERENCE_LOWEST,
+    INTERFERENCE_RUNS,
+    INTERFERENCE_SHARE,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Interference:
+    """A periodic disturbance of the measured force.
+
+    Attributes
+    ----------
+    frequency : float
+        Hz.
+    modulates : bool
+        Whether it multiplies the force or adds to it.
+    force : (n_samples,) array
+        What it does to the measured force, N.
+    size : float
+        RMS over RMS of the measured force.
+    """
+
+    frequency: float
+    modulates: bool
+    force: NDArray
+    size: float
+
+
+def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
+    """Look for a periodic disturbance that all runs share; ``modelled`` is the law's force, N."""
+    if len(data.dt) < 3 or np.ptp(data.dt) > 1e-9:
+        return None
+    residual = data.force - modelled
+    best: Interference | None = None
+    for modulates in (False, True):
+        carrier = modelled if modulates else np.ones_like(modelled)
+        frequency = _common_line(data, residual * carrier)
+        if frequency is None:
+            continue
+        force = _fit_line(data, residual, carrier, frequency)
+        size = data.relative(force, np.ones(len(force), bool))
+        if float(force @ force) < INTERFERENCE_SHARE * float(residual @ residual):
+            continue
+        if best is None or size > best.size:
+            best = Interference(frequency, modulates, force, size)
+    return best
+
+
+def _common_line(data: MeasuredRuns, signal: NDArray) -> float | None:
+    """Frequency that stands out in the runs' periodograms taken together."""
+    dt = float(data.dt[0])
+    size = 4 << (int(np.max(data.lengths)) - 1).bit_length()
+    frequencies = np.fft.rfftfreq(size, dt)
+    band = (frequencies > INTERFERENCE_LOWEST) & (frequencies < 0.9 / (2 * dt))
+    logs = []
+    for run in data.runs:
+        own = _own_lines(data.x[run], dt, frequencies)
+        part = signal[run] - np.mean(signal[run])
+        power = np.abs(np.fft.rfft(part * np.hanning(len(part)), size)) ** 2
+        # over the neighbourhood, so that broad humps do not count
+        width = max(size // int(np.max(data.lengths)) * 24, 9)
+        around = np.exp(_running_mean(np.log(power + 1e-300), width))
+        logs.append(np.where(own, np.nan, np.log(power / around + 1e-300)))
+    table = np.stack(logs)
+    # where most runs have lines of their own nothing can be said
+    band &= np.sum(np.isfinite(table), axis=0) >= max(3, len(logs) // 2)
+    if not band.any():
+        return None
+    common = np.full(len(frequencies), -np.inf)
+    common[band] = _quantile(table[:, band], INTERFERENCE_RUNS)
+    k = int(np.argmax(common))
+    return float(frequencies[k]) if common[k] > np.log(INTERFERENCE_LINE) else None
+
+
+def _quantile(table: NDArray, part: float) -> NDArray:
+    """Quantile of each column's numbers; NumPy's own, one column after another, takes seconds."""
+    ordered = np.sort(table, axis=0)  # what is not a number goes last
+    place = part * (np.sum(np.isfinite(table), axis=0) - 1)
+    below = place.astype(int)
+    columns = np.arange(table.shape[1])
+    low, high = ordered[below, columns], ordered[np.ceil(place).astype(int), columns]
+    return low + (place - below) * (high - low)
+
+
+def _own_lines(x: NDArray, dt: float, frequencies: NDArray) -> NDArray:
+    """Where a run's own motion and its multiples make lines."""
+    n = len(x)
+    power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(n))) ** 2
+    strong = power > 1e-3 * power.max()
+    lines, weights = np.fft.rfftfreq(n, dt)[strong], power[strong]
+    near = 2.0 / (n * dt)
+    own = frequencies < lines.max() + near
+    if len(lines) <= 8:
+        main = float(np.sum(lines * weights) / np.sum(weights))
+        for k in range(1, INTERFERENCE_HARMONICS):
+            own |= np.abs(frequencies - k * main) < near
+    return own
+
+
+def _running_mean(values: NDArray, width: int) -> NDArray:
+    total = np.cumsum(np.concatenate([np.zeros(1), values]))
+    at = np.arange(len(values))
+    low, high = np.maximum(at - width, 0), np.minimum(at + width + 1, len(values))
+    return (total[high] - total[low]) / (high - low)
+
+
+def _fit_line(data: MeasuredRuns, residual: NDArray, carrier: NDArray, frequency: float) -> NDArray:
+    """The disturbance, with an amplitude and phase of its own in every run."""
+    force = np.zeros_like(residual)
+    for run, dt in zip(data.runs, data.dt, strict=True):
+        angle = 2 * np.pi * frequency * dt * np.arange(run.stop - run.start)
+        design = np.stack([np.cos(angle), np.sin(angle)], axis=1) * carrier[run, np.newaxis]
+        force[run] = design @ np.linalg.lstsq(design, residual[run], rcond=None)[0]
+    return force

@@ -1,0 +1,108 @@
+"""How well a diagnosis knows its numbers, the noise of the measured motion included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...identification.law_fit import SEARCHED
+from ...identification.least_squares import DETERMINED, unit_columns
+from ...identification.noise import correlation_time
+from ..decisions import INTERVAL_EXAMPLES, LEAST_EXAMPLES
+from ..diagnosis import Interval
+from ..inference import at_bound, half_widths
+from .model import FittedModel, Model
+from .noise_examples import motion_noise
+
+
+def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[str, Interval]]:
+    """95 % intervals of each effect's parameters, fitted together with everything else.
+
+    Noise of the force spreads the numbers, noise of the displacement also shifts them: smoothing
+    takes a part of the motion away, and what is left of the noise looks like motion. The interval
+    lies about what is left after the shift; the value remains the fitted one, which is the best
+    under motion measured like this.
+    """
+    memory = correlation_time(final.residual, _starts_of_fitted(final))
+    half = _half_widths(final.residual, final.jacobian, memory)
+    if not np.any(final.model.data.displacement_noise > 0):
+        return _intervals(final.model, final.values, final.values, half)
+    from scipy.special import stdtrit
+
+    more = motion_noise(final.model.data, INTERVAL_EXAMPLES - len(shifts), seed + 1)
+    errors = errors_by_motion(final, [*shifts, *more])
+    errors = errors[np.isfinite(errors).all(axis=1)]
+    if len(errors) < LEAST_EXAMPLES:
+        return _intervals(final.model, final.values, final.values, np.full_like(half, np.inf))
+    # an example under which a law runs away must not count for all
+    below, shift, above = np.percentile(
+        errors, [15.87, 50.0, 84.13], axis=0, method="median_unbiased"
+    )
+    sure = stdtrit(len(errors) - 1, 0.975) * np.sqrt(1 + 1 / len(errors))
+    half = np.hypot(half, sure * (above - below) / 2)
+    return _intervals(final.model, final.values, final.values - shift, half)
+
+
+def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
+    """What noise of the displacement alone does to fitted values, by examples.
+
+    The fitted model's own force under the motion takes the place of the measured one; one step of
+    Gauss and Newton fits the model to it under the same motion with noise that passed the same
+    smoothing.
+    """
+    full, model = final.model.data, final.model
+    kept, part = full.places(SEARCHED), full.thinned(SEARCHED)
+    clean = replace(model, data=part).forces(final.values, False)[0]
+    errors = []
+    for shift in shifts:
+        dx, dv, da = shift[:, kept]
+        data = replace(part, x=part.x + dx, v=part.v + dv, a=part.a + da, force=clean)
+        residual, jacobian = replace(model, data=data).residuals(final.values, True)
+        if not np.isfinite(residual).all():
+            errors.append(np.full(len(final.values), np.inf))
+            continue
+        scaled, norm = unit_columns(jacobian)
+        errors.append(-np.linalg.lstsq(scaled, residual, rcond=DETERMINED)[0] / norm)
+    return np.array(errors)
+
+
+def linear_intervals(
+    model: Model, values: NDArray, residual: NDArray, jacobian: NDArray, memory: float = 1.0
+) -> list[dict[str, Interval]]:
+    """95 % intervals of each effect's parameters by the residuals' derivatives."""
+    return _intervals(model, values, values, _half_widths(residual, jacobian, memory))
+
+
+def _half_widths(residual: NDArray, jacobian: NDArray, memory: float) -> NDArray:
+    """A residual resembles its neighbours over ``memory`` samples."""
+    n, n_values = jacobian.shape
+    return half_widths(jacobian, memory * float(residual @ residual) / max(n - n_values, 1))
+
+
+def _intervals(
+    model: Model, values: NDArray, middle: NDArray, half: NDArray
+) -> list[dict[str, Interval]]:
+    """Intervals about a middle, which hold the values and end at the bounds."""
+    low, high = np.minimum(values, middle - half), np.maximum(values, middle + half)
+    return [
+        {
+            quantity.name: Interval(
+                value=float(values[k]),
+                low=float(max(low[k], quantity.lower)),
+                high=float(min(high[k], quantity.upper)),
+                unit=quantity.unit,
+                at_bound=at_bound(float(values[k]), quantity.lower, quantity.upper),
+            )
+            for k, quantity in enumerate(effect.parameters, place.start)
+        }
+        for effect, place in zip(model.effects, model.slices(), strict=True)
+    ]
+
+
+def _starts_of_fitted(final: FittedModel) -> NDArray:
+    data = final.model.data
+    counts = [int(np.sum(data.fitted[run])) for run in data.runs]
+    return np.concatenate([[0], np.cumsum([c for c in counts if c])])

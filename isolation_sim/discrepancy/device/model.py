@@ -1,0 +1,269 @@
+"""A law with effects around it, fitted to measured runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import Effect
+from ...effects.effect import EffectParameter
+from ...identification.characteristic_scales import characteristic_scale
+from ...identification.law_fit import LawModel
+from ...identification.least_squares import DETERMINED, Optimum, unit_columns
+from .effect_evaluation import evaluate
+from .load_cell_offset import EACH_RUN, run_means
+
+_DIFFERENCE = 1e-4
+"""Step of the differences by an effect's parameters, relative to their size."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model(LawModel):
+    """A law and effects, on measured runs.
+
+    Attributes
+    ----------
+    effects : tuple of Effect
+        In the order in which they act; their parameters follow the law's among the values.
+    """
+
+    effects: tuple[Effect, ...] = ()
+
+    def with_effects(self, *effects: Effect) -> Self:
+        """Return the model with more effects, which act after those already there."""
+        return replace(self, effects=(*self.effects, *effects))
+
+    def without(self, place: int) -> Self:
+        """Return the model with one effect less."""
+        return replace(self, effects=self.effects[:place] + self.effects[place + 1 :])
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Causes of the effects."""
+        return tuple(effect.cause for effect in self.effects)
+
+    def slices(self) -> list[slice]:
+        """Place of each effect's parameters among the values."""
+        found, at = [], self.n_law
+        for effect in self.effects:
+            found.append(slice(at, at + len(effect.parameters)))
+            at = found[-1].stop
+        return found
+
+    def parameters_of(self, values: NDArray) -> list[dict[str, float]]:
+        """Parameters of each effect by name, SI."""
+        return [
+            dict(zip(effect.parameter_names, values[place].tolist(), strict=True))
+            for effect, place in zip(self.effects, self.slices(), strict=True)
+        ]
+
+    def bounds(self) -> tuple[NDArray, NDArray]:
+        """Lower and upper bounds of all values."""
+        quantities = [q for effect in self.effects for q in effect.parameters]
+        lower, upper = super().bounds()
+        return (
+            np.concatenate([lower, [q.lower for q in quantities]]),
+            np.concatenate([upper, [q.upper for q in quantities]]),
+        )
+
+    def size(self, quantity: EffectParameter) -> float:
+        """Scale of a parameter, in its unit, of which ``starts`` are multiples."""
+        if quantity.unit in ("s", "1", "-"):
+            return 1.0
+        data = self.data
+        x = float(np.max(np.abs(data.x)))
+        force = float(np.sqrt(np.mean(data.force**2)))
+        current = float(np.max(np.abs(data.current))) or 1.0
+        return characteristic_scale(
+            quantity.unit, force, x, x / float(np.max(np.abs(data.v))), current
+        )
+
+    # trial values far from the data may overflow: their cost is infinite
+    @np.errstate(all="ignore")
+    def forces(
+        self, values: NDArray, derivatives: bool, inner: NDArray | None = None
+    ) -> tuple[NDArray, NDArray]:
+        """Force of all samples, (n_samples,), N, and its derivatives, (n_samples, n_values).
+
+        Derivatives are exact by the law's parameters and differences by the effects' parameters.
+        ``inner`` is the law's force before any effect, if it is known and no derivatives are
+        wanted.
+        """
+        law, own = values[: self.n_law], [values[s] for s in self.slices()]
+        if inner is None or derivatives:
+            inner, jacobian = self._law_force(law, own, derivatives)
+        evaluated = [self._evaluate(e, inner, p) for e, p in zip(self.effects, own, strict=True)]
+        force = _combined(inner, evaluated)
+        if not derivatives:
+            return self._with_offsets(force), np.empty((0, len(values)))
+        columns = np.empty((len(force), len(values)))
+        by_law = jacobian @ self.parameterisation.spread
+        columns[:, : self.n_law] = self._passed(by_law, inner, force, evaluated, own)
+        for place, effect in enumerate(self.effects):
+            for k, quantity in enumerate(effect.parameters):
+                moved = [p.copy() for p in own]
+                step = _DIFFERENCE * max(abs(moved[place][k]), 0.01 * self.size(quantity))
+                if moved[place][k] + step > quantity.upper:
+                    step = -step
+                moved[place][k] += step
+                other = self._moved(inner, evaluated, place, law, moved)
+                columns[:, self.slices()[place].start + k] = (other - force) / step
+        if EACH_RUN in self.effects:
+            columns -= run_means(self.data, columns)
+        return self._with_offsets(force), columns
+
+    def _passed(
+        self, by_law: NDArray, inner: NDArray, force: NDArray, evaluated: list, own: list
+    ) -> NDArray:
+        """Derivatives of the law's force as they come out behind the effects."""
+        following = [k for k, effect in enumerate(self.effects) if "force" in effect.needs]
+        if not following:
+            for one in evaluated:
+                if "factor" in one:
+                    by_law = by_law * one["factor"][:, np.newaxis]
+            return by_law
+        passed = np.empty_like(by_law)
+        for k, column in enumerate(by_law.T):
+            size = float(np.linalg.norm(column))
+            step = _DIFFERENCE * float(np.linalg.norm(inner)) / size if size > 0 else 1.0
+            changed, moved = list(evaluated), inner + step * column
+            for place in following:
+                changed[place] = self._evaluate(self.effects[place], moved, own[place])
+            passed[:, k] = (_combined(moved, changed) - force) / step
+        return passed
+
+    def _with_offsets(self, force: NDArray) -> NDArray:
+        """The force with each run's own load-cell offset, if that effect is there."""
+        if EACH_RUN not in self.effects:
+            return force
+        return force + run_means(self.data, self.data.force - force)
+
+    def _moved(
+        self, inner: NDArray, evaluated: list, place: int, law: NDArray, own: list
+    ) -> NDArray:
+        """Force after the parameters of one effect have changed."""
+        effect = self.effects[place]
+        if effect.motion is not None or effect.current is not None:
+            inner = self._law_force(law, own, False)[0]
+        changed = list(evaluated)
+        changed[place] = self._evaluate(effect, inner, own[place])
+        return _combined(inner, changed)
+
+    def law_force(self, values: NDArray) -> NDArray:
+        """Force of the law before any effect, N, on the motion and current that effects leave."""
+        own = [values[s] for s in self.slices()]
+        return self._law_force(values[: self.n_law], own, False)[0]
+
+    def _law_force(self, law: NDArray, own: list, derivatives: bool) -> tuple[NDArray, NDArray]:
+        motion = self.data.motion
+        nothing = np.zeros(len(self.data.x))
+        for effect, parameters in zip(self.effects, own, strict=True):
+            if effect.motion is not None:
+                seen = evaluate(
+                    effect, self.data, nothing, parameters, (motion.displacement, motion.velocity)
+                )["motion"]
+                motion = replace(motion, displacement=seen[0], velocity=seen[1])
+            if effect.current is not None:
+                seen = evaluate(effect, self.data, nothing, parameters, current=motion.current)
+                motion = replace(motion, current=seen["current"])
+        return self.simulator(motion).run(self.parameterisation.coefficients(law), derivatives)
+
+    def _evaluate(self, effect: Effect, inner: NDArray, parameters: NDArray) -> dict[str, Any]:
+        """Factor and added force of an effect; empty if it has neither."""
+        if effect.factor is None and effect.force is None:
+            return {}
+        return evaluate(effect, self.data, inner, parameters)
+
+
+def _combined(inner: NDArray, evaluated: list) -> NDArray:
+    force = inner
+    for one in evaluated:
+        if "factor" in one:
+            force = force * one["factor"]
+    for one in evaluated:
+        if "force" in one:
+            force = force + one["force"]
+    return force
+
+
+@dataclass(frozen=True, eq=False)
+class FittedModel:
+    """A model with the values that fit it best.
+
+    Attributes
+    ----------
+    model : Model
+        The model.
+    values : (n_values,) array
+        The law's parameters, then each effect's parameters.
+    cost : float
+        Sum of squared residuals of the fitted samples over their noise.
+    residual : (n_fitted,) array
+        These residuals.
+    jacobian : (n_fitted, n_values) array
+        Their derivatives by the values.
+    """
+
+    model: Model
+    values: NDArray
+    cost: float
+    residual: NDArray
+    jacobian: NDArray
+
+    @classmethod
+    def of(cls, model: Model, optimum: Optimum) -> FittedModel:
+        """Put a model and the end of its fit together."""
+        return cls(model, optimum.x, 2 * optimum.cost, optimum.residual, optimum.jacobian)
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects of the model."""
+        return self.model.effects
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Causes of the effects."""
+        return self.model.causes
+
+    @cached_property
+    def force(self) -> NDArray:
+        """Modelled force of all samples, (n_samples,), N."""
+        return self.model.forces(self.values, False)[0]
+
+    @cached_property
+    def inner(self) -> NDArray:
+        """Force of the law before any effect, (n_samples,), N."""
+        return self.model.law_force(self.values)
+
+    @cached_property
+    def basis(self) -> NDArray:
+        """Orthonormal directions in which the values move the residuals, (n_fitted, n)."""
+        u, s, _ = np.linalg.svd(unit_columns(self.jacobian)[0], full_matrices=False)
+        return u[:, s > DETERMINED * max(float(s[0]), 1e-300)] if len(s) else u
+
+    def across(self, change: NDArray) -> NDArray:
+        """Component of a change of the residuals that the values cannot follow, to first order."""
+        return change - self.basis @ (self.basis.T @ change)
+
+    def parameters(self, place: int) -> dict[str, float]:
+        """Parameters of one effect by name, SI."""
+        return self.model.parameters_of(self.values)[place]
+
+    def cost_of(self, chosen: NDArray) -> float:
+        """Sum of squared residuals over their noise, of the chosen samples."""
+        return self.model.data.cost(self.force, chosen)
+
+    def on(self, model: Model) -> FittedModel:
+        """Fit the same effects further, on the data of a model without effects."""
+        return fit_model(model.with_effects(*self.effects), self.values, 30, 1e-7)
+
+
+def fit_model(
+    model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5
+) -> FittedModel:
+    """Fit a model from given values, with ``most`` steps at most."""
+    return FittedModel.of(model, model.minimise(start, most, tolerance))

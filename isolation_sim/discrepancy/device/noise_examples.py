@@ -1,0 +1,66 @@
+"""Residuals that noise alone would leave: the measure against which a misfit is held."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...identification.measured_runs import MeasuredRuns
+from ...identification.velocity import smooth
+from ..decisions import RUNAWAY_SHIFT
+from .model import FittedModel
+
+_FINER = 2
+"""Factor on the integration steps: noise asks for finer ones than smooth motion."""
+
+
+def motion_noise(full: MeasuredRuns, number: int, seed: int = 0) -> NDArray:
+    """Draw noise of displacement, velocity and acceleration after smoothing, (number, 3, n)."""
+    random = np.random.default_rng(seed)
+    return np.stack(
+        [
+            np.concatenate([_carried(full, run, random) for run in range(len(full.dt))], axis=1)
+            for _ in range(number)
+        ]
+    )
+
+
+def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArray:
+    """Draw residuals that noise in force and displacement leaves of a perfect model.
+
+    Noise in the displacement reaches the residual through the model and is smoothed as the data
+    are, so that it is neither white nor of the force's size.
+    """
+    model = replace(base.model, n_steps=_FINER * base.model.n_steps)
+    data = model.data
+    random = np.random.default_rng(seed)
+    without = data.bounded(model.forces(base.values, False)[0])
+    white = np.repeat(data.force_noise, data.lengths)
+    columns = []
+    for dx, dv, da in shifts:
+        moved = replace(model, data=replace(data, x=data.x + dx, v=data.v + dv, a=data.a + da))
+        shift = data.bounded(moved.forces(base.values, False)[0]) - without
+        for run, size in zip(data.runs, data.force_size, strict=True):
+            # where the law itself runs away there is the noise of the force alone
+            if np.sqrt(np.mean(shift[run] ** 2)) > RUNAWAY_SHIFT * size:
+                shift[run] = 0.0
+        shift += white * random.standard_normal(len(shift))
+        columns.append(shift * data.weight)
+    return np.stack(columns, axis=1)
+
+
+def _carried(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArray:
+    """Noise of a run's displacement as it passes the smoothing: (3, n_samples)."""
+    a, b = full.starts[run], full.starts[run + 1]
+    level = full.displacement_noise[run]
+    if level < 1e-6 * float(np.std(full.x[a:b])):
+        return np.zeros((3, b - a))
+    # with the signal, so that the smoothing is the same one and its own error is in the result
+    clean = full.x[a:b]
+    noisy = smooth(clean + level * random.standard_normal(b - a), float(full.dt[run]))
+    shift = np.stack(noisy) - [clean, full.v[a:b], full.a[a:b]]
+    if full.velocity_measured[run]:
+        shift[1] = 0.0
+    return shift

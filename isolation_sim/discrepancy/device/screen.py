@@ -1,0 +1,168 @@
+"""Screen effects around a fitted model: first with the law's answer linearised, then fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import Effect
+from ...identification.least_squares import levenberg_marquardt
+from ..decisions import REFINE_STEPS, REFITTED, SCREEN_STARTS, SEARCH_STEPS, WORTH_REFITTING
+from .model import FittedModel, fit_model
+
+
+def noise_gain(step: NDArray, noise: NDArray) -> float:
+    """Mean decrease of the cost that noise alone brings along a change of the residual.
+
+    ``noise`` holds examples of residuals of noise alone, (n_fitted, n_examples). The result is 1
+    for white noise, and for no change.
+    """
+    length = float(step @ step)
+    return float(np.mean((step @ noise) ** 2)) / length if length > 0 else 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """What an effect would do for a fitted model, if the law answered it linearly.
+
+    Attributes
+    ----------
+    effect : Effect
+        The effect.
+    gain : float
+        Expected decrease of the cost.
+    noise_gain : float
+        Decrease that noise alone would bring in this direction, on average.
+    start : (n_parameters,) array
+        Its parameters, to start a fit from.
+    """
+
+    effect: Effect
+    gain: float
+    noise_gain: float
+    start: NDArray
+
+
+class _Probe:
+    """An effect beside a fitted model whose other values follow to first order."""
+
+    def __init__(self, base: FittedModel, effect: Effect):
+        self.base, self.effect = base, effect
+        self.model = base.model.with_effects(effect)
+        outside = effect.motion is None and effect.current is None
+        self.inner = base.inner if outside else None
+        self.before = base.across(base.residual)
+        self.lower = np.array([q.lower for q in effect.parameters])
+        self.upper = np.array([q.upper for q in effect.parameters])
+        self.sizes = [self.model.size(q) for q in effect.parameters]
+
+    def moved(self, parameters: NDArray) -> NDArray:
+        """Change of the residuals by the effect alone."""
+        data = self.model.data
+        values = np.concatenate([self.base.values, parameters])
+        force = self.model.forces(values, False, self.inner)[0]
+        return ((force - data.force) * data.weight)[data.fitted] - self.base.residual
+
+    def starts(self) -> list[NDArray]:
+        """Parameters to look at: one strength, and some of each other's first values."""
+        choices = []
+        for q, size in zip(self.effect.parameters, self.sizes, strict=True):
+            found = [min(max(s * size, q.lower), q.upper) for s in q.starts]
+            choices.append(found[:1] if q.strength else found)
+        return [np.array(numbers) for numbers in product(*choices)][:SCREEN_STARTS]
+
+    def problem(self, parameters: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        """Residuals with the effect, and their differences by its parameters."""
+        residual = self.base.across(self.base.residual + self.moved(parameters))
+        columns = np.empty((len(residual) if derivatives else 0, len(parameters)))
+        if derivatives:
+            for k, size in enumerate(self.sizes):
+                step = 1e-4 * max(abs(parameters[k]), 0.01 * size)
+                other = parameters.copy()
+                other[k] += step if other[k] + step <= self.upper[k] else -step
+                changed = self.base.across(self.base.residual + self.moved(other))
+                columns[:, k] = (changed - residual) / (other[k] - parameters[k])
+        return residual, columns
+
+
+def screen_effect(base: FittedModel, effect: Effect, noise: NDArray) -> Direction | None:
+    """Find the shape in which an effect helps a fitted model most; None if it is not excited."""
+    probe = _Probe(base, effect)
+    place = effect.strength
+    best: Direction | None = None
+    for start in probe.starts():
+        moved = probe.moved(start)
+        across = base.across(moved)
+        with np.errstate(over="ignore"):
+            length, whole = float(across @ across), float(moved @ moved)
+        # what the law follows all the way leaves rounding; what overflows is not a number
+        if not length > 1e-8 * whole or not np.isfinite(length):
+            continue
+        amount = -float(across @ probe.before) / length
+        if amount <= 0 and effect.parameters[place].lower >= 0:
+            continue
+        gain = amount**2 * length
+        if best is None or gain > best.gain:
+            start[place] *= np.sign(amount) * min(max(abs(amount), 0.02), 5.0)
+            start = np.clip(start, probe.lower, probe.upper)
+            best = Direction(effect, gain, noise_gain(across, noise), start)
+    return best
+
+
+def refine(base: FittedModel, given: Direction, noise: NDArray) -> Direction:
+    """Fit an effect's own parameters while the model's other values follow to first order."""
+    probe = _Probe(base, given.effect)
+    found = levenberg_marquardt(
+        probe.problem, given.start, probe.lower, probe.upper, REFINE_STEPS, 1e-3, eager=False
+    )
+    gain = float(probe.before @ probe.before) - 2 * found.cost
+    if not gain > given.gain:
+        return given
+    step = found.residual - probe.before
+    return Direction(given.effect, gain, noise_gain(step, noise), found.x)
+
+
+def screen(
+    base: FittedModel, effects: Sequence[Effect], noise: NDArray, pool: ThreadPoolExecutor
+) -> list[Direction]:
+    """Look at several effects, the most helpful first."""
+    found = pool.map(lambda effect: screen_effect(base, effect, noise), effects)
+    return sorted((d for d in found if d is not None), key=lambda d: -d.gain)
+
+
+def fit_directions(
+    base: FittedModel,
+    found: Sequence[Direction],
+    pool: ThreadPoolExecutor,
+    advance: Callable[[], None],
+) -> list[FittedModel]:
+    """Fit each effect together with the model it is added to, the best first."""
+
+    def fit(one: Direction) -> FittedModel:
+        model = base.model.with_effects(one.effect)
+        result = fit_model(model, np.concatenate([base.values, one.start]), SEARCH_STEPS, 1e-4)
+        advance()
+        return result
+
+    first = sorted(pool.map(fit, found), key=lambda f: f.cost)
+    gains = [base.cost - f.cost for f in first[:REFITTED]]
+    # a gain that is not a number counts
+    count = sum(not gain < WORTH_REFITTING * gains[0] for gain in gains)
+    again = pool.map(refit, first[:count])
+    return sorted([*again, *first[count:]], key=lambda f: f.cost)
+
+
+def refit(one: FittedModel) -> FittedModel:
+    """Refit from the law's expected values, since a lacking effect may bend the last ones."""
+    model = one.model
+    if model.expected is None:
+        return one
+    start = np.concatenate([model.expected, one.values[model.n_law :]])
+    other = fit_model(model, start, most=30, tolerance=1e-4)
+    better = one if one.cost <= other.cost else other
+    return fit_model(model, better.values)

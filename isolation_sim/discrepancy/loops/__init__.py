@@ -1,0 +1,1 @@
+"""Loop tables, and a law with effects that is fitted to them."""

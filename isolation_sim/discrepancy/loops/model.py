@@ -1,0 +1,280 @@
+"""A law with effects, fitted to a loop table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import EFFECTS, Effect
+from ...effects.effect import REFERENCE_TEMPERATURE
+from ...identification.least_squares import Optimum
+from ...identification.measured_runs import MeasuredRuns
+from ...identification.multistart import distinct
+from ...identification.parameterisation import Parameterisation
+from ...laws import Device
+from ...laws.law import Law
+from ..decisions import (
+    LOOP_ACCURACY,
+    LOOP_FOLDS,
+    LOOP_GAIN,
+    LOOP_JUDGED,
+    LOOP_LAWS,
+    MOST_LOOP_EFFECTS,
+)
+from ..device.model import Model
+from .table import LoopTable
+
+CYCLES = 16
+"""Cycles of each test; the last one counts."""
+SAMPLES = 64
+"""Samples a cycle."""
+_N_STEPS = 2
+"""Integration steps a sample."""
+_LAW_STARTS, _SHAPE_STARTS = 16, 4
+_UNOBSERVABLE = (
+    "force_offset", "sensor_delay", "stress_softening", "self_heating", "ambient_temperature",
+    "cyclic_degradation", "current_lag", "tension_compression_asymmetry",
+)  # fmt: skip
+"""Effects that a steady loop cannot show."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoopModel(Model):
+    """A model whose loops are reduced to stiffness and damping.
+
+    Attributes
+    ----------
+    table : LoopTable
+        Measured loops.
+    """
+
+    table: LoopTable
+
+    @np.errstate(all="ignore")
+    def loops(self, values: NDArray, derivatives: bool = False) -> tuple[NDArray, NDArray]:
+        """Simulated over measured stiffnesses, then damping ratios, (2 n,), and their derivatives.
+
+        A ratio is 1 where the model agrees.
+        """
+        table = self.table
+        force, jacobian = self.forces(values, derivatives)
+        n = len(table.amplitude)
+        last = (np.arange(n)[:, np.newaxis] + 1) * CYCLES * SAMPLES - SAMPLES + np.arange(SAMPLES)
+        dt = 1 / (SAMPLES * table.frequency)
+
+        def reduce(columns: NDArray) -> tuple[NDArray, NDArray]:
+            """Stiffness and energy of a cycle: both are linear in the forces."""
+            loops = columns[last]
+            # the sine starts at zero: extremes at a quarter and at three quarters
+            rise = loops[:, SAMPLES // 4] - loops[:, 3 * SAMPLES // 4]
+            shape = (n,) + (1,) * (columns.ndim - 1)
+            work = np.einsum("ns,ns...->n...", self.data.v[last], loops) * dt.reshape(shape)
+            return rise / (2 * table.amplitude).reshape(shape), work
+
+        stiffness, work = reduce(force)
+        over = 2 * np.pi * table.amplitude**2
+        damping = work / (over * stiffness)
+        ratios = np.concatenate([stiffness / table.stiffness, damping / table.damping])
+        if not derivatives:
+            return ratios, np.empty((0, len(values)))
+        d_stiffness, d_work = reduce(jacobian)
+        d_damping = (d_work / over[:, None] - damping[:, None] * d_stiffness) / stiffness[:, None]
+        return ratios, np.concatenate(
+            [d_stiffness / table.stiffness[:, None], d_damping / table.damping[:, None]]
+        )
+
+    @np.errstate(all="ignore")
+    def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        """Relative errors of the fitted rows over the accuracy, and their derivatives."""
+        ratios, jacobian = self.loops(values, derivatives)
+        fitted = np.tile(~self.table.held_out, 2)
+        residual = (ratios - 1)[fitted] / LOOP_ACCURACY
+        return residual, jacobian[fitted] / LOOP_ACCURACY if derivatives else jacobian
+
+
+def loop_motion(table: LoopTable) -> MeasuredRuns:
+    """Motion of a table's tests: sinusoids from rest, at steady current; the forces are linear."""
+    n, each = len(table.amplitude), CYCLES * SAMPLES
+    omega = 2 * np.pi * table.frequency
+    dt = 1 / (SAMPLES * table.frequency)
+    phase = omega[:, None] * dt[:, None] * np.arange(each)
+    x = table.amplitude[:, None] * np.sin(phase)
+    v = (table.amplitude * omega)[:, None] * np.cos(phase)
+    force = np.repeat(table.stiffness, each) * x.ravel()
+    return MeasuredRuns(
+        names=tuple(f"row {k + 1}" for k in range(n)),
+        starts=np.arange(n + 1) * each,
+        dt=dt,
+        x=x.ravel(),
+        v=v.ravel(),
+        a=(-(omega**2)[:, None] * x).ravel(),
+        force=force,
+        current=np.repeat(table.current, each),
+        temperature=np.full(n * each, REFERENCE_TEMPERATURE),
+        fitted=np.repeat(~table.held_out, each),
+        force_noise=np.zeros(n),
+        displacement_noise=np.zeros(n),
+        sigma=np.ones(n),
+        velocity_measured=np.ones(n, bool),
+        has_temperature=False,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class FittedLoops:
+    """A model that fits a loop table best.
+
+    Attributes
+    ----------
+    model : LoopModel
+        The model.
+    optimum : Optimum
+        Its fit.
+    left_out : float
+        RMS of the relative errors on rows left out of the fit.
+    others : tuple of (n_unknowns,) array
+        Other parameters of the law that were nearly as good without effects.
+    """
+
+    model: LoopModel
+    optimum: Optimum
+    left_out: float
+    others: tuple[NDArray, ...] = ()
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Causes of the model's effects."""
+        return self.model.causes
+
+    @property
+    def ratios(self) -> NDArray:
+        """Simulated over measured stiffness, then damping, (2 n,)."""
+        return self.model.loops(self.optimum.x)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class LoopSearch:
+    """The search space of loop tables; see ``search.SearchSpace``.
+
+    Attributes
+    ----------
+    table : LoopTable
+        Measured loops.
+    pool : concurrent.futures.ThreadPoolExecutor
+        Threads that share out the fits.
+    seed : int
+        Of random starts and of the rows left out together.
+    advance : callable
+        Called before each fit.
+    most_causes : int
+        Number of effects at which the search stops.
+    """
+
+    table: LoopTable
+    pool: ThreadPoolExecutor
+    seed: int
+    advance: Callable[[], None]
+    most_causes: int = MOST_LOOP_EFFECTS
+
+    def fit_law(self, law: Law, device: Device | None, degree: int) -> FittedLoops:
+        """Fit the law alone, its parameters polynomials of a degree in the current."""
+        table = self.table
+        currents = np.unique(table.current[~table.held_out])
+        at = np.linspace(currents[0], currents[-1], degree + 1) if degree else currents[:1]
+        span = float(table.current.min()), float(table.current.max())
+        force = float(np.median(table.stiffness * table.amplitude))
+        x = float(np.median(table.amplitude))
+        time = 1 / (2 * np.pi * float(np.median(table.frequency)))
+        parameterisation = Parameterisation(law, at, (force, x, time), span=span)
+        model = LoopModel(loop_motion(table), parameterisation, _N_STEPS, table=table)
+        starts = parameterisation.starts(_LAW_STARTS, self.seed)
+        if device is not None:
+            starts.insert(0, parameterisation.of(device))
+        found = sorted(self.pool.map(lambda s: self._fit(model, s), starts), key=lambda o: o.cost)
+        # the same law is sought when rows are left out or effects are added
+        judged = self._leave_out(replace(model, expected=found[0].x), found[0])
+        return replace(judged, others=tuple(o.x for o in distinct(found)[1:LOOP_LAWS]))
+
+    def is_explained(self, current: FittedLoops) -> bool:
+        """Whether the table is reproduced."""
+        return current.left_out <= LOOP_ACCURACY
+
+    def candidates(self, current: FittedLoops) -> list[FittedLoops]:
+        """Fit effects together with the model; the best few are evaluated on rows left out."""
+        left = [
+            effect
+            for cause, forms in EFFECTS.items()
+            if cause not in (*current.causes, *_UNOBSERVABLE)
+            for effect in forms
+            if np.ptp(self.table.current) > 0 or effect.current is None
+        ]
+        found = list(self.pool.map(lambda e: self._fit_effect(current, e), left))
+        found.sort(key=lambda pair: pair[1].cost)
+        judged = self.pool.map(lambda pair: self._settle(current, *pair), found[:LOOP_JUDGED])
+        return sorted(judged, key=lambda f: f.left_out)
+
+    def choose(self, current: FittedLoops, tried: Sequence[FittedLoops]) -> FittedLoops | None:
+        """Select the best effect if it lowers the error on rows left out enough."""
+        enough = tried and not tried[0].left_out > LOOP_GAIN * current.left_out
+        return tried[0] if enough else None
+
+    def revise(self, taken: FittedLoops) -> FittedLoops:
+        """Return the model; a table has too few rows to revise earlier effects."""
+        return taken
+
+    def finish(self, best: FittedLoops) -> FittedLoops:
+        """Return the model; see ``revise``."""
+        return best
+
+    def _fit(self, model: LoopModel, start: NDArray, most: int = 40) -> Optimum:
+        self.advance()
+        return model.minimise(start, most, 1e-6)
+
+    def _leave_out(self, model: LoopModel, optimum: Optimum) -> FittedLoops:
+        """Evaluate a fit on the rows held out, or on groups of rows left out in turn."""
+        table = self.table
+        if table.held_out.any():
+            ratios = model.loops(optimum.x)[0]
+            return FittedLoops(model, optimum, rms((ratios - 1)[np.tile(table.held_out, 2)]))
+        n, squares = len(table.amplitude), 0.0
+        group = np.random.default_rng(self.seed).permutation(n) % LOOP_FOLDS
+        for fold in range(min(LOOP_FOLDS, n)):
+            part = replace(model, table=replace(table, held_out=group == fold))
+            ratios = part.loops(self._fit(part, optimum.x).x)[0]
+            squares += float(np.sum((ratios - 1)[np.tile(group == fold, 2)] ** 2))
+        left_out = float(np.sqrt(squares / (2 * n))) if np.isfinite(squares) else np.inf
+        return FittedLoops(model, optimum, left_out)
+
+    def _settle(self, current: FittedLoops, model: LoopModel, optimum: Optimum) -> FittedLoops:
+        """Fit an effect around several laws that were nearly as good without it."""
+        found = [optimum]
+        for law in current.others:
+            start = np.concatenate([law, optimum.x[model.n_law :]])
+            found.append(self._fit(replace(model, expected=law), start, 60))
+        best = min(found, key=lambda o: o.cost)
+        judged = self._leave_out(replace(model, expected=best.x[: model.n_law]), best)
+        return replace(judged, others=current.others)
+
+    def _fit_effect(self, current: FittedLoops, effect: Effect) -> tuple[LoopModel, Optimum]:
+        model = current.model.with_effects(effect)
+        choices = [
+            [min(max(s * model.size(q), q.lower), q.upper) for s in q.starts]
+            for q in effect.parameters
+        ]
+        found = [
+            self._fit(model, np.concatenate([current.optimum.x, np.array(shape)]), 25)
+            for shape in list(product(*choices))[:_SHAPE_STARTS]
+        ]
+        best = min(found, key=lambda o: o.cost)
+        return model, self._fit(model, best.x, 60)
+
+
+def rms(values: NDArray) -> float:
+    """Root mean square; infinite where a value is not a number."""
+    size = float(np.sqrt(np.mean(values**2)))
+    return size if np.isfinite(size) else np.inf

@@ -1,0 +1,105 @@
+"""A loop table: effective stiffness and damping ratio of steady harmonic tests.
+
+A CSV file with the columns ``amplitude_mm, frequency_Hz, current_A, effective_stiffness_N_per_mm,
+damping_ratio``, a row a test; an optional column ``hold_out`` of 0 and 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError, unknown_name
+from ...io.csv_table import read_csv_table
+
+COLUMNS = (
+    "amplitude_mm", "frequency_Hz", "current_A", "effective_stiffness_N_per_mm", "damping_ratio",
+)  # fmt: skip
+_HOLD_OUT = "hold_out"
+_LEAST_ROWS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class LoopTable:
+    """MeasuredRuns loops in two numbers each.
+
+    Attributes
+    ----------
+    name : str
+        Name to print.
+    amplitude, frequency, current : (n,) array, m, Hz, A
+        Of the tests.
+    stiffness : (n,) array, N/m
+        Effective: force difference over deformation difference at the extremes of the deformation.
+    damping : (n,) array
+        Energy of a cycle over 2 pi stiffness amplitude^2.
+    held_out : (n,) bool array
+        Rows kept from fitting.
+
+    Raises
+    ------
+    InputError
+        If a number is not usable or there are fewer than six rows.
+    """
+
+    name: str
+    amplitude: NDArray
+    frequency: NDArray
+    current: NDArray
+    stiffness: NDArray
+    damping: NDArray
+    held_out: NDArray
+
+    def __post_init__(self) -> None:
+        n = len(self.amplitude)
+        if n < _LEAST_ROWS:
+            raise InputError(f"{self.name}: {n} rows; accepted: {_LEAST_ROWS} or more")
+        for what in ("amplitude", "frequency", "stiffness", "damping"):
+            values = getattr(self, what)
+            if not np.all(values > 0):
+                worst = int(np.argmin(values))
+                raise InputError(
+                    f"{self.name}, row {worst + 1}: {what} {values[worst]:g}; accepted: above 0"
+                )
+
+
+def read_loop_table(path: str | Path) -> LoopTable:
+    """Read a loop table.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        The file.
+
+    Returns
+    -------
+    LoopTable
+        SI.
+
+    Raises
+    ------
+    InputError
+        If the file or a column is missing, a column is unknown, or a number is not usable.
+    """
+    cells = read_csv_table(path)
+    names = cells.names
+    for name in names:
+        if name not in (*COLUMNS, _HOLD_OUT):
+            raise unknown_name(f"column of {path}", name, (*COLUMNS, _HOLD_OUT))
+    for name in COLUMNS:
+        if name not in names:
+            raise InputError(f"{cells.head}: no column {name}; needed: {', '.join(COLUMNS)}")
+    table = cells.numbers(range(len(names)))
+    column = {name: table[:, k] for k, name in enumerate(names)}
+    return LoopTable(
+        name=str(Path(path).stem),
+        amplitude=1e-3 * column["amplitude_mm"],
+        frequency=column["frequency_Hz"],
+        current=column["current_A"],
+        stiffness=1e3 * column["effective_stiffness_N_per_mm"],
+        damping=column["damping_ratio"],
+        held_out=column.get(_HOLD_OUT, np.zeros(len(table))) > 0,
+    )

@@ -1,0 +1,127 @@
+"""The contract between the pipeline of a diagnosis and one kind of data."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws import Device
+from .diagnosis import Cause, Errors, Trace
+from .residuals import Dependence
+from .search import Found, H, Round
+
+
+class Text(NamedTuple):
+    """Sentences of a report step, with a table if there is one."""
+
+    text: str
+    headings: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """How well the nominal and the final model follow the data.
+
+    Attributes
+    ----------
+    before, after : Errors
+        Relative errors of the nominal and of the final model.
+    noise_floor : float
+        Error that noise alone leaves, relative like the errors.
+    unexplained : float
+        Share of the misfit above the noise that the causes leave, from 0; unbounded above.
+    adequate : bool
+        Whether the nominal model misses the data by no more than noise.
+    explained : bool
+        Whether the remainder is small enough for the verdict "explained".
+    blocks : (n_blocks, 2) array
+        Squared residual before and after in blocks of the data that judge, for the gain.
+    details : dict
+        Further plain numbers for the JSON.
+    """
+
+    before: Errors
+    after: Errors
+    noise_floor: float
+    unexplained: float
+    adequate: bool
+    explained: bool
+    blocks: NDArray = field(default_factory=lambda: np.empty((0, 2)))
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+class Problem(ABC, Generic[H]):
+    """One kind of data against one nominal model.
+
+    The pipeline calls the methods in the order in which they stand here.
+    """
+
+    data_name: str
+    model_name: str
+    seed: int = 0
+
+    @abstractmethod
+    def nominal(self) -> H:
+        """Fit the model without causes, and estimate the noise."""
+
+    @abstractmethod
+    def search(self, base: H) -> Found[H]:
+        """Search for causes."""
+
+    @abstractmethod
+    def dependences(self, base: H) -> list[Dependence]:
+        """Analyse what the nominal model's residual depends on."""
+
+    @abstractmethod
+    def evaluate(self, found: Found[H]) -> Evaluation:
+        """Compare both models with all of the data."""
+
+    @abstractmethod
+    def causes(self, found: Found[H], evaluation: Evaluation) -> list[Cause]:
+        """Infer share, chance, numbers and rivals of each cause."""
+
+    @abstractmethod
+    def depends_on(
+        self, dependences: Sequence[Dependence], causes: Sequence[Cause], evaluation: Evaluation
+    ) -> tuple[str, ...]:
+        """Name the variables on which the nominal model's residual depends."""
+
+    def next_test(self, found: Found[H], causes: Sequence[Cause]) -> str | None:
+        """Propose the test that would best tell rival causes apart."""
+        return None
+
+    @abstractmethod
+    def devices(self, found: Found[H]) -> tuple[Device | None, Device | None]:
+        """Return the device that was judged, and the one with the causes in it."""
+
+    @abstractmethod
+    def traces(self, found: Found[H]) -> tuple[Trace, ...]:
+        """Return the data as measured and as simulated, to draw."""
+
+    @abstractmethod
+    def data_text(self) -> Text:
+        """Describe the data."""
+
+    @abstractmethod
+    def noise_text(self) -> Text:
+        """Describe the noise."""
+
+    @abstractmethod
+    def model_text(self, evaluation: Evaluation) -> Text:
+        """Describe how well the nominal model follows the data."""
+
+    @abstractmethod
+    def trials_text(self, tried: Round[H]) -> Text:
+        """Describe the candidates of a round, the best first."""
+
+    def outcome_text(
+        self, found: Found[H], evaluation: Evaluation, causes: Sequence[Cause]
+    ) -> Text:
+        """Add to the verdict what this kind of data can say."""
+        return Text("")

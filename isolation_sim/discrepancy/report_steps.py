@@ -1,0 +1,79 @@
+"""The report steps of a diagnosis, the same for every kind of data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .diagnosis import MEANINGS, Cause, Errors, Step, Verdict
+from .problem import Evaluation, Problem
+from .residuals import Dependence
+from .search import Found, H
+
+DEPENDENCE = "What the residual depends on"
+"""Title of the step of the residual analysis."""
+_SHOWN = 6
+
+
+def report_steps(
+    problem: Problem[H], found: Found[H], dependences: Sequence[Dependence],
+    evaluation: Evaluation, causes: Sequence[Cause], verdict: Verdict,
+) -> tuple[Step, ...]:  # fmt: skip
+    """Describe how a diagnosis was reached."""
+    steps = [
+        Step("Data", *problem.data_text()),
+        Step("Noise floor", *problem.noise_text()),
+        Step("Nominal model", *problem.model_text(evaluation), figure="before"),
+        _dependence_step(dependences),
+    ]
+    for number, tried in enumerate(found.rounds, start=1):
+        if tried.tried:
+            text, headings, rows = problem.trials_text(tried)
+            steps.append(Step(f"Candidates, round {number}", text, headings, rows[:_SHOWN]))
+    return (*steps, _verdict_step(problem, found, evaluation, causes, verdict))
+
+
+def _dependence_step(dependences: Sequence[Dependence]) -> Step:
+    tested = any(np.isfinite(one.p_value) for one in dependences)
+    rows = tuple(
+        (one.text, f"{100 * max(one.share, 0):.0f} %") + ((f"{one.p_value:.1e}",) * tested)
+        for one in dependences[:_SHOWN]
+    )
+    if not dependences:
+        return Step(DEPENDENCE, "The residual is no larger than noise: it depends on nothing.")
+    return Step(
+        DEPENDENCE,
+        "Share of the misfit that a general function of each set of variables predicts.",
+        ("function of", "misfit predicted") + ("p",) * tested,
+        rows,
+        figure="residual",
+    )
+
+
+def _verdict_step(
+    problem: Problem[H], found: Found[H], evaluation: Evaluation, causes: Sequence[Cause],
+    verdict: Verdict,
+) -> Step:  # fmt: skip
+    sentences = [MEANINGS[verdict]]
+    if causes:
+        change = _change(evaluation.before, evaluation.after)
+        floor = evaluation.noise_floor
+        sentences.append(
+            change + (f"; noise alone leaves {100 * floor:.2f} %." if np.isfinite(floor) else ".")
+        )
+    text, headings, rows = problem.outcome_text(found, evaluation, causes)
+    return Step(
+        "Verdict", " ".join([*sentences, text]).strip(), headings, rows,
+        figure="after" if causes else "",
+    )  # fmt: skip
+
+
+def _change(before: Errors, after: Errors) -> str:
+    text = f"The error falls from {100 * before.fit:.2f} to {100 * after.fit:.2f} % on fitted data"
+    if after.held_out > 0:
+        text += (
+            f" and from {100 * before.held_out:.2f} to {100 * after.held_out:.2f} % on data "
+            "held out"
+        )
+    return text

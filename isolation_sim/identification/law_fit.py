@@ -1,0 +1,220 @@
+"""Fit a law alone to measured runs: the one implementation behind ``fit`` and ``diagnose``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..laws.law import Law
+from .campaign import Campaign
+from .current_basis import currents_of
+from .least_squares import Optimum, levenberg_marquardt
+from .measured_runs import MeasuredRuns
+from .multistart import screen_starts
+from .parameterisation import Parameterisation
+from .sensitivities import Motion, Simulator
+
+STARTS = 20
+SEARCHED = 24_000
+"""Samples, about, on which the best starts are compared; the outcome is fitted to all."""
+_ROUGH = 5000
+"""Least number of samples on which poor starts are discarded."""
+_LAST = 3
+"""Starts that are fitted to ``SEARCHED`` samples."""
+_SAFETY = 2
+"""Factor on the integration steps that resolve the law: effects and noise ask for more."""
+_MOST = 16
+"""Largest number of integration steps a sample."""
+_NOTHING_GAINED = 1e-3
+"""Share of one sample's cost; a step that gains less ends a fit."""
+_MOST_ITERATIONS = 300
+_STEP_ERROR = 2e-4
+"""Relative error of the force below which the integration steps resolve a law."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawModel:
+    """A law under the motion of measured runs, as a least-squares problem.
+
+    Attributes
+    ----------
+    data : MeasuredRuns
+        The runs.
+    parameterisation : Parameterisation
+        Unknown parameters of the law.
+    n_steps : int
+        Integration steps a sample.
+    expected : (n_unknowns,) array or None
+        Values about which the law's parameters are sought; see ``minimise``.
+    """
+
+    data: MeasuredRuns
+    parameterisation: Parameterisation
+    n_steps: int = 1
+    expected: NDArray | None = None
+
+    @property
+    def n_law(self) -> int:
+        """Number of the law's unknown parameters."""
+        return len(self.parameterisation.scale)
+
+    def bounds(self) -> tuple[NDArray, NDArray]:
+        """Lower and upper bounds of all values."""
+        return self.parameterisation.lower, self.parameterisation.upper
+
+    def simulator(self, motion: Motion | None = None) -> Simulator:
+        """Compiled law under the measured motion, or another one."""
+        p = self.parameterisation
+        return Simulator(p.law, motion or self.data.motion, p.owner, p.power, self.n_steps)
+
+    # trial values far from the data may overflow: their cost is infinite
+    @np.errstate(all="ignore")
+    def forces(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        """Force of all samples, (n_samples,), N, and its derivatives, (n_samples, n_values)."""
+        force, jacobian = self.simulator().run(
+            self.parameterisation.coefficients(values), derivatives
+        )
+        return force, jacobian @ self.parameterisation.spread
+
+    @np.errstate(all="ignore")
+    def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+        """Residuals of the fitted samples over their noise, (n_fitted,), and their derivatives."""
+        force, jacobian = self.forces(values, derivatives)
+        fitted, weight = self.data.fitted, self.data.weight
+        residual = ((force - self.data.force) * weight)[fitted]
+        if derivatives:
+            jacobian = jacobian[fitted] * weight[fitted, np.newaxis]
+        return residual, jacobian
+
+    def minimise(self, start: NDArray, most: int = 20, tolerance: float = 1e-5) -> Optimum:
+        """Fit all values; cost and derivatives of the result are those of the data alone.
+
+        A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
+        much as one standard deviation of one sample. Parameters that few runs leave open do not
+        diverge, and the law stays usable for other runs.
+        """
+        lower, upper = self.bounds()
+        if self.expected is None:
+            return levenberg_marquardt(self.residuals, start, lower, upper, most, tolerance)
+        n = self.n_law
+        width = 3 * np.maximum(np.abs(self.expected), 0.1 * self.parameterisation.scale)
+        pull = np.zeros((n, len(start)))
+        pull[:, :n] = np.diag(1 / width)
+
+        def held(values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
+            residual, jacobian = self.residuals(values, derivatives)
+            residual = np.concatenate([residual, (values[:n] - self.expected) / width])
+            return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
+
+        found = levenberg_marquardt(held, start, lower, upper, most, tolerance)
+        rows = len(found.residual) - n
+        residual = found.residual[:rows]
+        cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))
+        return replace(found, cost=cost, residual=residual, jacobian=found.jacobian[:rows])
+
+    def resolve_steps(self, values: NDArray, safety: int = _SAFETY) -> Self:
+        """Return the model with as many integration steps a sample as the law needs."""
+        coefficients = self.parameterisation.coefficients(values[: self.n_law])
+        coarse = LawModel(self.data, self.parameterisation).simulator()
+        n_steps = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST).n_steps
+        # the largest number was not compared with a finer one
+        return replace(self, n_steps=n_steps * (safety if n_steps < _MOST else _SAFETY))
+
+    def weigh(self, values: NDArray) -> Self:
+        """Return the model with its runs weighed by noise and by the misfit at these values."""
+        return replace(self, data=self.data.weigh(self.forces(values, False)[0]))
+
+
+M = TypeVar("M", bound=LawModel)
+
+
+def parameterise(
+    campaign: Campaign,
+    law: Law,
+    data: MeasuredRuns,
+    degree: int | None = None,
+    fixed: dict[str, float] | None = None,
+) -> Parameterisation:
+    """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
+
+    Raises InputError if the data cannot excite the law or do not determine the degree.
+    """
+    chosen = data.fitted
+    x, v, force = (float(np.sqrt(np.mean(y[chosen] ** 2))) for y in (data.x, data.v, data.force))
+    if not (x > 0 and v > 0 and force > 0):
+        raise InputError(
+            f"{campaign.name}: displacement, velocity or force is zero throughout: the data cannot "
+            f"excite {law.name}"
+        )
+    currents = currents_of(campaign, campaign.fitted, degree)
+    # the law is evaluated at the currents of held-out runs, too
+    span = float(data.current.min()), float(data.current.max())
+    return Parameterisation(law, currents, (force, x, x / v), fixed, span)
+
+
+def fit_law(
+    model: M,
+    pool: ThreadPoolExecutor,
+    *,
+    starts: int = STARTS,
+    seed: int = 0,
+    advance: Callable[[], None] = lambda: None,
+) -> tuple[M, Optimum]:
+    """Fit a law from many starts.
+
+    Poor starts are discarded on thinned samples with parameters that do not depend on the current.
+    The best few then get their dependence on the current, the best three of these more samples, and
+    the best one all samples. No residual of a held-out sample is used, but a law that diverges in
+    the motion of held-out runs comes last. ``advance`` is called after each start.
+
+    Raises InputError if no start gives finite forces.
+    """
+    p = model.parameterisation
+    data = model.data
+    rough = data.thinned(max(_ROUGH, len(data.x) // 6)).without_held_out()
+
+    def search(
+        p: Parameterisation, start: NDArray, most: int = 25, expected: NDArray | None = None
+    ) -> Optimum:
+        for n_steps in (2, 8):
+            found = LawModel(rough, p, n_steps, expected).minimise(start, most, 1e-4)
+            if np.isfinite(found.cost):
+                break
+        return found
+
+    def search_constant(p: Parameterisation, start: NDArray) -> Optimum:
+        found = search(p, start)
+        advance()
+        return found
+
+    begin = screen_starts(p, search_constant, pool, starts, seed)
+    model = replace(model, expected=begin[0])
+    tried = pool.map(lambda s: search(p, s, 40, begin[0]), begin)
+    finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
+    if not finite:
+        raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
+    thin = replace(model, data=data.thinned(SEARCHED))
+
+    def compare(start: NDArray) -> tuple[bool, float, NDArray]:
+        here = thin.resolve_steps(start, 1)
+        found = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
+        force = here.forces(found.x, False)[0]
+        diverges = not np.array_equal(force, thin.data.bounded(force))
+        return diverges or not np.isfinite(found.cost), found.cost, found.x
+
+    best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]
+    return refine_law(model, best)
+
+
+def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
+    """Fit a law to all samples from near values, the runs weighed by what these leave."""
+    model = model.resolve_steps(start).weigh(start)
+    inside = replace(model, data=model.data.without_held_out())
+    tolerance = _NOTHING_GAINED / len(inside.data.x)
+    return model, inside.minimise(start, _MOST_ITERATIONS, tolerance)

@@ -1,0 +1,212 @@
+"""Measured runs side by side, with their noise: the data of a least-squares problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects.effect import REFERENCE_TEMPERATURE
+from .noise import white_noise
+from .run_table import TestRun
+from .sensitivities import Motion
+from .velocity import smooth
+
+LEAST_NOISE = 2e-3
+"""Share of a run's RMS force below which no noise is believed."""
+RUNAWAY = 10.0
+"""Multiple of the largest measured force beyond which a model diverges."""
+_BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRuns:
+    """Measured runs, one after another.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the runs.
+    starts : (n_runs + 1,) int array
+        First sample of each run, and the end.
+    dt : (n_runs,) array
+        Sample interval of each run, s.
+    x, v, a : (n_samples,) array, m, m/s, m/s^2
+        Motion: the measured displacement smoothed within its noise, and its derivatives, or the
+        measured velocity.
+    force, current, temperature : (n_samples,) array, N, A, deg C
+        As measured; 20 deg C where the temperature was not.
+    fitted : (n_samples,) bool array
+        Whether a sample is fitted; the others are held out.
+    force_noise, displacement_noise : (n_runs,) array, N, m
+        Standard deviation of the white noise of each run.
+    sigma : (n_runs,) array, N
+        Standard deviation by which the residuals of each run are divided; see ``weigh``.
+    velocity_measured : (n_runs,) bool array
+        Whether the velocity is data.
+    has_temperature : bool
+        Whether the temperature was measured.
+    """
+
+    names: tuple[str, ...]
+    starts: NDArray
+    dt: NDArray
+    x: NDArray
+    v: NDArray
+    a: NDArray
+    force: NDArray
+    current: NDArray
+    temperature: NDArray
+    fitted: NDArray
+    force_noise: NDArray
+    displacement_noise: NDArray
+    sigma: NDArray
+    velocity_measured: NDArray
+    has_temperature: bool
+
+    @property
+    def motion(self) -> Motion:
+        """The motion as the compiled simulation takes it."""
+        return Motion(self.starts, self.x, self.v, self.current, self.dt)
+
+    @property
+    def lengths(self) -> NDArray:
+        """Number of samples of each run."""
+        return np.diff(self.starts)
+
+    @property
+    def runs(self) -> list[slice]:
+        """Samples of each run."""
+        return [slice(int(a), int(b)) for a, b in pairwise(self.starts)]
+
+    @cached_property
+    def force_size(self) -> NDArray:
+        """RMS of each run's measured force, N."""
+        return np.array([np.sqrt(np.mean(self.force[run] ** 2)) for run in self.runs])
+
+    @property
+    def believed_noise(self) -> NDArray:
+        """Standard deviation of each run's force noise, N, not below a share of the force."""
+        return np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
+
+    @cached_property
+    def weight(self) -> NDArray:
+        """One over each sample's ``sigma``, 1/N."""
+        return np.repeat(1 / self.sigma, self.lengths)
+
+    def weigh(self, force: NDArray) -> Self:
+        """Weigh the runs by their noise and by the misfit of a model's force (N).
+
+        The misfit counts as a further random error of equal size in all runs. Where it exceeds the
+        noise by far, runs of little noise would otherwise decide alone. The mean square of noise
+        over ``sigma`` stays 1.
+        """
+        noise = np.repeat(self.believed_noise, self.lengths)[self.fitted]
+        residual = (self.bounded(force) - self.force)[self.fitted]
+        misfit = max(float(np.mean(residual**2 - noise**2)), 0.0)
+        unit = float(np.mean(noise**2 / (noise**2 + misfit)))
+        return replace(self, sigma=np.sqrt(unit * (self.believed_noise**2 + misfit)))
+
+    def cost(self, force: NDArray, chosen: NDArray) -> float:
+        """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
+        return float(np.sum(((force - self.force) * self.weight)[chosen] ** 2))
+
+    def bounded(self, force: NDArray) -> NDArray:
+        """Limit the force (N) of a model that diverges to ten times the largest measured force."""
+        most = RUNAWAY * float(np.max(np.abs(self.force)))
+        return np.clip(np.nan_to_num(force, nan=most), -most, most)
+
+    def relative(self, residual: NDArray, chosen: NDArray) -> float:
+        """RMS of a residual (N) over RMS of the measured force, of the chosen samples."""
+        if not chosen.any():
+            return float("nan")
+        return float(np.sqrt(np.sum(residual[chosen] ** 2) / np.sum(self.force[chosen] ** 2)))
+
+    def places(self, most: int) -> NDArray:
+        """Samples that are left if every run is thinned evenly to about ``most`` in all."""
+        runs = zip(self.runs, self._every(most), strict=True)
+        return np.concatenate([np.arange(run.start, run.stop, every) for run, every in runs])
+
+    def _every(self, most: int) -> NDArray:
+        return np.maximum(np.round(self.lengths * len(self.dt) / most), 1).astype(int)
+
+    def thinned(self, most: int) -> MeasuredRuns:
+        """Thin every run evenly, to about ``most`` samples in all."""
+        at, every = self.places(most), self._every(most)
+        return replace(
+            self,
+            starts=np.concatenate([[0], np.cumsum(-(-self.lengths // every))]),
+            dt=self.dt * every,
+            **{name: getattr(self, name)[at] for name in _BY_SAMPLE},
+        )
+
+    def without_held_out(self) -> MeasuredRuns:
+        """Leave out the held-out samples; of a run held out in part the first samples remain."""
+        lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
+        runs = lengths > 0
+        by_run = ("dt", "force_noise", "displacement_noise", "sigma", "velocity_measured")
+        return replace(
+            self,
+            names=tuple(name for name, kept in zip(self.names, runs, strict=True) if kept),
+            starts=np.concatenate([[0], np.cumsum(lengths[runs])]),
+            **{name: getattr(self, name)[runs] for name in by_run},
+            **{name: getattr(self, name)[self.fitted] for name in _BY_SAMPLE},
+        )
+
+
+def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) -> MeasuredRuns:
+    """Put runs together and estimate their noise.
+
+    Runs with ``hold_out`` are held out. If there are none, one in ``hold_out_every`` is, spread
+    over their sizes, or the last third of a single run; none if that is None.
+    """
+    lengths = [len(run.time) for run in runs]
+    motions = [smooth(run.displacement, run.step) for run in runs]
+    temperatures = [run.temperature for run in runs]
+    data = MeasuredRuns(
+        names=tuple(run.name for run in runs),
+        starts=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+        dt=np.array([run.step for run in runs]),
+        x=np.concatenate([x for x, _, _ in motions]),
+        v=np.concatenate([run.velocity for run in runs]),
+        a=np.concatenate(
+            [
+                a if run.acceleration is None else run.acceleration
+                for run, (_, _, a) in zip(runs, motions, strict=True)
+            ]
+        ),
+        force=np.concatenate([run.force for run in runs]),
+        current=np.concatenate([run.current for run in runs]),
+        temperature=np.concatenate(
+            [
+                np.full(n, REFERENCE_TEMPERATURE) if one is None else one
+                for one, n in zip(temperatures, lengths, strict=True)
+            ]
+        ),
+        fitted=_fitted(runs, lengths, hold_out_every),
+        force_noise=np.array([white_noise(run.force) for run in runs]),
+        displacement_noise=np.array([white_noise(run.displacement) for run in runs]),
+        sigma=np.ones(len(runs)),
+        velocity_measured=np.array([run.velocity_measured for run in runs]),
+        has_temperature=all(one is not None for one in temperatures),
+    )
+    return replace(data, sigma=data.believed_noise)
+
+
+def _fitted(runs: Sequence[TestRun], lengths: Sequence[int], every: int | None) -> NDArray:
+    held = [run.hold_out for run in runs]
+    if every is not None and not any(held):
+        if len(runs) == 1:
+            n = lengths[0]
+            return np.arange(n) < n - n // 3
+        if len(runs) >= every:
+            # by size, so that large and small runs stay in both
+            sizes = np.argsort([np.ptp(run.displacement) for run in runs], kind="stable")
+            for k in sizes[2::every]:
+                held[k] = True
+    return np.repeat(~np.array(held), lengths)

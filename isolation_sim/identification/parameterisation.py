@@ -1,0 +1,153 @@
+"""A law's parameters over the current as the unknowns of a fit, with sizes and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, unknown_name
+from ..laws import CurrentDependence, Device
+from ..laws import law as published
+from ..laws.law import Law
+from .characteristic_scales import characteristic_scale
+from .current_basis import bernstein
+
+_DECADES = (0.7, 1.5)
+"""Reach of random starts about the data's magnitude: near and far by turns."""
+
+
+class Parameterisation:
+    """Bernstein coefficients of a law's free parameters over a range of the current.
+
+    The coefficients' bounds hold for the polynomial at every current in the range.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    currents : (n_powers,) array
+        Currents at which the polynomials are reported, increasing, A.
+    sizes : tuple of float
+        Of the data: force (N), deformation (m) and time (s).
+    fixed : mapping of str to float, optional
+        Parameters that are not free, SI.
+    span : (float, float), optional
+        Range of the current in which the bounds hold, A; from the first to the last of
+        ``currents`` by default.
+
+    Attributes
+    ----------
+    free : tuple of Quantity
+        The free parameters.
+    scale, lower, upper : (n_unknowns,) array
+        Size by the data, and bounds; one free parameter's coefficients after another's.
+    owner, power : (n_coefficients,) int array
+        Parameter and power of the current of each coefficient, as ``Simulator`` takes them.
+    basis : (n_powers, n_powers) array
+        Bernstein coefficients to values at ``currents``.
+    spread : (n_coefficients, n_unknowns) array
+        Derivatives of the coefficients by the unknowns.
+
+    Raises
+    ------
+    InputError
+        If a fixed parameter is unknown.
+    """
+
+    def __init__(
+        self,
+        law: Law,
+        currents: NDArray,
+        sizes: tuple[float, float, float],
+        fixed: Mapping[str, float] | None = None,
+        span: tuple[float, float] | None = None,
+    ):
+        self.law, self.currents, self.sizes = law, currents, sizes
+        self.fixed = dict(fixed or {})
+        for name in self.fixed:
+            if name not in law.parameter_names:
+                raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
+        self.free = tuple(q for q in law.parameters if q.name not in self.fixed)
+        n, names = len(currents), law.parameter_names
+        self.basis = bernstein(currents, span or (float(currents[0]), float(currents[-1])))
+        self._to_powers = np.linalg.solve(np.vander(currents, increasing=True), self.basis)
+        self.owner = np.repeat(np.arange(len(names)), n)
+        self.power = np.tile(np.arange(n), len(names))
+        self.scale = np.repeat([characteristic_scale(q.unit, *sizes) for q in self.free], n)
+        self.spread = np.zeros((len(names) * n, len(self.free) * n))
+        for k, quantity in enumerate(self.free):
+            at = names.index(quantity.name) * n
+            self.spread[at : at + n, k * n : (k + 1) * n] = self._to_powers
+        self._offset = np.zeros(len(names) * n)
+        for name, value in self.fixed.items():
+            self._offset[names.index(name) * n] = value
+        self.lower = np.repeat([q.lower for q in self.free], n)
+        self.upper = np.repeat([q.upper for q in self.free], n)
+        # a parameter that the law divides by stays clear of zero, also by rounding: where it is
+        # huge at one current, its powers of the current may cancel at another
+        guarded = np.repeat([q.divides for q in self.free], n) & (self.lower == 0)
+        self.lower[guarded] = 1e-6 * self.scale[guarded]
+        self.upper[guarded] = np.minimum(self.upper[guarded], 1e7 * self.scale[guarded])
+
+    def coefficients(self, unknowns: NDArray) -> NDArray:
+        """Coefficients of all parameters, ascending powers of the current."""
+        return self.spread @ unknowns + self._offset
+
+    def dependence(self, unknowns: NDArray) -> CurrentDependence:
+        """Parameters against the current."""
+        names = self.law.parameter_names
+        rows = self.coefficients(unknowns).reshape(len(names), -1)
+        return CurrentDependence.polynomial(dict(zip(names, rows.tolist(), strict=True)))
+
+    def steady(self) -> Parameterisation:
+        """Return the unknowns of the same law with parameters that do not depend on the current."""
+        mean = np.array([np.mean(self.currents)])
+        return Parameterisation(self.law, mean, self.sizes, self.fixed)
+
+    def of(self, device: Device) -> NDArray:
+        """Unknowns with which the parameters are those of a device at ``currents``."""
+        values = device.current.at(self.currents)
+        names = self.law.parameter_names
+        chosen = [np.linalg.solve(self.basis, values[names.index(q.name)]) for q in self.free]
+        start = np.concatenate(chosen) if chosen else np.zeros(0)
+        return np.clip(start, self.lower, self.upper)
+
+    def starts(self, number: int, seed: int) -> list[NDArray]:
+        """Published numbers, if there are any, then random ones of the data's magnitude."""
+        random = np.random.default_rng(seed)
+        begin = []
+        try:
+            begin.append(self.of(published(self.law)))
+        except InputError:
+            pass  # a law without published numbers
+        while len(begin) < number:
+            drawn = self._drawn(random, _DECADES[len(begin) % 2])
+            begin.append(np.clip(np.repeat(drawn, len(self.currents)), self.lower, self.upper))
+        return begin
+
+    def _drawn(self, random: np.random.Generator, decades: float) -> list[float]:
+        """A random number for each free parameter."""
+        bounded = {
+            q.name: _between(q.lower, q.upper, random)
+            for q in self.free
+            if np.isfinite(q.lower) and np.isfinite(q.upper)
+        }
+        # a unit such as 1/m^n means another size for every n
+        exponents = self.fixed | bounded
+        drawn = []
+        for quantity in self.free:
+            size = characteristic_scale(quantity.unit, *self.sizes, exponents=exponents)
+            size *= 10 ** random.uniform(-decades, decades)
+            if quantity.lower < 0:
+                size *= random.uniform(-1, 1)
+            drawn.append(bounded.get(quantity.name, max(size, quantity.lower)))
+        return drawn
+
+
+def _between(lower: float, upper: float, random: np.random.Generator) -> float:
+    """A random number between bounds, as likely in every octave where they are positive."""
+    if lower > 0:
+        return float(np.exp(random.uniform(np.log(lower), np.log(upper))))
+    return float(random.uniform(lower, upper))

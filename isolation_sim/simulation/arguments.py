@@ -1,0 +1,135 @@
+"""What the compiled integration is given, in groups; the arrays' last axis is the lane."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
+
+class Sizes(NamedTuple):
+    """Numbers that stay the same during a run.
+
+    ``controller`` is the address of a compiled controller, or 0; ``record_steps`` says whether
+    every step is recorded, ``clamp`` whether commands outside the driver's limits are clamped.
+    """
+
+    n_modes: int
+    n_pad: int
+    n_channels: int
+    n_windows: int
+    n_levels: int
+    n_outputs: int
+    controller: int
+    record_steps: bool
+    clamp: bool
+
+
+class Limits(NamedTuple):
+    """What the iteration may leave, the largest error of a step and of samples inside it."""
+
+    iteration: float
+    error: float
+    defect: float
+    deformation: NDArray
+
+
+class Course(NamedTuple):
+    """Windows of the grid, their lengths by class, events, and the ground acceleration."""
+
+    windows: NDArray
+    spans: NDArray
+    events: NDArray
+    ground: NDArray
+
+
+class Propagation(NamedTuple):
+    """Coefficients of the linear structure by class of windows and level; see ``Tables``."""
+
+    offsets: NDArray
+    modes: NDArray
+    table: NDArray
+    built: NDArray
+    phi: NDArray
+    integral: NDArray
+
+
+class Measurements(NamedTuple):
+    """Rows and noise of the measurements, when they are decided on, and the decisions."""
+
+    rows: NDArray
+    noise: NDArray
+    measured: NDArray
+    chosen: NDArray
+    decided: NDArray
+    measured_for: NDArray
+    addresses: tuple[int, ...]
+
+
+class Coils(NamedTuple):
+    """Commands, drivers and currents of the coils, and the current that each element has."""
+
+    command: NDArray
+    driver: NDArray
+    current: NDArray
+    applied: NDArray
+    moving: NDArray
+    history: NDArray
+
+
+class LawNumbers(NamedTuple):
+    """Parameters of the elements' laws as polynomials in the current, and their coil channels."""
+
+    table: NDArray
+    breaks: NDArray
+    shape: NDArray
+    channel: NDArray
+
+
+class Lanes(NamedTuple):
+    """Where each lane is, and how its steps go.
+
+    ``level``: of its steps, ``base`` at the window's start; ``place``: in the window; ``tried``:
+    steps in the window; ``hold``: windows until coarser steps are tried; ``active``, ``going``,
+    ``todo``: takes part in the step, in the iteration, in the window; ``last``: length of the last
+    step; ``previous``, ``contraction``: of the iteration; ``worst``: error in the window.
+    """
+
+    level: NDArray
+    base: NDArray
+    place: NDArray
+    tried: NDArray
+    hold: NDArray
+    alive: NDArray
+    active: NDArray
+    going: NDArray
+    todo: NDArray
+    last: NDArray
+    previous: NDArray
+    contraction: NDArray
+    defects: NDArray
+    errors: NDArray
+    kinks: NDArray
+    worst: NDArray
+    missed: NDArray
+    counts: NDArray
+
+
+class History(NamedTuple):
+    """Modes, states and forces at the grid points, and the steps that are recorded."""
+
+    z: NDArray
+    states: NDArray
+    forces: NDArray
+    steps: NDArray
+    step_count: NDArray
+    cuts: NDArray
+    first_step: NDArray
+    last_step: NDArray
+
+
+class Scratch(NamedTuple):
+    """Numbers of the elements (``element_code.py``) and the ground acceleration in a step."""
+
+    w: NDArray
+    u: NDArray

@@ -1,0 +1,65 @@
+"""The runs of a fit count by their noise, or alike where a law misses the force by far more."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
+
+N, DT = 2000, 0.005
+NOISE = (0.1, 3.0, 0.3)
+SIZES = (2e-3, 8e-3, 5e-3)
+
+
+@pytest.fixture
+def runs():
+    random = np.random.default_rng(3)
+    time = DT * np.arange(N)
+    made = []
+    for k, (noise, size) in enumerate(zip(NOISE, SIZES, strict=True)):
+        omega = 2 * np.pi * (0.6 + 0.3 * k)
+        x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
+        force = 2e4 * x + 800.0 * v + noise * random.standard_normal(N)
+        made.append(TestRun(f"run{k}", time, x, v, force, np.zeros(N)))
+    return made
+
+
+def least_squares(runs, sigma):
+    columns = np.concatenate(
+        [np.stack([r.displacement, r.velocity], 1) / s for r, s in zip(runs, sigma, strict=True)]
+    )
+    force = np.concatenate([r.force / s for r, s in zip(runs, sigma, strict=True)])
+    return np.linalg.lstsq(columns, force)[0]
+
+
+def fitted(runs):
+    device = fit(Campaign("made", "made", tuple(runs)), "kelvin_voigt", threads=1).device
+    return np.asarray(device.parameters_at(0.0))
+
+
+def test_runs_count_by_their_noise_under_the_right_law(runs):
+    by_noise = least_squares(runs, NOISE)
+    assert fitted(runs) == pytest.approx(by_noise, rel=2e-4)
+    assert by_noise != pytest.approx(least_squares(runs, (1, 1, 1)), rel=2e-4)
+
+
+def test_runs_count_alike_where_the_law_is_wrong(runs):
+    wrong = [replace(run, force=run.force + 4e8 * run.displacement**3) for run in runs]
+    alike = least_squares(wrong, (1, 1, 1))
+    assert fitted(wrong) == pytest.approx(alike, rel=5e-3)
+    assert alike != pytest.approx(least_squares(wrong, NOISE), rel=0.1)
+
+
+def test_noise_keeps_its_mean_square_when_a_misfit_is_added(runs):
+    data = measured_runs(runs)
+    noise = np.repeat(data.believed_noise, data.lengths)
+    assert noise / np.repeat(data.sigma, data.lengths) == pytest.approx(1.0)
+    weighed = data.weigh(data.force + 50.0)
+    assert np.mean((noise * weighed.weight) ** 2) == pytest.approx(1.0)
+    assert np.ptp(weighed.sigma) < 0.01 * weighed.sigma[0]

@@ -1,0 +1,50 @@
+"""Unknown parameters against the current: bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.fit import fit
+from isolation_sim.identification.parameterisation import Parameterisation
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS, Device
+
+
+def test_rounding_makes_no_divisor_zero():
+    law = LAWS["strain_stiffening"]
+    currents = np.array([0.0, 1.0, 2.0, 3.0])
+    unknowns = Parameterisation(law, currents, sizes=(100.0, 4e-3, 0.16))
+    n = len(currents)
+    for k in range(n):  # as large as a fit may make it, but for one current
+        values = np.minimum(unknowns.upper, 1e30)
+        values[k::n] = unknowns.lower[k::n]
+        found = unknowns.dependence(values).at(currents)
+        for quantity, row in zip(law.parameters, found, strict=True):
+            if quantity.divides:
+                assert np.all(row > 0), (quantity.name, k)
+        device = Device(law, unknowns.dependence(values), (0.0, 3.0))
+        assert np.all(np.isfinite(device.parameters_at(currents)))
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+def test_the_law_keeps_its_bounds_at_currents_that_are_held_out(degree):
+    # a stiffness that falls so fast that its polynomial is negative at the held-out current
+    stiffness = {0.0: 1e4, 0.25: 6.5e3, 0.5: 3e3, 1.0: 500.0}
+    time = 0.005 * np.arange(800)
+    x, v = 5e-3 * np.sin(6 * time), 3e-2 * np.cos(6 * time)
+    runs = tuple(
+        TestRun(f"{i} A", time, x, v, k * x + 50 * v, np.full(800, i), hold_out=i == 1.0)
+        for i, k in stiffness.items()
+    )
+    line = np.polyfit([0.0, 0.25, 0.5], [1e4, 6.5e3, 3e3], degree)
+    assert np.polyval(line, 1.0) < -1e3
+    campaign = Campaign("falling", "made", runs)
+    found = fit(campaign, "kelvin_voigt", current_degree=degree, starts=4, threads=1)
+    # rounding aside
+    assert np.min(found.device.current.at(np.linspace(0, 1, 50))) > -1e-6
+    judged = diagnose(campaign, "kelvin_voigt", current_degree=degree, threads=1).judged
+    assert judged.current_range == (0.0, 1.0)
+    assert np.min(judged.parameters_at(np.linspace(0, 1, 50))) > -1e-6
