@@ -16,6 +16,7 @@ from isolation_sim.structures import IsolatedStructure
 from .clairvoyant import coil_table
 from .estimating import Estimating
 from .observers.observer import Running
+from .predictive.slow_ground import SlowGround
 from .predictive.strength import Strength
 from .settings import Integer, Number, OneOf, Optional, setting
 
@@ -90,6 +91,10 @@ class MPC(Estimating):
     the building floats on: the cost there is on the amplitude that this leaves, as far as there is
     a warning. Accelerations keep clear of their level by what may come against that
     expectation before the coils can answer, which is the more the stiffer the isolators are.
+
+    As long as all of the ground motion has been slow for the building at its highest current
+    (``stiff_start``), that current is held instead: the building follows the ground. A long
+    near-fault pulse is seen too late otherwise.
 
     With ``filter`` an observer estimates displacements and velocities from accelerations and
     isolator deformations. With ``learning`` the isolators' force is corrected by a factor, the one
@@ -183,6 +188,10 @@ class MPC(Estimating):
     acceleration_level: float = setting(
         0.25, "peak acceleration that counts as unavoidable, over the peak without current so far",
         Number(at_least=0),
+    )  # fmt: skip
+    stiff_start: float = setting(
+        1.3, "shortest period of a ground motion that is ridden out at the highest current, over "
+        "the building's first period at that current; 0 for none", Number(at_least=0),
     )  # fmt: skip
     least_peak: float = setting(
         0.13, "peaks without current are taken to be at least this times the strongest ground "
@@ -301,6 +310,8 @@ class MPC(Estimating):
         self._jumps = bool(np.any((coils[:, 0] == 0) & np.isinf(coils[:, 1])))
         n_ahead = self._n_late + n_steps - len(self._foreseen)
         self._uncontrolled = Uncontrolled(belief, coils, self.step, longest, n_ahead)
+        stiffest = linear_model(situation.belief, coils[:, 3])[0]
+        self._slow_ground, self._slow = SlowGround(self.step, self.stiff_start / stiffest), False
         self.report = Report()
 
     def current(self, t: float, measurement: Any) -> NDArray:
@@ -312,7 +323,9 @@ class MPC(Estimating):
         z, states, coil = self._now(t, np.array(measurement, dtype=float))
         self._seen.follow(p.outputs(z, states, coil))
         plan = self.commands.copy()
-        for _ in range(self.iterations):
+        if self._slow:
+            plan[:] = self.coils[:, 3]
+        for _ in range(0 if self._slow else self.iterations):
             p.predict(z, states, coil, plan, self._ground.path[self._n_late * p.n_sub :])
             move = self._solve(plan, before)
             if move is None:
@@ -359,6 +372,9 @@ class MPC(Estimating):
                 self._estimated.strengthen(p.strength)
         self._ground.look(ground, t + self._foreseen)
         self._uncontrolled.follow(self._ground.path, p.strength)
+        was_slow, self._slow = self._slow, self._slow_ground.follow(ground, self._seen.peaks[1])
+        if was_slow and not self._slow:
+            self.commands[:] = self.coils[:, 2]
         if self._since is None:
             return z, self._states, coil
         self._since.strength[:] = p.strength

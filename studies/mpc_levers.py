@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 TITLE = "Predictive control: what each lever contributes"
 WHOLE = "as it is"
 LEVERS: dict[str, dict[str, Any]] = {
-    "cost on exceeding the peaks": {"displacement_excess": 0.0, "acceleration_excess": 0.0},
+    "cost on exceeding the peaks": {
+        "displacement_excess": 0.0, "acceleration_excess": 0.0, "regret": 0.0,
+    },
+    "forecast of the ground fading": {"fading": None},
+    "stiff start": {"stiff_start": 0.0},
     "peaks so far only, none unavoidable": {"displacement_level": 0.0, "acceleration_level": 0.0},
     "model of the ground motion to come": {"order": 0, "settling": None},
     "of it, the return of the ground's velocity": {"settling": None},
@@ -36,7 +40,7 @@ LEVERS: dict[str, dict[str, Any]] = {
     "margin for the unforeseen": {"margin": 0.0},
     "steps of integration shorter than a decision": {"substep": 0.02},
     "the law (linear prediction)": {"model": "linear"},
-}
+}  # fmt: skip
 """What is taken away, and the settings without it."""
 PREVIEWS = (0.0, 0.1, 0.2, 0.4, 0.8, 1.2)
 """Warning times, s."""

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ground_motions import STANDARD_GRAVITY, load_record
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
-from isolation_sim.scenario import Scenario, writer
+from isolation_sim.scenario import Scenario, main_job, writer
 from isolation_sim.structures import reference_building, reference_isolators
 
 positive = st.floats(1e-6, 1e9)
@@ -128,6 +128,15 @@ def test_left_out_sections_are_the_main_job():
     assert job.isolated.elements[0].device == expected.elements[0].device
     np.testing.assert_array_equal(job.isolated.structure.mass, expected.structure.mass)
     assert job.records == (load_record("el_centro_1940_ns"),)
+
+
+def test_the_main_job_adds_predictive_control_to_the_default():
+    ours, default = main_job(), Scenario()
+    assert ours.controller[:-2] == default.controller
+    assert [one.shown for one in ours.controller[-2:]] == ["mpc", "mpc, 0.8 s preview"]
+    predictive = list(ours.build().controllers.values())[-2:]
+    assert [one.preview for one in predictive] == [0.0, 0.8]
+    assert ours.model_copy(update={"controller": default.controller}) == default
 
 
 def test_comments_name_every_key_of_every_section():

@@ -24,6 +24,7 @@ from controllers.predictive.ground_kernel import (
 )
 from controllers.predictive.linear_belief import spring_and_dashpot
 from controllers.predictive.prediction import Prediction, growing_blocks
+from controllers.predictive.slow_ground import SlowGround
 from controllers.predictive.strength import Strength
 from controllers.predictive.uncontrolled import Uncontrolled
 from ground_motions import Record, mavroeidis_papageorgiou_pulse
@@ -193,7 +194,7 @@ def test_a_near_fault_pulse_is_not_answered_with_more_acceleration(isolated, set
 
     A velocity pulse of 1 s: no constant current is better than none, whose J is 2.
     """
-    pulse = mavroeidis_papageorgiou_pulse(0.6, 1.0, 2.0, np.pi / 4, 0.02, after=4.0)
+    pulse = mavroeidis_papageorgiou_pulse(0.34, 1.0, 2.6, 0.3, 0.02, after=3.0)
     off = simulate(isolated, pulse, controller("passive_off"), driver=LAGGING)
 
     def over_off(**given):
@@ -202,6 +203,44 @@ def test_a_near_fault_pulse_is_not_answered_with_more_acceleration(isolated, set
 
     assert over_off(regret=0.0, fading=None) > 2.15
     assert over_off() < 2.02
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_long_pulse_is_ridden_out_stiffly(isolated, sign):
+    """Constant 3 A is far better than none under it; too late, mpc has no gain at all."""
+    pulse = mavroeidis_papageorgiou_pulse(0.5, 4.5, 2.0, 0.5, 0.02, after=4.0).scaled(sign)
+    off, on = (
+        simulate(isolated, pulse, controller(name), driver=LAGGING)
+        for name in ("passive_off", "passive_on")
+    )
+    late, early = (
+        weighted_peak(simulate(isolated, pulse, MPC(stiff_start=start), driver=LAGGING), off)
+        for start in (0.0, MPC.stiff_start)
+    )
+    assert weighted_peak(on, off) < 1.2
+    assert late > weighted_peak(on, off) + 0.3
+    assert early < weighted_peak(on, off) + 0.02
+
+
+def swing(period):
+    """A sinusoid that begins gently, 12 s at 50 Hz, m/s^2."""
+    time = np.arange(0, 12, 0.02)
+    return (1.0 - np.exp(-((time / 2.0) ** 2))) * np.sin(2 * np.pi * time / period)
+
+
+@pytest.mark.parametrize(("period", "slow"), [(1.0, False), (1.8, False), (2.6, True), (4.0, True)])
+def test_slow_is_a_sinusoid_of_more_than_the_limit(period, slow):
+    one = SlowGround(0.02, 2.1)
+    told = [one.follow(np.array([a])) for a in swing(period)]
+    assert not told[0] and any(told)  # at rest; then it moves, and nothing is known yet
+    assert told[-1] == slow
+
+
+def test_a_short_period_releases_for_good():
+    one = SlowGround(0.02, 2.1)
+    assert [one.follow(np.array([a])) for a in swing(4.0)][-1]
+    assert not one.follow(np.array([-1.0]))
+    assert not any(one.follow(np.zeros(1)) for _ in range(50))
 
 
 def solved_programmes(monkeypatch, isolated, ground, **settings):
@@ -223,7 +262,7 @@ def test_solutions_are_those_of_an_interior_point_method(monkeypatch, isolated, 
     import casadi
 
     one, kept = solved_programmes(monkeypatch, isolated, record.cut(0.0, 4.0))
-    assert len(kept) == 200 and one.report.failed == 0
+    assert len(kept) > 150 and one.report.failed == 0  # while the start is stiff, none is solved
     worst = 0.0
     for (hessian, gradient, rows, upper, lower), x in kept[20::20]:
         n = len(gradient)
@@ -264,7 +303,7 @@ def test_unusable_solutions_are_counted_and_the_plan_before_is_kept(
         return x, 0.0, -1 if answer == "failed" else 1, {"iterations": 1}
 
     monkeypatch.setattr(daqp, "solve", useless)
-    one = MPC()
+    one = MPC(stiff_start=0.0)
     run = simulate(isolated, record.cut(0.0, 2.0), one, driver=CoilDriver(high=2.0, initial=0.7))
     assert one.report.failed == len(one.report.seconds) == 100
     assert np.all(run.command == 0.7)
