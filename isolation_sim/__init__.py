@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         reference_isolators,
         shear_building,
     )
+    from .suites import Suite, run_suite
     from .sweeps.run import sweep
 
 from .version import __version__ as __version__
@@ -57,6 +58,7 @@ _HOMES = {
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
     "Structure": ".structures",
+    "Suite": ".suites",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
@@ -79,6 +81,7 @@ _HOMES = {
     "reference_isolators": ".structures",
     "register": ".registry",
     "run_scenario": ".api",
+    "run_suite": ".suites",
     "shear_building": ".structures",
     "simulate": ".api",
     "simulate_many": ".simulation.batch",
@@ -99,6 +102,7 @@ __all__ = [
     "Scenario",
     "Sensors",
     "Structure",
+    "Suite",
     "available_conditions",
     "available_controllers",
     "available_laws",
@@ -121,6 +125,7 @@ __all__ = [
     "reference_isolators",
     "register",
     "run_scenario",
+    "run_suite",
     "shear_building",
     "simulate",
     "simulate_many",

@@ -16,7 +16,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, fit, list_names, new, run, sweep
+from . import cite, diagnose, fit, list_names, new, run, suite, sweep
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -71,6 +71,7 @@ app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
+app.command("suite", epilog=suite.EXAMPLES)(suite.suite)
 app.add_typer(sweep.app, name="sweep")
 
 
