@@ -5,6 +5,7 @@ from .matrices import from_fixed_base, from_matrices, read_matrices
 from .reference import reference_building, reference_isolators
 from .shear_building import shear_building
 from .structure import IsolatedStructure, Structure
+from .yielding import yielding_storeys
 
 __all__ = [
     "Element",
@@ -16,4 +17,5 @@ __all__ = [
     "reference_building",
     "reference_isolators",
     "shear_building",
+    "yielding_storeys",
 ]
