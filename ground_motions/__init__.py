@@ -39,6 +39,7 @@ if TYPE_CHECKING:
         kanai_tajimi_psd,
     )
     from ground_motions.matching import MatchedRecord, match_spectrum
+    from ground_motions.mixture import motion_mixture
     from ground_motions.near_fault import (
         MAKRIS_KINDS,
         makris_pulse,
@@ -105,6 +106,7 @@ _HOMES = {
     "makris_pulse": "ground_motions.near_fault",
     "match_spectrum": "ground_motions.matching",
     "mavroeidis_papageorgiou_pulse": "ground_motions.near_fault",
+    "motion_mixture": "ground_motions.mixture",
     "nzs1170_5": "ground_motions.design_spectra",
     "oscillator_response": "ground_motions.spectra",
     "read": "ground_motions.readers",
@@ -161,6 +163,7 @@ __all__ = [
     "makris_pulse",
     "match_spectrum",
     "mavroeidis_papageorgiou_pulse",
+    "motion_mixture",
     "nzs1170_5",
     "oscillator_response",
     "read",
