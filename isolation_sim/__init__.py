@@ -62,11 +62,11 @@ if TYPE_CHECKING:
         reference_isolators,
         shear_building,
     )
-    from .suites.result import Suite
-    from .suites.run import run_suite
     from .sweeps.plan import SweepPlan
     from .sweeps.result import Sweep
     from .sweeps.run import sweep
+    from .sweeps.suites.result import Suite
+    from .sweeps.suites.run import run_suite
     from .tuning.tune import tune
     from .tuning.tuning import Tuning
 
@@ -107,7 +107,7 @@ _HOMES = {
     "Sensors": ".simulation.control",
     "Simulator": ".simulation.simulator",
     "Structure": ".structures",
-    "Suite": ".suites.result",
+    "Suite": ".sweeps.suites.result",
     "Sweep": ".sweeps.result",
     "SweepPlan": ".sweeps.plan",
     "TestedRangeWarning": ".errors",
@@ -140,7 +140,7 @@ _HOMES = {
     "reference_isolators": ".structures",
     "register": ".registry",
     "run_scenario": ".api",
-    "run_suite": ".suites.run",
+    "run_suite": ".sweeps.suites.run",
     "shear_building": ".structures",
     "simulate": ".api",
     "simulate_many": ".simulation.batch",

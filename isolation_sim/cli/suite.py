@@ -12,7 +12,7 @@ import typer
 from .common_options import AsJson, Quiet, examples, print_results, print_warning, progress
 
 if TYPE_CHECKING:
-    from ..suites.result import Suite
+    from ..sweeps.suites.result import Suite
 
 EXAMPLES = examples(
     "isolation-sim suite my_suite.toml",
@@ -41,7 +41,7 @@ def suite(
     """Run all records of a suite under all controllers, with the statistics of codes."""
     from ..reports.console import standard_console
     from ..reports.suite_tables import records_table, statistics_table, verdict
-    from ..suites.run import run_suite
+    from ..sweeps.suites.run import run_suite
 
     failures = 0
 

@@ -11,7 +11,7 @@ from .style import legend, new_figure, style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..suites.result import Suite
+    from ..sweeps.suites.result import Suite
 
 SPOKEN = {
     "srss": "SRSS of the components",

@@ -12,7 +12,7 @@ from .style import save
 from .suite_figures import spectra
 
 if TYPE_CHECKING:
-    from ..suites.result import Suite
+    from ..sweeps.suites.result import Suite
 
 
 def write_suite(suite: Suite) -> None:

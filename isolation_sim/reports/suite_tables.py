@@ -13,7 +13,7 @@ from .units import unit_of
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ..suites.result import Suite
+    from ..sweeps.suites.result import Suite
 
 HEADINGS = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
 """Columns of the statistics."""

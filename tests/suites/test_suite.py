@@ -12,8 +12,8 @@ from isolation_sim.cli import main
 from isolation_sim.errors import InputError
 from isolation_sim.reports.suite_tables import verdict
 from isolation_sim.scenario import Scenario
-from isolation_sim.suites import Suite, run_suite
-from isolation_sim.suites.prepare import isolated_period, prepare
+from isolation_sim.sweeps.suites import Suite, run_suite
+from isolation_sim.sweeps.suites.prepare import isolated_period, prepare
 
 SCENARIO = """
 name = "three"

@@ -14,7 +14,7 @@ from .run_report import versions
 from .text import capital
 
 if TYPE_CHECKING:
-    from ...suites.result import Suite
+    from ...sweeps.suites.result import Suite
 
 _SHOWN = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m")
 _CHANGES = {

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import InputError
-from ..io.atomic_write import write_text
-from ..io.results_folder import file_name, write_contents
-from ..scenario import Scenario
-from ..scenario.job import located
-from ..scenario.suite import RecordSuite
+from ...errors import InputError
+from ...io.atomic_write import write_text
+from ...io.results_folder import file_name, write_contents
+from ...scenario import Scenario
+from ...scenario.job import located
+from ...scenario.suite import RecordSuite
 from .prepare import INDEX, prepare
 from .result import SWEEP, Suite
 
 if TYPE_CHECKING:
-    from ..sweeps import Estimate
+    from ..run import Estimate
 
 SCENARIO = "scenario.toml"
 MOTION = "motion"
@@ -58,7 +58,7 @@ def run_suite(
     InputError
         If the ground is no suite, a record cannot be used, or the folder holds something else.
     """
-    from ..sweeps.run import sweep
+    from ..run import sweep
 
     if not isinstance(scenario, Scenario):
         scenario = Scenario.read(scenario)

@@ -22,13 +22,13 @@ from ground_motions import (
     write_csv,
 )
 
-from ..errors import InputError
-from ..io.atomic_write import write_text
-from ..io.results_folder import file_name
-from ..scenario.suite import RecordSuite
-from ..structures import IsolatedStructure
-from ..structures.modes import undamped_modes
-from ..version import __version__
+from ...errors import InputError
+from ...io.atomic_write import write_text
+from ...io.results_folder import file_name
+from ...scenario.suite import RecordSuite
+from ...structures import IsolatedStructure
+from ...structures.modes import undamped_modes
+from ...version import __version__
 
 INDEX = "suite.json"
 MOTIONS = "motions"

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions import SUITE_RULES, SuiteRule
 
-from ..errors import InputError
-from ..rendering import render
-from ..sweeps.result import Sweep
+from ...errors import InputError
+from ...rendering import render
+from ..result import Sweep
 
 if TYPE_CHECKING:
     import pandas
