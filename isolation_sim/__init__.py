@@ -67,6 +67,8 @@ if TYPE_CHECKING:
     from .sweeps.plan import SweepPlan
     from .sweeps.result import Sweep
     from .sweeps.run import sweep
+    from .sweeps.suites.result import Suite
+    from .sweeps.suites.run import run_suite
     from .tuning.tune import tune
     from .tuning.tuning import Tuning
 
@@ -107,6 +109,7 @@ _HOMES = {
     "Sensors": ".simulation.control",
     "Simulator": ".simulation.simulator",
     "Structure": ".structures",
+    "Suite": ".sweeps.suites.result",
     "Sweep": ".sweeps.result",
     "SweepPlan": ".sweeps.plan",
     "TestedRangeWarning": ".errors",
@@ -141,6 +144,7 @@ _HOMES = {
     "reference_isolators": ".structures",
     "register": ".registry",
     "run_scenario": ".api",
+    "run_suite": ".sweeps.suites.run",
     "shear_building": ".structures",
     "simulate": ".api",
     "simulate_many": ".simulation.batch",
@@ -169,6 +173,7 @@ __all__ = [
     "Sensors",
     "Simulator",
     "Structure",
+    "Suite",
     "Sweep",
     "SweepPlan",
     "TestedRangeWarning",
@@ -203,6 +208,7 @@ __all__ = [
     "reference_isolators",
     "register",
     "run_scenario",
+    "run_suite",
     "shear_building",
     "simulate",
     "simulate_many",

@@ -20,7 +20,7 @@ from ground_motions import Record
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
-from isolation_sim.structures import IsolatedStructure, Structure
+from isolation_sim.structures import IsolatedStructure, Structure, yielding_storeys
 
 from .study import MOTIONS, Outcome, Step, published_entry
 
@@ -71,18 +71,8 @@ def yielding(structure: Structure) -> IsolatedStructure:
         As stiff as before at small drifts, with the same damping matrix.
     """
     elastic = iso.reference_building()
-    stiffness, drift = -elastic.stiffness[0, 1], yield_drift(elastic)
-    rows = structure.drift_rows
-    soft = (1 - HARDENING) * stiffness
-    device = iso.law("bouc_wen", {
-        "k": 0.0, "c": 0.0, "alpha": soft, "A": 1.0, "beta": 0.5 / drift**SMOOTHNESS,
-        "gamma": 0.5 / drift**SMOOTHNESS, "n": SMOOTHNESS, "F0": 0.0,
-    })  # fmt: skip
-    softened = replace(structure, stiffness=structure.stiffness - soft * rows.T @ rows)
-    built = IsolatedStructure(softened, ())
-    for storey in structure.storeys:
-        built = built.with_element(device, storey, name=f"{storey}_hysteresis")
-    return built
+    shear = -elastic.stiffness[0, 1] * yield_drift(elastic)
+    return yielding_storeys(IsolatedStructure(structure, ()), shear, HARDENING, SMOOTHNESS)
 
 
 def buildings() -> dict[str, tuple[IsolatedStructure, str]]:

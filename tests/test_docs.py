@@ -20,7 +20,7 @@ import pytest
 from typer.main import get_command
 
 import isolation_sim as iso
-from ground_motions import el_centro_1940
+from ground_motions import el_centro_1940, write_csv
 from isolation_sim.cli import app, main
 from isolation_sim.effects import extend
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
@@ -77,6 +77,12 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
     # the README's own scenario
     scenario = _blocks(TEXTS["README.md"], "toml")[0]
     (tmp_path / "my_scenario.toml").write_text(scenario)
+    # the suite of its page, with short records
+    suite = _blocks(TEXTS["docs/suites.md"], "toml")[0]
+    (tmp_path / "my_suite.toml").write_text(suite)
+    (tmp_path / "records").mkdir()
+    for k in range(3):
+        write_csv(el_centro_1940().cut(k, k + 6), tmp_path / "records" / f"{k}.csv")
     return tmp_path
 
 

@@ -24,6 +24,7 @@ PACKAGES = (
     "isolation_sim.identification.loop_measures",
     "isolation_sim.identification.swarm",
     "isolation_sim.discrepancy.diagnosis",
+    "isolation_sim.sweeps.suites",
     "isolation_sim.sweeps",
     "isolation_sim.reports.figures",
     "controllers",

@@ -20,6 +20,7 @@ from .fields import (
     WholeNumber,
     kind_by_keys,
 )
+from .suite import RecordSuite
 
 _SCALES = ("scale_factor", "scale_to_pga_g", "scale_to_sa_g")
 
@@ -253,7 +254,8 @@ Ground = Annotated[
     | Annotated[FilteredNoise, Tag("clough_penzien")]
     | Annotated[RickerPulse, Tag("ricker_pulse")]
     | Annotated[MakrisPulse, Tag("makris_pulse")]
-    | Annotated[MavroeidisPulse, Tag("mavroeidis_papageorgiou_pulse")],
+    | Annotated[MavroeidisPulse, Tag("mavroeidis_papageorgiou_pulse")]
+    | Annotated[RecordSuite, Tag("suite")],
     Discriminator(
         kind_by_keys(
             {
@@ -264,6 +266,7 @@ Ground = Annotated[
                 "ricker_pulse": RickerPulse,
                 "makris_pulse": MakrisPulse,
                 "mavroeidis_papageorgiou_pulse": MavroeidisPulse,
+                "suite": RecordSuite,
             }
         )
     ),

@@ -18,6 +18,7 @@ from .devices import Belief, Element, Isolator
 from .fields import Section
 from .ground import Ground, ShippedRecord
 from .job import Job, located
+from .nonlinear import MoatWall, Yielding
 from .problems import one_line
 
 T = TypeVar("T")
@@ -59,6 +60,12 @@ class Scenario(Section):
     element: Annotated[list[Element], Field(description="more nonlinear elements")] = Field(
         default_factory=list
     )
+    yielding: Annotated[
+        Yielding | None, Field(description="storeys that yield; elastic if left out")
+    ] = None
+    moat_wall: Annotated[
+        MoatWall | None, Field(description="wall around the base; none if left out")
+    ] = None
     controller: Annotated[
         list[ControllerEntry], Field(min_length=1, description=_CONTROLLERS)
     ] = Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
@@ -190,7 +197,8 @@ class Scenario(Section):
         structure = once(
             lambda: at("structure", self.structure.build), "structure", self.structure
         )
-        plant = self.structure, self.isolator, *self.element
+        more = [part for part in (self.yielding, self.moat_wall) if part is not None]
+        plant = self.structure, self.isolator, *self.element, *more
         isolator = once(
             lambda: at("isolator", partial(self.isolator.sized, structure)), "sized", *plant[:2]
         )
@@ -239,6 +247,10 @@ class Scenario(Section):
         isolated = self._at(section, partial(structure.on, scaled, damping=isolator.damping_ratio))
         for k, element in enumerate(self.element):
             isolated = self._at(f"element[{k}]", partial(element.added, isolated))
+        if self.yielding is not None:
+            isolated = self._at("yielding", partial(self.yielding.added, isolated))
+        if self.moat_wall is not None:
+            isolated = self._at("moat_wall", partial(self.moat_wall.added, isolated))
         return isolated
 
     def _at(self, section: str, build: Callable[[], T]) -> T:

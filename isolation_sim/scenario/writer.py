@@ -105,7 +105,7 @@ def _absent(title: str, field: FieldInfo, present: list) -> list[str]:
             keys = [
                 key if field.is_required() else f"({key})"
                 for key, field in _own_first(kind)
-                if key != "kind" and key not in _shared(kinds)
+                if key != "kind" and key not in _shared(kind, used)
             ]
             lines.append(f"#   kind = {names}: {', '.join(keys)}".rstrip(": "))
     return [*lines, ""]
@@ -137,6 +137,9 @@ def _is_unset(value: Any) -> bool:
 
 
 def _toml(value: Any) -> str:
+    if isinstance(value, Section):
+        # a section within a section; with its kind, which its keys alone may not tell
+        value = {key: v for key, v in value.model_dump(mode="json").items() if v is not None}
     if isinstance(value, dict):
         pairs = ", ".join(f"{tomlkit.key(k).as_string()} = {_toml(v)}" for k, v in value.items())
         return f"{{ {pairs} }}"
@@ -154,8 +157,11 @@ def _own_first(kind: type[Section]) -> Iterator[tuple[str, FieldInfo]]:
             yield from ((k, f) for k, f in cls.model_fields.items() if k not in inherited)
 
 
-def _shared(kinds: list[type[Section]]) -> set[str]:
-    return set.intersection(*(set(kind.model_fields) for kind in kinds))
+def _shared(kind: type[Section], used: set[type[Section]]) -> set[str]:
+    """Keys of a kind that a section above has from the same base."""
+    bases = {cls for each in used for cls in each.__mro__[1:]}
+    common = [cls for cls in kind.__mro__[1:] if cls in bases and issubclass(cls, Section)]
+    return {key for cls in common for key in cls.model_fields}
 
 
 def _section_types(field: Any) -> Iterator[type[Section]]:

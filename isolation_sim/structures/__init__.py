@@ -6,6 +6,7 @@ from .opensees import from_opensees
 from .reference import reference_building, reference_isolators
 from .shear_building import shear_building
 from .structure import IsolatedStructure, Structure
+from .yielding import yielding_storeys
 
 __all__ = [
     "Element",
@@ -18,4 +19,5 @@ __all__ = [
     "reference_building",
     "reference_isolators",
     "shear_building",
+    "yielding_storeys",
 ]

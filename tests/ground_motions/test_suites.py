@@ -101,6 +101,15 @@ def test_zero_period_of_en1998_1_is_checked():
     assert found.common == pytest.approx(2.0)
 
 
+def test_which_response_a_rule_designs_for():
+    asked = {name: [rule.design_statistic(n) for n in (2, 3, 7, 11)]
+             for name, rule in SUITE_RULES.items()}  # fmt: skip
+    assert asked["asce7_22_16"] == [None, None, None, "mean"]
+    assert asked["asce7_22_17"] == [None, None, "mean", "mean"]
+    assert asked["en1998_1_2004"] == [None, "maximum", "mean", "mean"]
+    assert asked["en1998_2_2005"] == asked["en1998_1_2004"]
+
+
 def test_selection_takes_the_best_shapes_within_the_limits():
     periods = np.geomspace(0.4, 3.0, 100)
     target = TARGET.psa(periods)

@@ -1,0 +1,98 @@
+"""The command ``isolation-sim suite``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .common_options import AsJson, Quiet, examples, print_results, print_warning, progress
+
+if TYPE_CHECKING:
+    from ..sweeps.suites.result import Suite
+
+EXAMPLES = examples(
+    "isolation-sim suite my_suite.toml",
+    "isolation-sim suite my_suite.toml --out my_results --resume",
+    "isolation-sim suite my_suite.toml --criterion peak_drift_m",
+)
+
+
+def suite(
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario whose [ground] is a folder, files or a PEER download.")
+    ],
+    out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with what was begun there.")
+    ] = False,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes of this machine; one a processor by default.")
+    ] = None,
+    criterion: Annotated[
+        str, typer.Option(help="Criterion of the table with a row a motion.")
+    ] = "peak_base_displacement_m",
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run all records of a suite under all controllers, with the statistics of codes."""
+    from ..reports.console import standard_console
+    from ..reports.suite_tables import records_table, statistics_table, verdict
+    from ..sweeps.suites.run import run_suite
+
+    failures = 0
+
+    def advance(done: int, failed: int) -> None:
+        nonlocal failures
+        failures += failed
+        step(f"running, {failures} failed" if failures else "running", done)
+
+    with progress(quiet, 100) as step:
+        try:
+            found = run_suite(
+                scenario, out, resume=resume, workers=workers,
+                step=lambda text: step(text, 0), progress=advance,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            print("stopped; what is finished is kept: --resume goes on", file=sys.stderr)
+            raise typer.Exit(130) from None
+    found.check(criterion)
+    if as_json:
+        print(_json(found), end="")
+    elif not quiet:
+        console = standard_console()
+        for label in found.controllers:
+            console.print(statistics_table(found, label))
+        console.print(records_table(found, criterion))
+        for sentence in verdict(found):
+            console.print(sentence)
+    failed = found.sweep.failed
+    for _, row in failed.iterrows():
+        print_warning(f"{row['motion']}, {row['controller']}: {row['status']}: {row['reason']}")
+    print_results(found.folder, as_json, quiet)
+    if len(failed):
+        raise typer.Exit(1)
+
+
+def _json(found: Suite) -> str:
+    """Statistics and runs as JSON, in SI units; null where there is no number."""
+    return (
+        json.dumps(
+            {
+                "name": found.name,
+                "folder": str(found.folder),
+                "rule": found.rule.name,
+                "design_statistic": found.design_statistic,
+                "mean_spectrum_over_target": found.mean_ratio,
+                "meets_rule": found.meets_rule,
+                "motions": found.index["motions"],
+                "statistics": json.loads(found.statistics.reset_index().to_json(orient="records")),
+                "runs": json.loads(found.table.to_json(orient="records")),
+            },
+            indent=2,
+        )
+        + "\n"
+    )

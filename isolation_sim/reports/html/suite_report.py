@@ -1,0 +1,93 @@
+"""The report of a suite of records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..suite_figures import SPOKEN
+from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
+from ..sweep_tables import heading
+from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .run_report import versions
+from .text import capital
+
+if TYPE_CHECKING:
+    from ...sweeps.suites.result import Suite
+
+_SHOWN = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m")
+_CHANGES = {
+    "scale_factor": "Scale factor",
+    "largest_misfit": "Largest distance from the target",
+    "arias_ratio": "Arias intensity over the scaled original's",
+    "duration_change_s": "Change of the 5-95 % duration, s",
+}
+
+
+def suite_report(suite: Suite, picture: Path) -> Page:
+    """Report of a suite.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+    picture : pathlib.Path
+        The figure of its spectra, SVG.
+
+    Returns
+    -------
+    Page
+    """
+    combined = SPOKEN[suite.index["spectra"]["combination"]]
+    statistics: list[Block] = [_statistics(suite, label) for label in suite.controllers]
+    shown = [name for name in _SHOWN if name in suite.criteria]
+    parts: list[tuple[str, Sequence[Block]]] = [
+        ("Verdict", [Prose(tuple(verdict(suite)), "verdict")]),
+        ("Spectra", [Picture(f"Spectra of the records as they run: {combined}", picture)]),
+        ("Statistics over the suite", statistics),
+        ("Record by record", [_records(suite, name) for name in shown]),
+        ("What was done to the records", [_changes(suite)]),
+        ("What was run", [
+            Facts({
+                "Suite": suite.name,
+                "Motions": told_of(suite),
+                "Rule": f"{suite.rule.name}: {suite.rule.clause}; {suite.rule.response_clause}",
+                "Scaling": suite.index["scaling"],
+                "Controllers": ", ".join(suite.controllers),
+                "All numbers": "runs.csv and statistics.csv, in SI units",
+                "Versions": versions(),
+            })
+        ]),
+    ]  # fmt: skip
+    sections = [Section(title, blocks) for title, blocks in parts if blocks]
+    return Page(f"Suite: {suite.name}", told_of(suite), sections)
+
+
+def _statistics(suite: Suite, label: str) -> Table:
+    first, *rest = (capital(name) for name in HEADINGS)
+    rows = tuple(
+        Row(name, tuple(Cell(text) for text in cells))
+        for name, *cells in statistics_rows(suite, label)
+    )
+    return Table(label, (first, *rest), rows)
+
+
+def _records(suite: Suite, criterion: str) -> Table:
+    rows = tuple(
+        Row(motion, tuple(Cell(text.strip(), "best" if "*" in text else "") for text in cells))
+        for motion, *cells in records_rows(suite, criterion)
+    )
+    return Table(
+        capital(heading(criterion)), ("Motion", *suite.controllers), rows,
+        note="* governs under this controller.",
+    )  # fmt: skip
+
+
+def _changes(suite: Suite) -> Table:
+    motions = suite.index["motions"]
+    keys = [key for key in _CHANGES if key in motions[0]]
+    rows = tuple(
+        Row(each["name"], tuple(Cell(f"{each[key]:.4g}") for key in keys)) for each in motions
+    )
+    return Table("Changes", ("Motion", *(_CHANGES[key] for key in keys)), rows)

@@ -1,0 +1,209 @@
+"""Tables of a suite of records, in engineering units."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from .sweep_figures import spoken
+from .sweep_tables import heading
+from .units import unit_of
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..sweeps.suites.result import Suite
+
+HEADINGS = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
+"""Columns of the statistics."""
+
+
+def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
+    """Statistics of every criterion under a controller, as text.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+    controller : str
+        Label of the controller.
+
+    Returns
+    -------
+    list of tuple of str
+        A row a criterion, its columns those of `HEADINGS`.
+    """
+    rows = []
+    for name, row in suite.statistics.loc[controller].iterrows():
+        unit, factor = unit_of(str(name))
+
+        def shown(value: float, factor: float = factor) -> str:
+            return "" if pd.isna(value) else f"{value * factor:.4g}"
+
+        governing = "" if pd.isna(row["governing"]) else str(row["governing"])
+        numbers = [shown(row[key]) for key in ("mean", "median", "percentile_84", "maximum")]
+        rows.append((spoken(str(name)), unit, *numbers, governing, shown(row["design"])))
+    return rows
+
+
+def statistics_table(suite: Suite, controller: str) -> Table:
+    """Statistics of every criterion under a controller.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+    controller : str
+        Label of the controller.
+
+    Returns
+    -------
+    rich.table.Table
+    """
+    table = _table(f"{controller}: {told_of(suite)}")
+    for k, name in enumerate(HEADINGS):
+        table.add_column(name, justify="left" if k in (0, 1, 6) else "right")
+    for row in statistics_rows(suite, controller):
+        table.add_row(*row)
+    return table
+
+
+def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
+    """A criterion of every motion under every controller, as text; an asterisk marks the largest.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    list of tuple of str
+        Motion, then a number a controller; the status where a run failed.
+
+    Raises
+    ------
+    InputError
+        If there is no such criterion.
+    """
+    suite.check(criterion)
+    _, factor = unit_of(criterion)
+    found = suite.table.set_index(["motion", "controller"])
+    governing = {
+        label: suite.statistics.loc[(label, criterion), "governing"] for label in suite.controllers
+    }
+    rows = []
+    for motion in suite.table["motion"].unique():
+        cells = []
+        for label in suite.controllers:
+            run = found.loc[(motion, label)]
+            if run["status"] != "ok":
+                cells.append(str(run["status"]))
+            else:
+                mark = "*" if governing[label] == motion else " "
+                cells.append(f"{run[criterion] * factor:.4g}{mark}")
+        rows.append((str(motion), *cells))
+    return rows
+
+
+def records_table(suite: Suite, criterion: str) -> Table:
+    """A criterion of every motion under every controller.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    rich.table.Table
+
+    Raises
+    ------
+    InputError
+        If there is no such criterion.
+    """
+    table = _table(f"{heading(criterion)}, a row a motion")
+    table.add_column("motion")
+    for label in suite.controllers:
+        table.add_column(label, justify="right")
+    for row in records_rows(suite, criterion):
+        table.add_row(*row)
+    table.caption, table.caption_justify = "* governs under this controller", "left"
+    return table
+
+
+def told_of(suite: Suite) -> str:
+    """How many motions the statistics are over.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+
+    Returns
+    -------
+    str
+    """
+    motions, records = len(suite.index["motions"]), suite.index["n_records"]
+    return f"{motions} motions of {records} record{'s' * (records != 1)}"
+
+
+def verdict(suite: Suite) -> list[str]:
+    """What the suite fulfils of its rule, in sentences.
+
+    Parameters
+    ----------
+    suite : Suite
+        A suite.
+
+    Returns
+    -------
+    list of str
+    """
+    rule, statistic = suite.rule, suite.design_statistic
+    sentences = []
+    ratio = suite.mean_ratio
+    period = suite.index["isolated_period_s"]
+    if ratio is not None:
+        target = suite.index["spectra"]["target"]
+        met = "meets" if suite.meets_rule else "does not meet"
+        sentences.append(
+            f"The mean spectrum is {ratio[0]:.3f} to {ratio[1]:.3f} times the target "
+            f"({target['name']}; {target['clause']}) over {rule.low:g} to {rule.high:g} times the "
+            f"isolated period of {period:.3g} s; it {met} the least mean of {rule.floor:g} "
+            f"({rule.clause})."
+        )
+    records = suite.index["n_records"]
+    if statistic is None:
+        needed = rule.mean_from if rule.maximum_from is None else rule.maximum_from
+        sentences.append(
+            f"{rule.response_clause} asks for {needed} records or more; the suite has {records}, "
+            "so that no design value is given."
+        )
+    else:
+        sentences.append(
+            f"With {records} records the {statistic} is the response to design for "
+            f"({rule.response_clause})."
+        )
+    failed = len(suite.sweep.failed)
+    if failed:
+        sentences.append(
+            f"{failed} of {len(suite.table)} runs failed: they are in no statistic, and their "
+            "controllers have no design value."
+        )
+    return sentences
+
+
+def _table(title: str) -> Table:
+    from rich.table import Table
+
+    return Table(
+        title=title, title_justify="left", title_style="bold", box=None, pad_edge=False,
+        header_style="bold",
+    )  # fmt: skip

@@ -1,0 +1,112 @@
+"""The ``[ground]`` section of a suite of records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, NoReturn, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from ground_motions import SUITE_RULES, SuiteRecord, read_files, read_folder, read_peer
+
+from ..errors import InputError, unknown_name
+from .fields import InputPath, NonNegative, Positive, Section, absolute
+from .targets import Target
+
+
+class RecordSuite(Section):
+    """Many records, run one after another by ``isolation-sim suite``."""
+
+    kind: Literal["suite"] = "suite"
+    folder: Annotated[
+        InputPath | None, Field(description="of records, or an unpacked PEER download")
+    ] = None
+    files: Annotated[
+        list[str | list[str]] | None,
+        Field(min_length=1, description="a file a record, or two in brackets: its components"),
+    ] = None
+    peer: Annotated[InputPath | None, Field(description="PEER NGA-West2 download, .zip")] = None
+    components: Annotated[
+        Literal["both", "first", "second"],
+        Field(description="of a pair, for a structure with one direction: both one by one"),
+    ] = "both"
+    target: Annotated[
+        Target | None, Field(description='such as { kind = "nzs1170_5", Z = 0.4, ... }')
+    ] = None
+    rule: Annotated[
+        str, Field(description="asce7_22_16, asce7_22_17, en1998_1_2004, en1998_2_2005")
+    ] = next(iter(SUITE_RULES))
+    scaling: Annotated[
+        Literal["amplitude", "matched", "peer", "none"] | None,
+        Field(description="amplitude, matched, peer (the search's factors), none"),
+    ] = None
+    isolated_period_s: Annotated[
+        Positive | None, Field(description="T of the range; of small vibrations if left out")
+    ] = None
+    scale_limits: Annotated[
+        list[Positive], Field(min_length=2, max_length=2, description="least and largest factor")
+    ] = Field(default_factory=lambda: [0.25, 4.0])
+    select: Annotated[
+        int | None, Field(ge=1, description="take the records that fit the target best")
+    ] = None
+    match_tolerance: Annotated[
+        float, Field(ge=1e-3, le=0.5, description="with matched: share of the target")
+    ] = 0.05
+    quiet_after_s: Annotated[NonNegative, Field(description="still ground put after")] = 0.0
+
+    @field_validator("files", mode="before")
+    @classmethod
+    def _absolute(cls, value: object, info: ValidationInfo) -> object:
+        if not isinstance(value, list):
+            return value
+        return [
+            [str(absolute(each, info)) for each in entry]
+            if isinstance(entry, list)
+            else str(absolute(entry, info))
+            for entry in value
+        ]
+
+    @model_validator(mode="after")
+    def _keys_that_go_together(self) -> Self:
+        places = [key for key in ("folder", "files", "peer") if getattr(self, key) is not None]
+        if len(places) != 1:
+            raise InputError(
+                f"{' and '.join(places) or 'no records'} given; accepted: one of folder, files, "
+                "peer"
+            )
+        if self.rule not in SUITE_RULES:
+            raise unknown_name("rule", self.rule, SUITE_RULES)
+        if self.target is None and (self.scaling in ("amplitude", "matched") or self.select):
+            raise InputError(
+                f"{self.scaling or 'select'} needs a target spectrum; accepted: a target"
+            )
+        low, high = self.scale_limits
+        if low > high:
+            raise InputError(f"scale_limits are {low:g} and {high:g}; accepted: the least first")
+        return self
+
+    @property
+    def scaled_by(self) -> str:
+        """How the records are scaled: to the target's amplitude where there is a target."""
+        return self.scaling or ("none" if self.target is None else "amplitude")
+
+    def records(self) -> list[SuiteRecord]:
+        """Return the records, as they are in their files."""
+        if self.peer is not None:
+            return read_peer(self.peer)
+        if self.folder is not None:
+            return read_folder(self.folder)
+        return read_files(self.files or [])
+
+    def sources(self) -> list[Path]:
+        """Return the files that the suite depends on."""
+        if self.folder is not None:
+            return sorted(path for path in self.folder.glob("*") if path.is_file())
+        files = [self.peer] if self.peer is not None else []
+        for entry in self.files or []:
+            files += [Path(each) for each in ([entry] if isinstance(entry, str) else entry)]
+        return files
+
+    def record(self) -> NoReturn:
+        """Refuse to be one motion."""
+        raise InputError("a suite of records; accepted: isolation-sim suite, which runs them all")

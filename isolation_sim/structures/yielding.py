@@ -1,0 +1,108 @@
+"""Storeys that yield: the elastic storeys of a shear building become Bouc-Wen elements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..laws import law
+from .structure import IsolatedStructure, Structure
+
+_SHEAR_BUILDING = 1e-9  # stiffness that storeys alone leave unexplained, as a share
+
+
+def storey_stiffnesses(structure: Structure) -> np.ndarray:
+    """Return the stiffness of each storey of a shear building.
+
+    Parameters
+    ----------
+    structure : Structure
+        The linear structure, on its base or fixed.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_storeys,), N/m
+
+    Raises
+    ------
+    InputError
+        If its stiffness matrix is not the sum of storeys.
+    """
+    rows = structure.drift_rows
+    storeys = np.array([np.outer(row, row).ravel() for row in rows]).T
+    matrix = structure.stiffness
+    found = np.linalg.lstsq(storeys, matrix.ravel(), rcond=None)[0] if len(rows) else rows[:, 0]
+    left = np.abs(storeys @ found - matrix.ravel()).max(initial=0.0)
+    if not len(rows) or left > _SHEAR_BUILDING * np.abs(matrix).max() or np.any(found <= 0.0):
+        raise InputError(
+            f"{structure.name}: its stiffness is not that of storeys one above the other; accepted "
+            "for storeys that yield: a shear building"
+        )
+    return found
+
+
+def yielding_storeys(
+    isolated: IsolatedStructure,
+    yield_shear: float | Sequence[float],
+    hardening_ratio: float = 0.05,
+    smoothness: float = 5.0,
+) -> IsolatedStructure:
+    """Replace the storeys' stiffness above hardening by Bouc-Wen elements.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        A shear building with or without isolators.
+    yield_shear : float or sequence of float, N
+        Shear at which the storeys yield, one for all or one a storey from below.
+    hardening_ratio : float, default 0.05
+        Stiffness after yielding over that before.
+    smoothness : float, default 5
+        Exponent of Bouc and Wen; a large one makes a sharp corner.
+
+    Returns
+    -------
+    IsolatedStructure
+        As stiff as before at small drifts, with the same damping matrix, and an element
+        ``..._hysteresis`` a storey.
+
+    Raises
+    ------
+    InputError
+        If the structure is no shear building, or a number is out of range.
+
+    Notes
+    -----
+    Y. K. Wen, "Method for random vibration of hysteretic systems", Journal of the Engineering
+    Mechanics Division 102 (1976) 249-263. Beyond yielding the storey shear approaches
+    ``r k d + (1 - r) V_y``, with the ratio r, the elastic stiffness k and the drift d.
+    """
+    structure = isolated.structure
+    stiffness = storey_stiffnesses(structure)
+    try:
+        shear = np.broadcast_to(np.array(yield_shear, dtype=float), stiffness.shape)
+    except ValueError:
+        raise InputError(
+            f"yield_shear is {yield_shear!r}; accepted: a number or {len(stiffness)}, in N"
+        ) from None
+    if not (np.all(np.isfinite(shear)) and np.all(shear > 0.0)):
+        raise InputError(f"yield_shear is {yield_shear!r}; accepted: numbers above 0, in N")
+    if not 0.0 <= hardening_ratio < 1.0:
+        raise InputError(f"hardening_ratio is {hardening_ratio:g}; accepted: 0 to below 1")
+    if not smoothness >= 1.0:
+        raise InputError(f"smoothness is {smoothness:g}; accepted: 1 or above")
+    soft = (1.0 - hardening_ratio) * stiffness
+    rows = structure.drift_rows
+    softened = replace(structure, stiffness=structure.stiffness - rows.T * soft @ rows)
+    built = replace(isolated, structure=softened)
+    for k, storey in enumerate(structure.storeys):
+        share = 0.5 / (shear[k] / stiffness[k]) ** smoothness
+        device = law("bouc_wen", {
+            "k": 0.0, "c": 0.0, "alpha": float(soft[k]), "A": 1.0, "beta": float(share),
+            "gamma": float(share), "n": float(smoothness), "F0": 0.0,
+        })  # fmt: skip
+        built = built.with_element(device, storey, name=f"{storey}_hysteresis")
+    return built

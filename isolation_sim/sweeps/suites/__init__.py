@@ -1,0 +1,6 @@
+"""Suites of records: all records under all controllers, and the statistics that codes ask for."""
+
+from .result import Suite
+from .run import run_suite
+
+__all__ = ["Suite", "run_suite"]

@@ -1,0 +1,269 @@
+"""The records of a suite made ready: read, selected, scaled or matched, and written as they run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ground_motions import (
+    SUITE_RULES,
+    Record,
+    SuiteRecord,
+    SuiteRule,
+    combined_spectrum,
+    match_spectrum,
+    scale_suite,
+    select_best,
+    write_csv,
+)
+
+from ...errors import InputError
+from ...io.atomic_write import write_text
+from ...io.results_folder import file_name
+from ...scenario.suite import RecordSuite
+from ...structures import IsolatedStructure
+from ...structures.modes import undamped_modes
+from ...version import __version__
+
+INDEX = "suite.json"
+MOTIONS = "motions"
+_PLOTTED = (0.02, 60)  # shortest period, s, and number of periods of the suite's spectra
+_FIXED_POINTS = 50
+
+
+def isolated_period(isolated: IsolatedStructure) -> float:
+    """Return the period of small vibrations on the isolators without current.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+
+    Returns
+    -------
+    float
+        Longest natural period, s, with the isolators' stiffness at its own frequency.
+    """
+    frequency = 1.0
+    for _ in range(_FIXED_POINTS):
+        linear = isolated.linearised(0.0, frequency)
+        frequency = float(undamped_modes(linear.mass, linear.stiffness)[0][0] / (2 * np.pi))
+    return 1.0 / frequency
+
+
+def prepare(
+    section: RecordSuite,
+    isolated: IsolatedStructure,
+    folder: Path,
+    step: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Write the motions of a suite as they shake the building, and what was done to them.
+
+    Parameters
+    ----------
+    section : RecordSuite
+        The suite.
+    isolated : IsolatedStructure
+        The plant: its directions decide how components are used.
+    folder : pathlib.Path
+        Where to write; what is there of the same suite is kept.
+    step : callable
+        Called with the name of what is being done.
+
+    Returns
+    -------
+    dict
+        What ``suite.json`` holds.
+
+    Raises
+    ------
+    InputError
+        If a record cannot be read, scaled or matched.
+    """
+    inputs = _inputs(section, isolated)
+    try:
+        kept = json.loads((folder / INDEX).read_bytes())
+    except (OSError, ValueError):
+        kept = {}
+    if kept.get("inputs") == inputs:
+        return kept
+    if kept:
+        raise InputError(
+            f"{folder}: the suite has changed since; accepted: the same records and keys, or a "
+            "new folder"
+        )
+    rule = SUITE_RULES[section.rule]
+    period = section.isolated_period_s or isolated_period(isolated)
+    step("reading records")
+    records, changes = _scaled(section, rule, period, section.records(), step)
+    records = [_padded(record, section.quiet_after_s) for record in records]
+    (folder / MOTIONS).mkdir(parents=True, exist_ok=True)
+    motions = []
+    for record, change in zip(records, changes, strict=True):
+        for name, components in _shaking(section, isolated, record):
+            files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
+            for each, file in zip(components, files, strict=True):
+                write_csv(each, folder / file)
+            motions.append({"name": name, "record": record.name, "files": files, **change[name]})
+    step("spectra")
+    index = {
+        "inputs": inputs,
+        "n_records": len(records),
+        "isolated_period_s": period,
+        "scaling": section.scaled_by,
+        "motions": motions,
+        "spectra": _spectra(section, rule, period, records),
+    }
+    write_text(json.dumps(index, indent=1), folder / INDEX)
+    return index
+
+
+def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]:
+    digests = {str(p): hashlib.sha256(p.read_bytes()).hexdigest() for p in section.sources()}
+    return {
+        "section": section.model_dump(mode="json"),
+        "period_s": section.isolated_period_s or isolated_period(isolated),
+        "directions": list(isolated.structure.directions),
+        "files": digests,
+        "software": f"isolation-sim {__version__}",
+    }
+
+
+def _scaled(
+    section: RecordSuite,
+    rule: SuiteRule,
+    period: float,
+    records: list[SuiteRecord],
+    step: Callable[[str], None],
+) -> tuple[list[SuiteRecord], list[dict[str, dict[str, float]]]]:
+    """The records as they are to shake the building, and of each motion what was changed."""
+    limits = section.scale_limits[0], section.scale_limits[1]
+    periods = rule.periods(period)
+    target = None if section.target is None else section.target.spectrum()
+    if section.select is not None and target is not None:
+        step("selecting records")
+        fitted = periods[periods > 0.0]
+        spectra = np.array([combined_spectrum(r.components, fitted, rule.combination)
+                            for r in records])  # fmt: skip
+        chosen = select_best(spectra, target.psa(fitted), section.select, limits)
+        records = [records[k] for k in sorted(chosen)]
+    by = section.scaled_by
+    if by == "matched" and target is not None:
+        matched, changes = [], []
+        for record in records:
+            step(f"matching {record.name}")
+            found = [
+                match_spectrum(each, target, rule.low * period, rule.high * period,
+                               section.match_tolerance, limits)
+                for each in record.components
+            ]  # fmt: skip
+            matched.append(SuiteRecord(record.name, tuple(each.record for each in found)))
+            changes.append(
+                _by_motion(record, [
+                    {
+                        "scale_factor": each.scale_factor,
+                        "largest_misfit": each.largest_misfit,
+                        "arias_ratio": each.arias_ratio,
+                        "duration_change_s": each.duration_change,
+                    }
+                    for each in found
+                ])
+            )  # fmt: skip
+        return matched, changes
+    factors = [record.scale_factor if by == "peer" else 1.0 for record in records]
+    if by == "amplitude" and target is not None:
+        step("scaling records")
+        spectra = np.array([combined_spectrum(r.components, periods, rule.combination)
+                            for r in records])  # fmt: skip
+        factors = scale_suite(spectra, target.psa(periods), rule.floors, limits).factors.tolist()
+    scaled = [r.scaled(factor) for r, factor in zip(records, factors, strict=True)]
+    return scaled, [
+        _by_motion(r, [{"scale_factor": factor}] * len(r.components))
+        for r, factor in zip(records, factors, strict=True)
+    ]
+
+
+def _by_motion(record: SuiteRecord, changes: list[dict[str, float]]) -> dict[str, dict[str, float]]:
+    """What was changed, by the name of each motion that may be made of a record."""
+    worst = {
+        key: max((each[key] for each in changes), key=lambda value: abs(value))
+        for key in changes[0]
+    }
+    names = {_component(record, k): change for k, change in enumerate(changes)}
+    return {record.name: worst, **names}
+
+
+def _component(record: SuiteRecord, k: int) -> str:
+    return record.name if len(record.components) == 1 else f"{record.name} H{k + 1}"
+
+
+def _shaking(
+    section: RecordSuite, isolated: IsolatedStructure, record: SuiteRecord
+) -> list[tuple[str, tuple[Record, ...]]]:
+    """Motions of a record: its components one by one, or together where directions are several."""
+    directions = isolated.structure.directions
+    if len(directions) == 1:
+        wanted = {"first": [0], "second": [1], "both": range(len(record.components))}
+        return [
+            (_component(record, k), (record.components[k],))
+            for k in wanted[section.components]
+            if k < len(record.components)
+        ]
+    if len(directions) != len(record.components):
+        raise InputError(
+            f"record {record.name} has {len(record.components)} horizontal components; accepted: "
+            f"{len(directions)}, one a direction of the structure ({', '.join(directions)})"
+        )
+    return [(record.name, record.components)]
+
+
+def _padded(record: SuiteRecord, after: float) -> SuiteRecord:
+    if not after:
+        return record
+    components = tuple(each.padded(after=after) for each in record.components)
+    return SuiteRecord(record.name, components, record.vertical, record.scale_factor)
+
+
+def _spectra(
+    section: RecordSuite, rule: SuiteRule, period: float, records: list[SuiteRecord]
+) -> dict[str, Any]:
+    """Spectra of the records as they run, over the plotted periods and over the rule's range."""
+    shortest, count = _PLOTTED
+    plotted = np.geomspace(shortest, max(4.0, 1.2 * rule.high * period), count)
+    checked = rule.periods(period)
+    target = None if section.target is None else section.target.spectrum()
+
+    def of_all(periods: np.ndarray) -> np.ndarray:
+        return np.array([combined_spectrum(r.components, periods, rule.combination)
+                         for r in records])  # fmt: skip
+
+    def wanted(periods: np.ndarray) -> list[float | None]:
+        if target is None:
+            return [None] * len(periods)
+        inside = (periods >= target.shortest_period) & (periods <= target.longest_period)
+        values = np.full(len(periods), np.nan)
+        values[inside] = target.psa(periods[inside])
+        return [None if np.isnan(value) else float(value) for value in values]
+
+    return {
+        "combination": rule.combination,
+        "target": None if target is None else {"name": target.name, "clause": target.clause},
+        "plotted": {
+            "period_s": plotted.tolist(),
+            "psa_m_s2": {
+                r.name: row.tolist() for r, row in zip(records, of_all(plotted), strict=True)
+            },
+            "target_m_s2": wanted(plotted),
+        },
+        "range": {
+            "period_s": checked.tolist(),
+            "mean_m_s2": of_all(checked).mean(axis=0).tolist(),
+            "target_m_s2": wanted(checked),
+            "floor": rule.floors.tolist(),
+        },
+    }

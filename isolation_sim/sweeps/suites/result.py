@@ -1,0 +1,171 @@
+"""The results of a suite of records, read from its folder."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ground_motions import SUITE_RULES, SuiteRule
+
+from ...errors import InputError
+from ...rendering import render
+from ..result import Sweep
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+SWEEP = "sweep"
+STATISTICS = ("mean", "median", "percentile_84", "maximum")
+"""Statistics over the motions of a suite."""
+
+
+class Suite:
+    """Results of a suite of records.
+
+    Parameters
+    ----------
+    folder : str or pathlib.Path
+        Folder that `isolation_sim.run_suite` wrote.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        The folder.
+    index : dict
+        The motions, what was done to them, and their spectra.
+    sweep : Sweep
+        The runs.
+
+    Raises
+    ------
+    InputError
+        If there is no suite.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        try:
+            self.index: dict[str, Any] = json.loads((self.folder / "suite.json").read_bytes())
+        except (OSError, ValueError):
+            raise InputError(
+                f"{folder}: no suite there; accepted: a folder that isolation-sim suite made"
+            ) from None
+        self.sweep = Sweep(self.folder / SWEEP)
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.sweep.plan.name
+
+    @property
+    def rule(self) -> SuiteRule:
+        """What the code asks of the suite."""
+        return SUITE_RULES[self.index["inputs"]["section"]["rule"]]
+
+    @property
+    def design_statistic(self) -> str | None:
+        """Statistic to design for by the rule; None where it asks for more records."""
+        return self.rule.design_statistic(self.index["n_records"])
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Labels of the controllers."""
+        return self.sweep.controllers
+
+    @cached_property
+    def criteria(self) -> tuple[str, ...]:
+        """Criteria, SI units, and J1 to J8 where one controller is ``passive_off``."""
+        skipped = ("energy_", "normalised_")
+        return tuple(name for name in self.sweep.criteria if not name.startswith(skipped))
+
+    @cached_property
+    def table(self) -> pandas.DataFrame:
+        """A row a run: ``motion``, ``record``, ``controller``, ``status``, criteria in SI units."""
+        table = self.sweep.table.drop(columns="case")
+        record = {each["name"]: each["record"] for each in self.index["motions"]}
+        table.insert(1, "record", table["motion"].map(record))
+        return table
+
+    @cached_property
+    def statistics(self) -> pandas.DataFrame:
+        """Mean, median, 84th percentile and maximum over the motions.
+
+        Indexed by controller and criterion; ``governing`` names the motion with the maximum,
+        ``design`` is the value to design for by the rule, NaN where the rule gives none or a run
+        failed, and ``runs`` is the number of runs behind the statistics.
+        """
+        import pandas as pd
+
+        rows = []
+        for label in self.controllers:
+            runs = self.table[self.table["controller"] == label]
+            good = runs[runs["status"] == "ok"].set_index("motion")
+            for criterion in self.criteria:
+                values = good[criterion].dropna()
+                row: dict[str, Any] = {
+                    "controller": label, "criterion": criterion, "runs": len(values),
+                }  # fmt: skip
+                if len(values):
+                    row |= {
+                        "mean": values.mean(),
+                        "median": values.median(),
+                        "percentile_84": values.quantile(0.84),
+                        "maximum": values.max(),
+                        "governing": values.idxmax(),
+                    }
+                    if self.design_statistic and len(values) == len(runs):
+                        row["design"] = row[self.design_statistic]
+                rows.append(row)
+        columns = [*STATISTICS, "governing", "design", "runs"]
+        frame = pd.DataFrame(rows).set_index(["controller", "criterion"])
+        return frame.reindex(columns=columns)
+
+    @property
+    def mean_ratio(self) -> tuple[float, float] | None:
+        """Least and largest mean spectrum over the target in the rule's range; None without one."""
+        found = self.index["spectra"]["range"]
+        if any(value is None for value in found["target_m_s2"]):
+            return None
+        pairs = zip(found["period_s"], found["mean_m_s2"], found["target_m_s2"], strict=True)
+        ratios = [mean / target for period, mean, target in pairs if period > 0.0]
+        return min(ratios), max(ratios)
+
+    @property
+    def meets_rule(self) -> bool | None:
+        """Whether the mean spectrum reaches the rule's floor everywhere; None without a target."""
+        found = self.index["spectra"]["range"]
+        if any(value is None for value in found["target_m_s2"]):
+            return None
+        rows = zip(found["mean_m_s2"], found["target_m_s2"], found["floor"], strict=True)
+        return all(mean >= floor * target * (1.0 - 1e-9) for mean, target, floor in rows)
+
+    def check(self, criterion: str) -> None:
+        """Refuse a name that is no criterion of the suite.
+
+        Parameters
+        ----------
+        criterion : str
+            Given.
+
+        Raises
+        ------
+        InputError
+            Naming the nearest.
+        """
+        self.sweep.check(criterion, self.criteria, "criterion")
+
+    def plot_spectra(self) -> Figure:
+        """Draw the spectra of the records, their mean and the target.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return render("suite_figures:spectra", self)
+
+    def save(self) -> None:
+        """Write the tables, the figure of the spectra and the report into the folder."""
+        render("suite_files:write_suite", self)

@@ -1,0 +1,101 @@
+"""Run all records of a suite under all controllers of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import InputError
+from ...io.atomic_write import write_text
+from ...io.results_folder import file_name, write_contents
+from ...scenario import Scenario
+from ...scenario.job import located
+from ...scenario.suite import RecordSuite
+from .prepare import INDEX, prepare
+from .result import SWEEP, Suite
+
+if TYPE_CHECKING:
+    from ..run import Estimate
+
+SCENARIO = "scenario.toml"
+MOTION = "motion"
+
+
+def run_suite(
+    scenario: Scenario | str | Path,
+    out: str | Path | None = None,
+    *,
+    resume: bool = False,
+    workers: int | None = None,
+    step: Callable[[str], None] = lambda _: None,
+    announce: Callable[[Estimate], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Suite:
+    """Run a scenario whose ground is a suite of records; what is finished stays.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or pathlib.Path
+        A scenario whose ``[ground]`` names a suite, or its file.
+    out : str or pathlib.Path, optional
+        Folder for the results; ``results/`` and the scenario's name by default.
+    resume : bool, default False
+        Whether to go on with what was begun there.
+    workers : int, optional
+        Processes of this machine; as many as there are processors by default.
+    step : callable, optional
+        Called with the name of what is being done before the runs.
+    announce, progress
+        As in `isolation_sim.sweep`.
+
+    Returns
+    -------
+    Suite
+
+    Raises
+    ------
+    InputError
+        If the ground is no suite, a record cannot be used, or the folder holds something else.
+    """
+    from ..run import sweep
+
+    if not isinstance(scenario, Scenario):
+        scenario = Scenario.read(scenario)
+    section = scenario.ground[0]
+    if len(scenario.ground) != 1 or not isinstance(section, RecordSuite):
+        raise InputError(
+            f"{scenario.name}: [ground] is no suite of records; accepted: folder, files or peer, "
+            "or isolation-sim run for one motion"
+        )
+    folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
+    if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
+        remedy = ", or --resume to go on with the suite there" if (folder / INDEX).exists() else ""
+        raise InputError(f"{folder}: holds something already; accepted: a new folder{remedy}")
+    folder = folder.absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    step("building")
+    plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
+    try:
+        index = prepare(section, plant, folder, step)
+    except InputError as error:
+        raise located(error, scenario._source, "ground") from None
+    write_text(scenario.to_toml(), folder / SCENARIO)
+    grounds = [
+        [{"kind": "record_file", "file": str(folder / file)} for file in motion["files"]]
+        for motion in index["motions"]
+    ]
+    base = scenario.model_dump(mode="json") | {"ground": grounds[0]}
+    names = [motion["name"] for motion in index["motions"]]
+    plan = {
+        "name": scenario.name,
+        "scenario": base,
+        "vary": [{"field": "ground", "label": MOTION, "values": grounds, "names": names}],
+    }
+    sweep(
+        plan, folder / SWEEP, resume=resume, workers=workers, announce=announce, progress=progress
+    )
+    suite = Suite(folder)
+    suite.save()
+    write_contents(folder, f"Suite {scenario.name}")
+    return suite

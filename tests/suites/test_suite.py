@@ -1,0 +1,214 @@
+"""Suites of records: every record under every controller, statistics, resume, command line."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import isolation_sim as iso
+from ground_motions import Record, el_centro_1940, read_csv, response_spectrum, write_csv
+from isolation_sim.cli import main
+from isolation_sim.errors import InputError
+from isolation_sim.reports.suite_tables import verdict
+from isolation_sim.scenario import Scenario
+from isolation_sim.sweeps.suites import Suite, run_suite
+from isolation_sim.sweeps.suites.prepare import isolated_period, prepare
+
+SCENARIO = """
+name = "three"
+[ground]
+folder = "records"
+rule = "en1998_1_2004"
+isolated_period_s = 1.0
+target = { kind = "en1998_1_2004", a_g_m_s2 = 1.0, ground = "B" }
+[[controller]]
+name = "passive_off"
+[[controller]]
+name = "constant"
+amperes = 1.0
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Three records: one with two components, two with one."""
+    place = tmp_path_factory.mktemp("suite")
+    (place / "records").mkdir()
+    whole = el_centro_1940()
+    first, second = whole.cut(0.0, 5.0), whole.cut(4.0, 9.0)
+    write_csv(whole.cut(1.0, 6.0), place / "records" / "b.csv")
+    write_csv(whole.cut(0.0, 4.0).scaled(2.0), place / "records" / "c.csv")
+    rows = [f"{t},{a},{b}" for t, a, b in zip(first.time, first.acceleration,
+                                              second.acceleration, strict=True)]  # fmt: skip
+    (place / "records" / "a.csv").write_text("\n".join(["time_s,x_m_s2,y_m_s2", *rows]))
+    (place / "three.toml").write_text(SCENARIO)
+    return place
+
+
+@pytest.fixture(scope="module")
+def suite(folder):
+    return run_suite(folder / "three.toml", folder / "out", workers=1)
+
+
+def test_every_motion_runs_under_every_controller(suite):
+    assert [each["name"] for each in suite.index["motions"]] == ["a H1", "a H2", "b", "c"]
+    assert suite.index["n_records"] == 3
+    assert len(suite.table) == 8
+    assert set(suite.table["status"]) == {"ok"}
+    assert set(suite.table["record"]) == {"a", "b", "c"}
+
+
+def test_a_run_is_the_one_of_its_scaled_record(suite, folder):
+    motion = suite.index["motions"][2]
+    record = read_csv(folder / "records" / "b.csv").scaled(motion["scale_factor"])
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    run = iso.simulate(isolated, record, iso.controller("constant", amperes=1.0))
+    (row,) = suite.table.query("motion == 'b' and controller == 'constant'").to_dict("records")
+    for name in ("peak_base_displacement_m", "rms_drift_m", "peak_base_shear_N"):
+        assert row[name] == pytest.approx(run.criteria[name], rel=1e-12)
+
+
+def test_statistics_over_the_suite(suite):
+    values = suite.table.query("controller == 'passive_off'").set_index("motion")
+    values = values["peak_base_displacement_m"]
+    row = suite.statistics.loc[("passive_off", "peak_base_displacement_m")]
+    assert row["mean"] == pytest.approx(values.sum() / 4)
+    assert row["median"] == pytest.approx(np.median(values))
+    assert row["percentile_84"] == pytest.approx(np.percentile(values, 84))
+    assert row["maximum"] == values.max()
+    assert values[row["governing"]] == values.max()
+    # EN 1998-1, 4.3.3.4.3(3): fewer than 7 records, so the largest response
+    assert row["design"] == values.max()
+
+
+def test_the_scaled_mean_reaches_the_floor_of_the_rule(suite, folder):
+    """Independently: the motions as written, their spectra, the clause's 90 % of the target."""
+    target = Scenario.read(folder / "three.toml").ground[0].target.spectrum()
+    periods = np.append(0.0, np.geomspace(0.2, 2.0, 77))
+    spectra = []
+    for files in ([0, 1], [2], [3]):
+        motions = [suite.folder / suite.index["motions"][k]["files"][0] for k in files]
+        spectra.append(
+            np.mean([response_spectrum(read_csv(each), periods).psa for each in motions], axis=0)
+        )
+    ratio = np.mean(spectra, axis=0) / target.psa(periods)
+    assert ratio[0] >= 1.0 - 1e-6
+    assert ratio[1:].min() >= 0.9 - 2e-3  # between the rule's own periods
+    assert suite.meets_rule
+    # one of the two is what decides
+    assert min(ratio[0], ratio[1:].min() / 0.9) == pytest.approx(1.0, abs=0.02)
+
+
+def test_what_is_on_the_disk(suite):
+    runs = pd.read_csv(suite.folder / "runs.csv")
+    assert len(runs) == 8
+    report = (suite.folder / "report.html").read_text()
+    for text in ("EN 1998-1:2004, 4.3.3.4.3(3)", "With 3 records the maximum", "a H2"):
+        assert text in report
+    again = Suite(suite.folder)
+    pd.testing.assert_frame_equal(again.statistics, suite.statistics)
+
+
+def test_a_suite_that_was_stopped_goes_on(folder, suite, monkeypatch):
+    monkeypatch.setattr("isolation_sim.sweeps.run._CHUNK_SECONDS", 0.0)  # a case a chunk
+    out, done = folder / "stopped", []
+
+    def stop(runs, failed):
+        done.append(runs)
+        if len(done) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_suite(folder / "three.toml", out, workers=1, progress=stop)
+    with pytest.raises(InputError, match="--resume to go on"):
+        run_suite(folder / "three.toml", out, workers=1)
+    after = []
+    resumed = run_suite(
+        folder / "three.toml", out, resume=True, workers=1, progress=lambda n, _: after.append(n)
+    )
+    assert after[0] == 4  # what was finished
+    assert sum(after) == 8
+    pd.testing.assert_frame_equal(resumed.table, suite.table)
+    changed = Scenario.from_toml(SCENARIO.replace("= 1.0, ground", "= 2.0, ground"), folder)
+    with pytest.raises(InputError, match="the suite has changed since"):
+        run_suite(changed, out, resume=True)
+
+
+def test_too_few_records_give_no_design_value(suite):
+    other = Suite(suite.folder)
+    other.index["inputs"]["section"]["rule"] = "asce7_22_16"
+    assert other.design_statistic is None
+    assert other.statistics["design"].isna().all()
+    assert "asks for 11 records or more; the suite has 3" in " ".join(verdict(other))
+
+
+def test_two_directions_are_shaken_together(tmp_path):
+    ground = el_centro_1940().cut(0.0, 3.0)
+    files = [write_csv(ground.scaled(k), tmp_path / f"{k}.csv") for k in (1.0, 0.5)]
+    plan = iso.from_matrices(
+        np.diag([1e5, 1e5]), np.zeros((2, 2)), np.zeros((2, 2)), influence=np.eye(2),
+        directions=("x", "y"), base=(0, 1), names=("x", "y"),
+    ).on(iso.law("linear", {"k": 4e6}))  # fmt: skip
+    given = {"ground": {"files": [list(map(str, files))], "scaling": "none"}}
+    index = prepare(Scenario.model_validate(given).ground[0], plan, tmp_path / "out")
+    (motion,) = index["motions"]
+    assert len(motion["files"]) == 2
+    second = read_csv(tmp_path / "out" / motion["files"][1])
+    assert isinstance(second, Record)
+    np.testing.assert_array_equal(second.acceleration, 0.5 * ground.acceleration)
+
+
+def test_the_isolated_period_of_a_linear_isolator():
+    mass, stiffness = 1e5, 4e6
+    alone = iso.from_matrices(np.diag([mass]), np.zeros((1, 1)), np.zeros((1, 1)))
+    expected = 2 * np.pi * np.sqrt(mass / stiffness)
+    assert isolated_period(alone.on(iso.law("linear", {"k": stiffness}))) == pytest.approx(expected)
+
+
+def run(capsys, *words):
+    code = 0
+    try:
+        main([str(word) for word in words])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, *capsys.readouterr()
+
+
+def test_the_command_prints_tables_and_json(folder, suite, capsys):
+    command = ("suite", folder / "three.toml", "--out", suite.folder, "--resume")
+    code, out, _ = run(capsys, *command)
+    assert code == 0
+    for text in ("passive_off: 4 motions of 3 records", "governs", "a H2", "84 %",
+                 "the maximum is the response to design for"):  # fmt: skip
+        assert text in " ".join(out.split())
+    code, out, _ = run(capsys, *command, "--json")
+    told = json.loads(out)
+    assert (code, told["design_statistic"], len(told["runs"])) == (0, "maximum", 8)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('folder = "records"', "", "accepted: one of folder, files, peer"),
+        ('"records"', '"missing"', "given no folder"),
+        ('rule = "en1998_1_2004"', 'rule = "en1998"', "unknown rule 'en1998'"),
+        ('ground = "B"', 'ground = "F"', "ground"),
+        ("a_g_m_s2 = 1.0", "a_g_m_s2 = 50.0", "accepted: a higher limit"),
+    ],
+)
+def test_bad_input_is_one_line(folder, tmp_path, capsys, old, new, said):
+    path = folder / "bad.toml"
+    path.write_text(SCENARIO.replace(old, new))
+    code, _, error = run(capsys, "suite", path, "--out", tmp_path / "out")
+    assert code == 2
+    assert said in error
+    assert len(error.strip().splitlines()) == 1
+
+
+def test_run_refuses_a_suite_and_suite_refuses_one_motion(folder, tmp_path, capsys):
+    code, _, error = run(capsys, "run", folder / "three.toml")
+    assert code == 2 and "isolation-sim suite" in error
+    (tmp_path / "one.toml").write_text('name = "one"\n')
+    code, _, error = run(capsys, "suite", tmp_path / "one.toml")
+    assert code == 2 and "[ground] is no suite of records" in error
