@@ -139,7 +139,7 @@ class H2(CompiledController):
     presets: ClassVar = {
         "published": {
             "largest_displacement": 0.2, "largest_acceleration": 0.6, "largest_force": 0.045,
-            "ground_frequency": 15.0,
+            "ground_frequency": 15.0, "reference": None,
         },
     }  # fmt: skip
 
@@ -166,7 +166,7 @@ class H2(CompiledController):
     )
     reference: float | None = setting(
         None, "current at which the isolators are linearised; None for the middle of the range",
-        Optional(Number()), "A",
+        Optional(Number()), "A", SearchRange(0.0, 3.0, "linear"),
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:

@@ -10,15 +10,15 @@ the least J of any constant current under the same motion.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from controllers import controller
 from isolation_sim.errors import InputError
 from isolation_sim.scenario import Scenario
-from isolation_sim.simulation.control import Control
+from isolation_sim.tuning.candidate_runs import Candidate
 from isolation_sim.tuning.intervals import MeanInterval, mean_interval
 from isolation_sim.tuning.motions import Motions, MotionSet, motion_set
 from isolation_sim.tuning.trials import CRITERIA, Trials
@@ -81,14 +81,14 @@ def motions(short: bool) -> tuple[dict[str, MotionSet], str]:
     return {name: motion_set(one, job, UNSEEN_SEED, PGA_G) for name, one in given.items()}, absent
 
 
-def scores(group: MotionSet, entrants: dict[str, Control]) -> dict[str, list[float]]:
+def scores(group: MotionSet, entrants: dict[str, Candidate]) -> dict[str, list[float]]:
     """Score controllers under one set of motions; kept in the cache folder.
 
     Parameters
     ----------
     group : MotionSet
         Motions.
-    entrants : dict of str to Control
+    entrants : dict of str to Candidate
         By any name.
 
     Returns
@@ -98,13 +98,16 @@ def scores(group: MotionSet, entrants: dict[str, Control]) -> dict[str, list[flo
     """
 
     def find() -> dict[str, Any]:
-        job = Scenario.read(TUNED / "reference.toml").build()
-        trials = Trials(job, group, CRITERIA, None)
+        trials = Trials(Scenario.read(TUNED / "reference.toml"), group, CRITERIA)
         found = trials.scores(list(entrants.values())).tolist()
         return dict(zip(entrants, found, strict=True))
 
-    given = {name: repr(one) for name, one in entrants.items()}
-    return cached_result("tuned", f"{group.digest} {json.dumps(given)}".encode(), find)
+    return cached_result("tuned", f"{group.digest} {json.dumps(entrants)}".encode(), find)
+
+
+def _candidate(entry: Mapping[str, Any]) -> Candidate:
+    """The controller of a scenario's entry."""
+    return Candidate(entry["name"], {key: entry[key] for key in entry if key != "name"})
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
@@ -127,11 +130,11 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     found = tuned_settings()
     names = list(found)[: 2 if short else None]
     sets, absent = motions(short)
-    entrants = {OFF: controller("passive_off")}
+    entrants = {OFF: Candidate("passive_off", {})}
     for name in names:
         entrants |= {
-            f"{name} {PUBLISHED}": controller(**published_entry(name)),
-            f"{name} {AS_TUNED}": controller(name, **found[name]),
+            f"{name} {PUBLISHED}": _candidate(published_entry(name)),
+            f"{name} {AS_TUNED}": Candidate(name, found[name]),
         }
     means: dict[tuple[str, str], MeanInterval] = {}
     table = []
