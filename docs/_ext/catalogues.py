@@ -125,8 +125,8 @@ def tuned() -> str:
     rows = [
         (row["motions"], f"`{row['controller']}`",
          *(f"{row[what]:+.2f} ({row[f'{what}_from']:+.2f} to {row[f'{what}_to']:+.2f})"
-           if row["number"] > 1 else f"{row[what]:+.2f}" for what in ("published", "tuned")),
-         f"{row['tuned_beats_constant_in']} of {row['number']}")
+           for what in ("published", "tuned")),
+         f"{row['beats_constant']} of {row['number']}")
         for row in found.table
     ]  # fmt: skip
     headings = ("motions", "controller", "as published", "as tuned", "tuned beats constant in")
