@@ -2,9 +2,9 @@
 
 All are tuned by `isolation-sim tune` with one budget on one mixture of random far-field motions and
 near-fault pulses; ``studies/tuned`` holds what it found, with the command and the seeds. Judged is
-on another mixture and on recorded components, El Centro among them, that no tuning saw. Score: J, the peak
-base displacement and the peak floor acceleration, each over its value without current, added, minus
-the least J of any constant current under the same motion.
+on another mixture and on recorded components, El Centro among them, that no tuning saw. Score: J,
+the peak base displacement and the peak floor acceleration, each over its value without current,
+added, minus the least J of any constant current under the same motion.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def test_feedback_helps_the_linear_structure(design):
 
 def test_wanted_force_is_the_sampled_controllers(isolated, design):
     _, unit, linear, k = design
-    one = controller("h2")
+    one = controller("h2", preset="published")
     situation = situation_of(one, isolated)
     one.reset(situation)
     a, b, c, d, _ = cont2discrete((k.A, k.B, k.C, k.D), 0.02, "bilinear")
