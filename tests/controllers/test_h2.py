@@ -13,7 +13,7 @@ from .conftest import situation_of
 
 @pytest.fixture(scope="module")
 def design(isolated):
-    plant, unit, linear = controller("h2").plant(isolated, np.array([1.5]), 0.02)
+    plant, unit, linear = controller("h2", preset="published").plant(isolated, np.array([1.5]), 0.02)
     return plant, unit, linear, plant.controller()
 
 
