@@ -171,11 +171,11 @@ def _finding(
         first = min(rows, key=lambda row: row["tuned"])
         told.append(
             f"{motion[:1].upper()}{motion[1:]}: no current at all scores {means[motion, OFF]}. "
-            f"Tuned, {', '.join(beats) or 'no controller'} surely beats the best constant current; "
-            f"{', '.join(loses) or 'none'} surely does not. The least is that of "
-            f"{first['controller']}, {means[motion, first['controller'] + ' ' + AS_TUNED]}, "
-            f"published {means[motion, first['controller'] + ' ' + PUBLISHED]}. "
-            f"Worse than published: {', '.join(worse) or 'none'}."
+            f"Tuned, surely better than the best constant current: {', '.join(beats) or 'none'}; "
+            f"surely worse: {', '.join(loses) or 'none'}. The least tuned score is that of "
+            f"{first['controller']}, {means[motion, first['controller'] + ' ' + AS_TUNED]}; as "
+            f"published it has {means[motion, first['controller'] + ' ' + PUBLISHED]}. "
+            f"Tuned worse than published: {', '.join(worse) or 'none'}."
         )
     return "\n".join(told + ([f"Recorded components are left out: {absent}."] if absent else []))
 

@@ -48,7 +48,7 @@ def test_the_study_says_what_its_table_says(tmp_path):
         for what in ("published", "tuned"):
             assert row[f"{what}_from"] <= row[what] <= row[f"{what}_to"]
         assert row["tuned"] < row["published"] and row["controller"] in found.finding
-    assert "Worse than published: none" in found.finding
+    assert "Tuned worse than published: none" in found.finding
 
 
 def test_scores_are_those_of_the_controllers_that_are_named():
