@@ -75,17 +75,17 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     )
 
 
-def acceleration_columns(path: str | Path) -> tuple[str, ...]:
-    """Names of a CSV file's acceleration columns.
+def acceleration_columns(path: str | Path) -> list[str]:
+    """Return the columns of a CSV file whose names end in a unit of acceleration.
 
     Parameters
     ----------
     path : str or Path
-        As `read_csv` reads it.
+        The file.
 
     Returns
     -------
-    tuple of str
+    list of str
         In the file's order.
 
     Raises
@@ -93,7 +93,7 @@ def acceleration_columns(path: str | Path) -> tuple[str, ...]:
     InputError
         If the file cannot be read.
     """
-    return tuple(name for name in _cells(table_lines(path)[0][1]) if _unit_of(name))
+    return [name for name in _cells(table_lines(path)[0][1]) if _unit_of(name)]
 
 
 def _cells(line: str) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Out, Quiet, examples, print_results, progress
+from .common_options import AsJson, Out, Overwrite, Quiet, examples, print_results, progress
 
 EXAMPLES = examples(
     "isolation-sim diagnose my_tests --law bouc_wen",
@@ -45,7 +45,15 @@ def diagnose(
             help="Degree of the parameters' polynomials of the current; not for building records."
         ),
     ] = None,
+    significance: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of the force (RMS) below which an effect is negligible, 0.002 by default; "
+            "not for building records."
+        ),
+    ] = None,
     out: Out = None,
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -54,15 +62,15 @@ def diagnose(
     from ..io.results_folder import ResultsFolder, file_name
 
     where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
-    with ResultsFolder(where) as folder:
+    with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, progress=step,
+                current_degree=current_degree, significance=significance, progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
     if as_json:
         print(result.to_json())
     elif not quiet:
         result.report()
-    print_results(folder.path, as_json, quiet)
+    print_results(folder.path, as_json, quiet, folder.renamed)

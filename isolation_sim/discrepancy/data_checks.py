@@ -2,52 +2,274 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..identification.noise import white_noise
 from ..identification.run_table import TestRun
-from .decisions import CLIPPED, DRIFT
+from ..identification.velocity import smooth
+from .decisions import (
+    CLIPPED,
+    COARSE,
+    DRIFT,
+    GAIN_ERROR,
+    LARGEST_DEFORMATION,
+    NOT_DERIVATIVE,
+    OFFSET,
+    REPEATED,
+    REVERSED,
+    REVERSED_ALONE,
+    SAME_MOTION,
+    SHIFT,
+    TRANSIENT,
+    UNIT_ERROR,
+    UNIT_RANGE,
+)
 
 if TYPE_CHECKING:
     from .building.record import BuildingRecord
 
-_LARGEST_DEFORMATION = 1.0
-"""m."""
 _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
 
 def data_notes(runs: Sequence[TestRun]) -> list[str]:
     """Say what looks wrong in the runs."""
-    notes = []
+    return [note for check in _CHECKS for note in check(runs)]
+
+
+def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
+    for run, what, values in _channels(runs):
+        part = clipped(values)
+        if part:
+            yield (
+                f"{run.name}: {what} stands still at an extreme for {part} samples in a row, as a "
+                "clipped channel does"
+            )
+
+
+def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
+    for run, what, values in _channels(runs):
+        levels = np.unique(values)
+        steps = np.diff(levels)
+        # the levels of a rounded channel are whole multiples of one step apart
+        if len(levels) < 3 or len(values) < 2 * len(levels):
+            continue
+        step = float(steps.min())
+        if step > COARSE * float(np.std(values)) and np.allclose(
+            steps / step, np.round(steps / step), atol=0.05
+        ):
+            share = 100 * step / float(np.std(values))
+            yield f"{run.name}: {what} has steps of {share:.2g} % of its RMS: coarsely quantised"
+
+
+def _large_deformations(runs: Sequence[TestRun]) -> Iterator[str]:
     for run in runs:
-        for what in ("displacement", "force"):
-            values = getattr(run, what)
-            part = clipped(values)
-            if part:
-                notes.append(
-                    f"{run.name}: {what} stands still at an extreme for {part} samples in a row, "
-                    "as a clipped channel does"
-                )
-        if np.max(np.abs(run.displacement)) > _LARGEST_DEFORMATION:
-            notes.append(
-                f"{run.name}: deformation reaches {np.max(np.abs(run.displacement)):.3g} m; "
-                "is its unit right?"
+        largest = float(np.max(np.abs(run.displacement)))
+        if largest > LARGEST_DEFORMATION:
+            yield f"{run.name}: deformation reaches {largest:.3g} m; is its unit right?"
+
+
+def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
+    for run, what, values in _channels(runs):
+        moved = _drift(values)
+        if abs(moved) > DRIFT:
+            yield (
+                f"{run.name}: the {what}'s middle moves by {100 * moved:.0f} % of its range during "
+                "the test"
             )
-        drift = _drift(run.displacement)
-        if abs(drift) > DRIFT:
-            notes.append(
-                f"{run.name}: the displacement's middle moves by {100 * drift:.0f} % of its range "
-                "during the test"
-            )
+
+
+def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
     gaps = {round(run.step, 9) for run in runs}
     if len(gaps) > 1:
         listed = ", ".join(f"{1e3 * g:.3g}" for g in sorted(gaps))
-        notes.append(f"sampling intervals differ: {listed} ms")
-    return notes
+        yield f"sampling intervals differ: {listed} ms"
+
+
+def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Runs in which the device gives off energy."""
+    power = np.array(
+        [np.mean(run.force * run.velocity) / _rms(run.force) / _rms(run.velocity) for run in runs]
+    )
+    if np.median(power) < -REVERSED:
+        wrong = list(runs)
+    else:
+        wrong = [run for run, one in zip(runs, power, strict=True) if one < -REVERSED_ALONE]
+    if wrong:
+        yield (
+            f"{_names(wrong, runs)}: the loops run the wrong way round, the device gives off "
+            "energy: the sign of force or displacement is turned"
+        )
+
+
+def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Runs whose force at both ends does not belong to the motion as it does in between."""
+    wrong = []
+    for run in runs:
+        n = len(run.time)
+        edge = max(n // 50, 4)
+        x, v = run.displacement / _rms(run.displacement), run.velocity / _rms(run.velocity)
+        columns = np.stack(
+            [np.ones(n), x, v, x**3, v**3, np.abs(x) * v, x * np.abs(v), np.tanh(2 * v),
+             np.tanh(5 * v), run.current * x, run.current * v], axis=1,
+        )  # fmt: skip
+        inside = slice(n // 10, n - n // 10)
+        values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
+        error = run.force - columns @ values
+        usual = max(_rms(error[inside]), 1e-3 * _rms(run.force))
+        if min(_rms(error[:edge]), _rms(error[-edge:])) > TRANSIENT * usual:
+            wrong.append(run)
+    if wrong:
+        yield (
+            f"{_names(wrong, runs)}: at both ends the force does not belong to the motion as it "
+            "does in between: the transients of a zero-phase filter; cut them off"
+        )
+
+
+def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Runs whose forces have means of their own."""
+    if len(runs) < 3:
+        return
+    means = np.empty(len(runs))
+    for k, run in enumerate(runs):
+        columns = np.stack([np.ones(len(run.time)), run.displacement, run.velocity], axis=1)
+        means[k] = np.linalg.lstsq(columns, run.force)[0][0]
+    moved = np.abs(means - np.median(means))
+    sizes = np.array([_rms(run.force) for run in runs])
+    least = OFFSET * np.maximum(sizes, np.median(sizes))
+    wrong = [run for run, by, most in zip(runs, moved, least, strict=True) if by > most]
+    if wrong:
+        yield (
+            f"{_names(wrong, runs)}: the force's mean is up to {moved.max():.3g} N off that of the "
+            "other runs: an offset of the load cell"
+        )
+
+
+def _velocity_channel(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Velocities and accelerations that are not the derivatives of the displacement."""
+    for run in runs:
+        slope, bend = smooth(run.displacement, run.step)[1:]
+        given = [("acceleration", run.acceleration, bend)] if run.acceleration is not None else []
+        if run.velocity_measured:
+            given.insert(0, ("velocity", run.velocity, slope))
+        for what, values, expected in given:
+            factor, late, rest = _against(values, expected, run.step)
+            if unit := _unit_factor(factor):
+                yield f"{run.name}: {what} is {unit} times the displacement's: is its unit right?"
+            elif rest > NOT_DERIVATIVE:
+                if what == "acceleration":
+                    continue  # the second derivative of a noisy displacement says no more
+                yield (
+                    f"{run.name}: {what} is not the displacement's derivative, {100 * rest:.0f} % "
+                    "of it is something else"
+                )
+            elif abs(factor - 1) > GAIN_ERROR:
+                yield f"{run.name}: {what} is {factor:.3g} times the displacement's"
+            elif abs(late) > SHIFT * run.step:
+                side = "behind" if late > 0 else "ahead of"
+                yield (
+                    f"{run.name}: {what} is {1e3 * abs(late):.2g} ms {side} the displacement: "
+                    "channels shifted in time"
+                )
+
+
+def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Forces of one run a thousand times those of the others, or as many as kilograms are newtons.
+
+    A factor of 9.81 is told only where another run has the same motion.
+    """
+    stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
+    for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):
+        if UNIT_RANGE[0] < max(one, 1 / one) < UNIT_RANGE[1]:
+            yield (
+                f"{run.name}: force over displacement is {one:.3g} times that of the other runs; "
+                "are its units right?"
+            )
+    for first, second, n in _repeated(runs):
+        factor = _rms(second.force[:n]) / _rms(first.force[:n])
+        if (unit := _unit_factor(factor)) and not factor > UNIT_RANGE[0]:
+            yield f"{second.name}: force is {unit} times that of {first.name} under the same motion"
+
+
+def _repeated_runs(runs: Sequence[TestRun]) -> Iterator[str]:
+    for first, second, n in _repeated(runs):
+        one, other = first.force[:n], second.force[:n]
+        size = _rms(one)
+        differ = _rms(other - one) / size
+        noise = float(np.hypot(white_noise(one), white_noise(other))) / size
+        if differ > max(REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
+            yield (
+                f"{first.name} and {second.name} repeat one motion and current, but their forces "
+                f"differ by {100 * differ:.2g} %: no law can be nearer to both than half of that"
+            )
+
+
+def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]:
+    """Pairs of runs of one motion and current, with the number of samples that they share."""
+    for first, second in combinations(runs, 2):
+        n, longer = sorted((len(first.time), len(second.time)))
+        if abs(first.step - second.step) > 1e-6 * second.step or n < 0.9 * longer:
+            continue
+        channels = ((run.displacement[:n], run.current[:n]) for run in (first, second))
+        if all(
+            np.linalg.norm(a - b) <= SAME_MOTION * np.linalg.norm(b)
+            for a, b in zip(*channels, strict=True)
+        ):
+            yield first, second, n
+
+
+_CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
+    _reversed_loops, _clipped_channels, _coarse_channels, _large_deformations, _drifting_channels,
+    _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs, _transient_ends,
+    _sampling,
+)  # fmt: skip
+
+
+def _channels(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, str, NDArray]]:
+    for run in runs:
+        yield run, "displacement", run.displacement
+        yield run, "force", run.force
+
+
+def _names(some: Sequence[TestRun], runs: Sequence[TestRun]) -> str:
+    """Names of the runs concerned, not more than three."""
+    if len(some) == len(runs) > 1:
+        return "all runs"
+    listed = ", ".join(run.name for run in some[:3])
+    return listed if len(some) < 4 else f"{listed} and {len(some) - 3} more runs"
+
+
+def _rms(values: NDArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) or 1e-300
+
+
+def _unit_factor(factor: float) -> str:
+    """The confusion of units that a factor looks like; empty if none."""
+    for unit, text in ((9.80665, "9.81"), (1000.0, "1000")):
+        if abs(factor / unit - 1) < UNIT_ERROR:
+            return text
+        if abs(factor * unit - 1) < UNIT_ERROR:
+            return f"1/{text}"
+    return ""
+
+
+def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, float, float]:
+    """Factor, delay (s) and share that remains of a channel against the one it should be.
+
+    The delay is found to first order: a late channel lacks a multiple of its own derivative.
+    """
+    inside = slice(len(values) // 20, len(values) - len(values) // 20)
+    rate = np.gradient(expected, step)
+    columns = np.stack([expected, rate], axis=1)[inside]
+    size = np.linalg.norm(columns, axis=0)
+    factor, slope = np.linalg.lstsq(columns / size, values[inside])[0] / size
+    rest = values[inside] - columns @ [factor, slope]
+    return float(factor), float(-slope / factor), _rms(rest) / _rms(values[inside])
 
 
 def clipped(values: NDArray) -> int:
@@ -67,13 +289,13 @@ def clipped(values: NDArray) -> int:
 
 def _drift(values: NDArray) -> float:
     """Change of the mid-range from the first to the last third, relative to the range."""
-    third = len(values) // 3
-    size = float(np.ptp(values))
-    first, last = values[:third], values[-third:]
-    if min(np.ptp(first), np.ptp(last)) < 0.9 * size:
+    thirds = np.array_split(values, 3)
+    sizes = [float(np.ptp(part)) for part in thirds]
+    if min(sizes) < 0.9 * max(sizes):
         return 0.0  # a test whose size changes has no steady middle
-    middle = [0.5 * (float(part.max()) + float(part.min())) for part in (first, last)]
-    return (middle[1] - middle[0]) / size
+    first, second, last = (0.5 * (float(part.max()) + float(part.min())) for part in thirds)
+    steady = (second - first) * (last - second) > 0
+    return (last - first) / max(sizes) if steady else 0.0
 
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:

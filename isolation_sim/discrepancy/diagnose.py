@@ -14,7 +14,7 @@ from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from .decisions import MOST_BUILDING_CAUSES
+from .decisions import MOST_BUILDING_CAUSES, SIGNIFICANCE
 from .diagnosis import BuildingDiagnosis, Diagnosis
 from .inference import gain_interval, verdict
 from .loops.table import LoopTable, read_loop_table
@@ -35,6 +35,7 @@ def diagnose(
     parameters: str | Path | Device = "fit",
     *,
     current_degree: int | None = None,
+    significance: float | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -52,6 +53,9 @@ def diagnose(
         ones, or a file with an ``[isolator]`` section, as ``fit --out`` writes.
     current_degree : int, optional
         Degree of the parameters' polynomials of the current, where they are fitted.
+    significance : float, optional
+        Share of the force (RMS) below which an effect found in a campaign, or what a law misses,
+        is negligible; 0.002 by default. A loop table has an accuracy of its own.
     seed : int, default 0
         Of random starts and examples of noise.
     threads : int, optional
@@ -66,8 +70,12 @@ def diagnose(
     Raises
     ------
     InputError
-        If the data cannot be read, a name is unknown, or the law cannot be fitted.
+        If the data cannot be read, a name is unknown, the law cannot be fitted, or the
+        significance is not from 0 to 1.
     """
+    significance = SIGNIFICANCE if significance is None else significance
+    if not 0 <= significance < 1:
+        raise InputError(f"significance is {significance:g}; accepted: 0 to 1, of the force")
     if isinstance(law, str):
         law = LAWS[law]
     device = read_parameters(law, parameters)
@@ -81,7 +89,7 @@ def diagnose(
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
             return diagnose_problem(LoopTableTests(data, *options))[0]
-        return diagnose_problem(DeviceTests(data, *options))[0]
+        return diagnose_problem(DeviceTests(data, *options, significance))[0]
 
 
 def diagnose_building(

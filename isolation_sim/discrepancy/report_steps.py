@@ -11,6 +11,8 @@ from .problem import Evaluation, Problem
 from .residuals import Dependence
 from .search import Found, H
 
+DEPENDENCE = "What the residual depends on"
+"""Title of the step of the residual analysis."""
 _SHOWN = 6
 
 
@@ -38,8 +40,10 @@ def _dependence_step(dependences: Sequence[Dependence]) -> Step:
         (one.text, f"{100 * max(one.share, 0):.0f} %") + ((f"{one.p_value:.1e}",) * tested)
         for one in dependences[:_SHOWN]
     )
+    if not dependences:
+        return Step(DEPENDENCE, "The residual is no larger than noise: it depends on nothing.")
     return Step(
-        "What the residual depends on",
+        DEPENDENCE,
         "Share of the misfit that a general function of each set of variables predicts.",
         ("function of", "misfit predicted") + ("p",) * tested,
         rows,

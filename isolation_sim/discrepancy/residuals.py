@@ -80,7 +80,9 @@ def of_device_tests(base: FittedModel, noise_cost: float) -> list[Dependence]:
     residual = (force - data.force) * weight
     first, second = _halves(data)
     part = float(np.sum(residual[second] ** 2) + np.sum(residual[first] ** 2))
-    misfit = part * max(1 - noise_cost / max(base.cost, 1e-300), 1e-12)
+    misfit = part * (1 - noise_cost / base.cost) if base.cost > noise_cost else 0.0
+    if misfit == 0.0:
+        return []  # a residual of noise depends on nothing
     found = []
     for names, text, columns in _sets(data, force):
         design = columns * weight[:, np.newaxis]
@@ -89,7 +91,7 @@ def of_device_tests(base: FittedModel, noise_cost: float) -> list[Dependence]:
             predicted = _ridge(design[fit], residual[fit], design[judge])
             r = residual[judge]
             explained += float(r @ r - (r - predicted) @ (r - predicted))
-        found.append(Dependence(names, text, explained / misfit))
+        found.append(Dependence(names, text, min(explained / misfit, 1.0)))
     return sorted(found, key=lambda d: -d.share)
 
 

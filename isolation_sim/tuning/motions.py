@@ -88,7 +88,7 @@ def motion_set(given: Motions, job: Job, seed: int = 0, pga_g: float | None = No
             return MotionSet("the scenario's motion", (job.records,))
         if not Path(given).is_dir():
             raise InputError("motions", str(given), _ACCEPTED)
-        records = read_folder(given)
+        records = tuple(one for record in read_folder(given) for one in record.components)
         if pga_g is not None:
             records = tuple(record.scaled_to_pga(pga_g * STANDARD_GRAVITY) for record in records)
         name = Path(given).name

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ground_motions import InputError, el_centro_1940, motion_mixture, read_folder, write_csv
+from ground_motions import InputError, motion_mixture
 from ground_motions.mixture import DURATION
 
 
@@ -42,20 +42,3 @@ def test_the_kinds_have_the_strength_that_they_should():
 def test_a_mixture_that_cannot_be_drawn_is_refused(given):
     with pytest.raises(InputError, match="accepted: a whole number"):
         motion_mixture(**given)
-
-
-def test_every_motion_of_a_folder_is_read(tmp_path):
-    record = el_centro_1940()
-    write_csv(record, tmp_path / "b.csv")
-    (tmp_path / "a.csv").write_text("time_s,x_m_s2,y_g,note\n0,1,0.1,7\n0.1,2,0.2,7\n")
-    (tmp_path / "notes.md").write_text("not a motion")
-    names = [each.name for each in read_folder(tmp_path)]
-    assert names == ["a_x", "a_y", "b"]
-    np.testing.assert_allclose(read_folder(tmp_path)[1].acceleration, [0.980665, 1.96133])
-    np.testing.assert_allclose(read_folder(tmp_path)[2].acceleration, record.acceleration)
-
-
-def test_a_folder_without_motions_is_refused(tmp_path):
-    for folder, told in ((tmp_path, "no ground motion in it"), (tmp_path / "x", "no such folder")):
-        with pytest.raises(InputError, match=told):
-            read_folder(folder)

@@ -23,13 +23,14 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
-    EXPLAINED,
     HELD_OUT_RUNS,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
+    SIGNIFICANCE,
     SIGNIFICANT,
     TO_BLAME,
     TO_BLAME_FITTED,
+    WORSE,
 )
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
@@ -64,7 +65,10 @@ class DeviceTests(Problem[FittedModel]):
         seed: int,
         pool: ThreadPoolExecutor,
         progress: Callable[[str], None],
+        significance: float = SIGNIFICANCE,
     ):
+        self.significance = significance
+        self.negligible: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
@@ -82,6 +86,9 @@ class DeviceTests(Problem[FittedModel]):
         data = self.data
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
         self.noise = noise_residuals(self.law, self.shifts, self.seed)
+        # noise leaves no more than the law does
+        simulated = float(np.mean(np.sum(self.noise[data.fitted] ** 2, axis=0)))
+        self.noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
         part = data.thinned(SEARCHED).without_held_out()
         model = replace(self.law.model, data=part).resolve_steps(self.law.values, 1)
         base = self.law.on(model)
@@ -128,15 +135,57 @@ class DeviceTests(Problem[FittedModel]):
         # effects that do not hold on held-out data are dropped, the last one found first
         earlier = (one.base for one in reversed(found.rounds))
         for best in dict.fromkeys((found.best, *earlier)):
-            self.final = self.law
-            self.__dict__.pop("after", None)
-            if not best.effects:
+            self._extend(best)
+            if not best.effects or self._holds():
                 break
-            self.final = best.on(self.law.model.resolve_steps(best.values))
-            # an effect that helps on the fitted runs alone, or only where the law diverges, is none
-            if self._left() < 1 - TO_BLAME and self._left(self.data.fitted) < 1 - TO_BLAME_FITTED:
+        while best.effects:
+            corrected = [self._corrected(best, k) for k in range(len(best.effects))]
+            least = int(np.argmin(corrected))
+            if corrected[least] >= self.significance:
                 break
+            self.negligible.append(
+                f"{best.effects[least].title} corrects {100 * corrected[least]:.2g} % of the force"
+            )
+            best = self.space.without(best, least)
+            self._extend(best)
         return replace(found, best=best)
+
+    def _extend(self, best: FittedModel) -> None:
+        """Take the effects of a searched model, and fit them to all samples."""
+        self.__dict__.pop("after", None)
+        self.final = self.law
+        if best.effects:
+            self.final = best.on(self.law.model.resolve_steps(best.values))
+
+    def _holds(self) -> bool:
+        """Whether the effects help on fitted and on held-out runs, and make none of these worse.
+
+        An effect that helps on the fitted runs alone, or only where the law diverges, is no cause.
+        """
+        if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
+            return False
+        data = self.data
+        for run in data.runs:
+            if not data.fitted[run].all():
+                size = float(np.linalg.norm(data.force[run]))
+                before, after = (
+                    float(np.linalg.norm((force - data.force)[run])) / size
+                    for force in (self.before, self.after)
+                )
+                if after > max(WORSE * before, before + self.significance):
+                    return False
+        return True
+
+    def _corrected(self, searched: FittedModel, place: int) -> float:
+        """RMS force that one effect corrects on the samples that judge, over that of the force."""
+        searched_without = self.space.without(searched, place)
+        without = replace(searched_without, model=self.final.model.without(place))
+        data, judged = self.data, self.judged
+        errors = [
+            data.relative(data.bounded(one.force) - data.force, judged)
+            for one in (without, self.final)
+        ]
+        return float(np.sqrt(max(errors[0] ** 2 - errors[1] ** 2, 0.0)))
 
     @cached_property
     def judged(self) -> NDArray:
@@ -171,20 +220,30 @@ class DeviceTests(Problem[FittedModel]):
         before, after = (
             Errors(data.relative(r, data.fitted), data.relative(r, ~data.fitted)) for r in residuals
         )
-        floor = np.sqrt(
-            np.mean((self.noise / data.weight[:, np.newaxis]) ** 2) / np.mean(data.force**2)
-        )
-        cost = self.law.cost_of(data.fitted) / max(int(data.fitted.sum()), 1)
-        noise = self.space.noise_cost / len(self.space.noise)
+        shown = (self.noise / data.weight[:, np.newaxis])[data.fitted]
+        floor = np.sqrt(np.mean(shown**2) / np.mean(data.force[data.fitted] ** 2))
+        floor = min(float(floor), *(e for e in (after.fit, after.held_out) if np.isfinite(e)))
         pieces = (
             at[self.judged[at]] for run in data.runs
             for at in np.array_split(np.arange(run.start, run.stop), 4)
         )  # fmt: skip
         blocks = [[float(r[at] @ r[at]) for r in residuals] for at in pieces if at.size]
         return Evaluation(
-            before, after, float(floor), left, cost < ADEQUATE * max(noise, 1.0), left < EXPLAINED,
-            np.array(blocks),
+            before, after, floor, left, self._is_noise(self.law.force, data.fitted),
+            self._is_noise(self.after, self.judged), np.array(blocks),
         )  # fmt: skip
+
+    def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
+        """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
+        data = self.data
+        noise = np.mean(self.noise**2, axis=1)[chosen]
+        least = (np.repeat(data.believed_noise, data.lengths) * data.weight)[chosen] ** 2
+        if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
+            return True
+        error = data.relative(data.bounded(force) - data.force, chosen)
+        size = float(np.sum(data.force[chosen] ** 2))
+        floor = float(np.sum(noise / data.weight[chosen] ** 2)) / size
+        return bool(error**2 - floor < self.significance**2)
 
     def causes(self, found: Found[FittedModel], evaluation: Evaluation) -> list[Cause]:
         """Interference, the effects found, and given parameter values that are wrong."""
@@ -415,7 +474,10 @@ class DeviceTests(Problem[FittedModel]):
     def outcome_text(
         self, found: Found[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
-        """Why nothing was found."""
+        """Why nothing was found, and effects that are too small to matter."""
+        if self.negligible:
+            least = f"less than {100 * self.significance:g} % of the force is negligible"
+            return Text(f"{'; '.join(self.negligible)}: {least}.")
         return Text(
             ""
             if causes

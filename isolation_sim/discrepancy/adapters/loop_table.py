@@ -15,7 +15,7 @@ from ...identification.current_basis import check_degree
 from ...laws import Device
 from ...laws.law import Law
 from .. import inference
-from ..decisions import EXPLAINED, LOOP_ACCURACY, LOOP_CORRELATION, LOOP_RIVAL
+from ..decisions import LOOP_ACCURACY, LOOP_CORRELATION, LOOP_RIVAL
 from ..device.intervals import linear_intervals
 from ..diagnosis import Cause, Errors, Trace
 from ..loops.model import CYCLES, SAMPLES, FittedLoops, LoopSearch, rms
@@ -89,7 +89,8 @@ class LoopTableTests(Problem[FittedLoops]):
         rest = max(errors[1].held_out ** 2 - LOOP_ACCURACY**2, 0.0)
         left = rest / first if first > 0 else 0.0
         return Evaluation(
-            *errors, float("nan"), left, errors[0].held_out <= LOOP_ACCURACY, left < EXPLAINED,
+            *errors, float("nan"), left, errors[0].held_out <= LOOP_ACCURACY,
+            errors[1].held_out <= LOOP_ACCURACY,
             details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
         )  # fmt: skip
 

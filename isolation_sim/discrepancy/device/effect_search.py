@@ -102,7 +102,7 @@ class EffectSearch:
         """Drop effects that are no longer needed."""
         model, place = best, 0
         while place < len(model.effects):
-            without = self._without(model, place)
+            without = self.without(model, place)
             if self._helps(without, model):
                 place += 1
             else:
@@ -113,7 +113,7 @@ class EffectSearch:
         """Fit the model without one effect, and with other effects in its place, best first."""
         effects = _other_effects(model, place)
         if effects not in self._known:
-            without = self._without(model, place)
+            without = self.without(model, place)
             self._known[effects] = without, self._fit_effects(without, RIVALS_TRIED)
         return self._known[effects]
 
@@ -157,7 +157,7 @@ class EffectSearch:
         least = max(LEAST_PART * without.cost, LEAST_SHARE * self.misfit)
         return gain > SIGNIFICANT * self.noise_gain(without, given) and gain > least
 
-    def _without(self, model: FittedModel, place: int) -> FittedModel:
+    def without(self, model: FittedModel, place: int) -> FittedModel:
         """Fit a model without one of its effects."""
         known = self._known.get(_other_effects(model, place))
         if known is not None:

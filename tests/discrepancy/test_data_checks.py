@@ -1,0 +1,114 @@
+"""What is wrong in measured data is said, and nothing where nothing is wrong.
+
+The device is a yielding spring beside a dashpot, integrated by SciPy; it starts at rest, unloaded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import butter, sosfiltfilt
+
+from isolation_sim.discrepancy.data_checks import data_notes
+from isolation_sim.identification.run_table import TestRun
+
+N, DT = 1600, 0.005
+TIME = DT * np.arange(N)
+
+
+def made(name, size, frequency, seed, current=0.0):
+    omega = 2 * np.pi * frequency
+
+    def rate(t, z):
+        v = size * omega * np.cos(omega * t)
+        return v * (1 - (np.sign(v * z) * 0.5 + 0.5) * np.abs(z / 2e-3) ** 2)
+
+    z = solve_ivp(rate, (0, TIME[-1]), [0.0], t_eval=TIME, max_step=DT).y[0]
+    x, v = size * np.sin(omega * TIME), size * omega * np.cos(omega * TIME)
+    force = 8e3 * x + 3e4 * (1 + current) * z + 200.0 * v
+    random = np.random.default_rng(seed)
+
+    def noisy(y):
+        return y + 0.005 * np.std(y) * random.standard_normal(N)
+
+    return TestRun(
+        name, TIME, noisy(x), noisy(v), noisy(force), np.full(N, current),
+        acceleration=noisy(-(omega**2) * x), velocity_measured=True,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return (
+        made("first", 5e-3, 0.5, 0), made("second", 8e-3, 1.0, 1), made("third", 8e-3, 0.5, 2),
+        made("fourth", 8e-3, 0.5, 3, current=1.0), made("again", 5e-3, 0.5, 4),
+    )  # fmt: skip
+
+
+def late(values, delay):
+    return np.interp(TIME - delay, TIME, values)
+
+
+def filtered(values):
+    """A zero-phase filter that takes an offset and a trend away, as one does with a load cell."""
+    return sosfiltfilt(butter(2, 0.15, "highpass", fs=1 / DT, output="sos"), values + 300.0)
+
+
+def one(change):
+    return lambda runs: (*runs[:1], replace(runs[1], **change(runs[1])), *runs[2:])
+
+
+def each(change):
+    return lambda runs: tuple(replace(run, **change(run)) for run in runs)
+
+
+WRONG = {
+    "turned sign": (
+        each(lambda r: {"force": -r.force}), "all runs: the loops run the wrong way round"),
+    "filter": (each(lambda r: {"force": filtered(r.force)}), "transients of a zero-phase filter"),
+    "late velocity": (
+        one(lambda r: {"velocity": late(r.velocity, 0.012)}),
+        "second: velocity is 12 ms behind the displacement: channels shifted in time"),
+    "early acceleration": (
+        one(lambda r: {"acceleration": late(r.acceleration, -0.01)}),
+        "second: acceleration is 10 ms ahead of the displacement: channels shifted"),
+    "clipped force": (
+        one(lambda r: {"force": np.clip(r.force, -80.0, 80.0)}), "second: force stands still"),
+    "few bits": (
+        one(lambda r: {"force": 10.0 * np.round(r.force / 10.0)}), "second: force has steps of"),
+    "offset": (
+        one(lambda r: {"force": r.force + 30.0}), "second: the force's mean is up to"),
+    "acceleration in g": (
+        one(lambda r: {"acceleration": r.acceleration / 9.80665}),
+        "second: acceleration is 1/9.81 times"),
+    "force in kN": (
+        one(lambda r: {"force": r.force / 1000.0}), "second: force over displacement is 0.000"),
+    "kilograms": (
+        lambda runs: (*runs[:4], replace(runs[4], force=runs[4].force / 9.80665)),
+        "again: force is 1/9.81 times that of first under the same motion"),
+    "velocity of something else": (
+        one(lambda r: {"velocity": r.velocity + 0.03 * np.sin(31 * TIME)}),
+        "second: velocity is not the displacement's derivative"),
+    "velocity too large": (
+        one(lambda r: {"velocity": 1.2 * r.velocity}), "second: velocity is 1.2 times"),
+    "drift": (
+        one(lambda r: {"force": r.force + 80.0 * (TIME / TIME[-1] - 0.5)}),
+        "second: the force's middle moves by"),
+    "repeats disagree": (
+        lambda runs: (*runs[:4], replace(runs[4], force=0.9 * runs[4].force)),
+        "first and again repeat one motion and current, but their forces differ by 1"),
+}  # fmt: skip
+
+
+def test_nothing_is_said_of_data_in_which_nothing_is_wrong(runs):
+    assert data_notes(runs) == []
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_said(name, runs):
+    change, said = WRONG[name]
+    notes = data_notes(change(runs))
+    assert len(notes) == 1 and said in notes[0], notes

@@ -1,0 +1,71 @@
+"""What a verdict says of known data: negligible, explained, partly explained; sane numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.errors import InputError
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+
+N, DT, NOISE = 800, 0.005, 0.005
+
+
+def campaign(offset=0.0, unrelated=0.0):
+    """A spring and a dashpot with noise, and shares of the force that they do not have."""
+    random = np.random.default_rng(5)
+    slow = butter(4, [0.5, 3.0], "bandpass", fs=1 / DT, output="sos")
+    time = DT * np.arange(N)
+    runs = []
+    for k, size in enumerate((4e-3, 5e-3, 6e-3, 7e-3, 8e-3)):
+        omega = 2 * np.pi * (0.7 + 0.2 * k)
+        x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
+        force = 2e4 * x + 700.0 * v
+        rms = 100.0  # about the force of them all
+        wandering = sosfiltfilt(slow, random.standard_normal(N))
+        force += rms * (offset + unrelated * wandering / np.std(wandering))
+        force += NOISE * rms * random.standard_normal(N)
+        runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(N), hold_out=k == 2))
+    return Campaign("made", "made", tuple(runs))
+
+
+def judged(significance=None, **hidden):
+    found = diagnose(campaign(**hidden), "kelvin_voigt", threads=1, significance=significance)
+    errors = found.error_before, found.error_after
+    assert found.noise_floor <= min(e for one in errors for e in (one.fit, one.held_out))
+    shares = [
+        float(row[1].split()[0])
+        for step in found.steps if "misfit predicted" in step.headings for row in step.rows
+    ]  # fmt: skip
+    assert all(0 <= share <= 100 for share in shares)
+    return found
+
+
+def test_the_right_law_is_adequate_and_its_numbers_are_sane():
+    found = judged()
+    assert found.verdict == "adequate" and not found.causes
+    assert found.noise_floor == pytest.approx(NOISE, rel=0.3)
+
+
+def test_what_is_found_but_too_small_to_matter_is_negligible():
+    assert [cause.name for cause in judged(offset=0.01).causes] == ["force_offset"]
+    found = judged(offset=0.01, significance=0.03)
+    assert found.verdict == "adequate" and not found.causes
+    assert "less than 3 % of the force is negligible" in found.steps[-1].text
+    assert found.extended.law.effects == ()
+
+
+def test_explained_means_down_to_the_noise():
+    assert judged(offset=0.1).verdict == "explained"
+    # the offset removes 96 % of the squared misfit; what remains is four times the noise
+    found = judged(offset=0.1, unrelated=0.02)
+    assert found.causes[0].name == "force_offset"
+    assert found.verdict == "partly_explained"
+
+
+def test_a_significance_that_is_no_share_is_refused():
+    with pytest.raises(InputError, match="significance is 2; accepted: 0 to 1"):
+        diagnose(campaign(), "kelvin_voigt", significance=2.0)
