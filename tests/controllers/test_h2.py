@@ -13,7 +13,8 @@ from .conftest import situation_of
 
 @pytest.fixture(scope="module")
 def design(isolated):
-    plant, unit, linear = controller("h2", preset="published").plant(isolated, np.array([1.5]), 0.02)
+    one = controller("h2", preset="published")
+    plant, unit, linear = one.plant(isolated, np.array([1.5]), 0.02)
     return plant, unit, linear, plant.controller()
 
 
