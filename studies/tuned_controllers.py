@@ -75,9 +75,10 @@ def motions(short: bool) -> tuple[dict[str, MotionSet], str]:
         return {"mixture": motion_set("mixture:4", job, UNSEEN_SEED)}, ""
     sets = {"mixture": motion_set("mixture:64", job, UNSEEN_SEED)}
     try:
-        records = (el_centro_1940(), *read_folder(data_folder("benchmark_8_storey")))
+        found = read_folder(data_folder("benchmark_8_storey"))
     except InputError as error:
         return sets, str(error)
+    records = el_centro_1940(), *(one for each in found for one in each.components)
     scaled = [record.scaled_to_pga(PGA_G * STANDARD_GRAVITY) for record in records]
     return sets | {"recorded components": motion_set(scaled, job)}, ""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -127,9 +127,9 @@ def _joined(parts: Sequence[Batch]) -> Batch:
         ])
         for name in names
     }  # fmt: skip
-    return Batch(
-        criteria,
-        [reason for part in parts for reason in part.failure],
-        *(np.concatenate([getattr(part, key) for part in parts])
-          for key in ("diverged", "clamped", "unresolved")),
-    )  # fmt: skip
+    rest = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Batch)
+        if field.name not in ("criteria", "failure")
+    }
+    return Batch(criteria, [reason for part in parts for reason in part.failure], **rest)

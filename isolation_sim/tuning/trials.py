@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, TestedRangeWarning, unknown_name
 from ..registry import controller
 from ..scenario import Scenario
 from ..simulation.batch import Batch
@@ -102,7 +103,10 @@ class Trials:
         """
         n = len(self.motions.records)
         try:
-            batch = self._run(candidates)
+            with warnings.catch_warnings():
+                # told once, of the runs without current
+                warnings.simplefilter("ignore", TestedRangeWarning)
+                batch = self._run(candidates)
         except InputError:
             # a design that fails takes the others with it
             if len(candidates) > n:

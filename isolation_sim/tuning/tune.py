@@ -15,11 +15,11 @@ from ground_motions.registry import code_files
 from ..errors import InputError, unknown_name
 from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
+from ..search_range import SearchRange
 from ..version import __version__
 from .candidate_runs import Candidate
 from .motions import MIXTURE, Motions, motion_set
 from .search import Settings, Trial, search
-from .search_range import SearchRange
 from .trials import CRITERIA, Trials
 from .tuning import Judgement, Tuning, begin
 

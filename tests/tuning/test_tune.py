@@ -164,7 +164,7 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
         ("fuzzy --criterion peak_drit_m=1", "did you mean 'peak_drift_m'? accepted: "),
         ("fuzzy --motions mixture:0", "motions: given mixture:0; accepted: mixture, mixture:COUNT"),
         ("fuzzy --motions nowhere", "motions: given nowhere; accepted: mixture, mixture:COUNT"),
-        ("fuzzy --unseen empty", "empty: given no ground motion in it; accepted: files such as"),
+        ("fuzzy --unseen empty", "empty: given no file of a record; accepted: files"),
         ("fuzzy --motions scenario --unseen scenario", "given those tuned on; accepted: others"),
         ("fuzzy --workers 0", "workers: given 0; accepted: a whole number, 1 or more"),
         ("fuzzy --evaluations 0", "evaluations: given 0; accepted: a whole number, 1 or more"),
