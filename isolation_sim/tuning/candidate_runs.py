@@ -19,7 +19,7 @@ from ..scenario.job import Job
 from ..simulation.batch import Batch, Case, simulate_many
 from ..simulation.control import Control
 from ..simulation.run import prepared, simulate
-from ..sweeps.workers import in_processes
+from ..workers import in_processes
 
 
 class Candidate(NamedTuple):

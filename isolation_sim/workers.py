@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ground_motions.registry import hides_packages
 
-from ..errors import InputError
+from .errors import InputError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -39,7 +39,7 @@ class Task(Protocol[Result]):
 TRIES = 3
 """Workers that may die over a task before everything stops."""
 
-_COMMAND = "from isolation_sim.sweeps.workers import serve; serve()"
+_COMMAND = "from isolation_sim.workers import serve; serve()"
 
 
 def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
