@@ -101,10 +101,10 @@ class ClippedLQG(Estimating, ClippedLQR):
     title = "Clipped LQG"
     source = "Dyke et al. 1996 (clipped optimal control from accelerations); Kalman 1960"
 
-    largest_displacement = 1.474
-    largest_velocity = 0.7754
-    largest_acceleration = 0.1095
-    largest_force = 0.3718
+    largest_displacement = 0.5853
+    largest_velocity = 7.748
+    largest_acceleration = 0.1134
+    largest_force = 0.402
 
     presets: ClassVar = {
         "published": {

@@ -192,6 +192,10 @@ def designing(name: str) -> Iterator[None]:
     name : str
         Of the controller.
 
+    Yields
+    ------
+    None
+
     Raises
     ------
     InputError

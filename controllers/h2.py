@@ -129,7 +129,7 @@ class H2(CompiledController):
     forces, each over its acceptable value, when white noise through Kanai and Tajimi's filter
     shakes the structure on isolators linearised at a reference current; its control forces are what
     is added to theirs. What it is fed is accelerations; the isolators' own motion is measured for
-    the inverse of the law, as in ``clipped_lqr``.
+    the inverse of the law, as in ``clipped_lqr``. Defaults are tuned (``studies/tuned/h2.toml``).
     """
 
     name = "h2"
@@ -139,34 +139,34 @@ class H2(CompiledController):
     presets: ClassVar = {
         "published": {
             "largest_displacement": 0.2, "largest_acceleration": 0.6, "largest_force": 0.045,
-            "ground_frequency": 15.0,
+            "ground_frequency": 15.0, "reference": None,
         },
     }  # fmt: skip
 
     largest_displacement: float = setting(
-        0.2, "acceptable isolator deformation", Number(above=0), "m", SearchRange(0.02, 2.0)
+        0.1679, "acceptable isolator deformation", Number(above=0), "m", SearchRange(0.02, 2.0)
     )
     largest_acceleration: float = setting(
-        0.6, "acceptable absolute acceleration of a level", Number(above=0), "m/s^2",
+        0.1397, "acceptable absolute acceleration of a level", Number(above=0), "m/s^2",
         SearchRange(0.06, 6.0),
     )  # fmt: skip
     largest_force: float = setting(
-        0.045, "acceptable control force of an isolator over the structure's weight",
+        0.002, "acceptable control force of an isolator over the structure's weight",
         Number(above=0), search=SearchRange(0.002, 0.5),
     )  # fmt: skip
     ground_intensity: float = setting(
         0.1, "one-sided density of the ground's white noise, (m/s^2)^2/Hz", Number(above=0)
     )
     ground_frequency: float = setting(
-        15.0, "circular frequency of the ground", Number(above=0), "rad/s", SearchRange(2.0, 60.0)
+        60.0, "circular frequency of the ground", Number(above=0), "rad/s", SearchRange(2.0, 60.0)
     )
     ground_damping: float = setting(0.6, "damping ratio of the ground", Number(above=0))
     acceleration_noise: float = setting(
         0.02, "standard deviation of an accelerometer's noise", Number(above=0), "m/s^2"
     )
     reference: float | None = setting(
-        None, "current at which the isolators are linearised; None for the middle of the range",
-        Optional(Number()), "A",
+        0.1954, "current at which the isolators are linearised; None for the middle of the range",
+        Optional(Number()), "A", SearchRange(0.0, 3.0, "linear"),
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from isolation_sim.errors import InputError
-from isolation_sim.tuning.search_range import SearchRange
+from isolation_sim.search_range import SearchRange
 
 
 @dataclass(frozen=True)

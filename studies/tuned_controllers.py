@@ -2,25 +2,26 @@
 
 All are tuned by `isolation-sim tune` with one budget on one mixture of random far-field motions and
 near-fault pulses; ``studies/tuned`` holds what it found, with the command and the seeds. Judged is
-on another mixture, on recorded components that no tuning saw, and on El Centro. Score: J, the peak
-base displacement and the peak floor acceleration, each over its value without current, added, minus
-the least J of any constant current under the same motion.
+on another mixture and on recorded components, El Centro among them, that no tuning saw. Score: J,
+the peak base displacement and the peak floor acceleration, each over its value without current,
+added, minus the least J of any constant current under the same motion.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from controllers import controller
+from ground_motions import STANDARD_GRAVITY, el_centro_1940, read_folder
 from isolation_sim.errors import InputError
 from isolation_sim.scenario import Scenario
-from isolation_sim.simulation.control import Control
-from isolation_sim.tuning.intervals import MeanInterval, mean_interval
-from isolation_sim.tuning.motions import Motions, MotionSet, motion_set
+from isolation_sim.tuning.candidate_runs import Candidate
+from isolation_sim.tuning.intervals import MARGIN, MeanInterval, mean_interval
+from isolation_sim.tuning.motions import MotionSet, motion_set
 from isolation_sim.tuning.trials import CRITERIA, Trials
 
 from .cache import cached_result
@@ -72,23 +73,24 @@ def motions(short: bool) -> tuple[dict[str, MotionSet], str]:
     job = Scenario.read(TUNED / "reference.toml").build()
     if short:
         return {"mixture": motion_set("mixture:4", job, UNSEEN_SEED)}, ""
-    given: dict[str, Motions] = {"mixture": "mixture:64", "El Centro": "scenario"}
-    absent = ""
+    sets = {"mixture": motion_set("mixture:64", job, UNSEEN_SEED)}
     try:
-        given["recorded components"] = data_folder("benchmark_8_storey")
+        found = read_folder(data_folder("benchmark_8_storey"))
     except InputError as error:
-        absent = str(error)
-    return {name: motion_set(one, job, UNSEEN_SEED, PGA_G) for name, one in given.items()}, absent
+        return sets, str(error)
+    records = el_centro_1940(), *(one for each in found for one in each.components)
+    scaled = [record.scaled_to_pga(PGA_G * STANDARD_GRAVITY) for record in records]
+    return sets | {"recorded components": motion_set(scaled, job)}, ""
 
 
-def scores(group: MotionSet, entrants: dict[str, Control]) -> dict[str, list[float]]:
+def scores(group: MotionSet, entrants: dict[str, Candidate]) -> dict[str, list[float]]:
     """Score controllers under one set of motions; kept in the cache folder.
 
     Parameters
     ----------
     group : MotionSet
         Motions.
-    entrants : dict of str to Control
+    entrants : dict of str to Candidate
         By any name.
 
     Returns
@@ -98,13 +100,16 @@ def scores(group: MotionSet, entrants: dict[str, Control]) -> dict[str, list[flo
     """
 
     def find() -> dict[str, Any]:
-        job = Scenario.read(TUNED / "reference.toml").build()
-        trials = Trials(job, group, CRITERIA, None)
+        trials = Trials(Scenario.read(TUNED / "reference.toml"), group, CRITERIA)
         found = trials.scores(list(entrants.values())).tolist()
         return dict(zip(entrants, found, strict=True))
 
-    given = {name: repr(one) for name, one in entrants.items()}
-    return cached_result("tuned", f"{group.digest} {json.dumps(given)}".encode(), find)
+    return cached_result("tuned", f"{group.digest} {json.dumps(entrants)}".encode(), find)
+
+
+def _candidate(entry: Mapping[str, Any]) -> Candidate:
+    """The controller of a scenario's entry."""
+    return Candidate(entry["name"], {key: entry[key] for key in entry if key != "name"})
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
@@ -127,11 +132,11 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     found = tuned_settings()
     names = list(found)[: 2 if short else None]
     sets, absent = motions(short)
-    entrants = {OFF: controller("passive_off")}
+    entrants = {OFF: Candidate("passive_off", {})}
     for name in names:
         entrants |= {
-            f"{name} {PUBLISHED}": controller(**published_entry(name)),
-            f"{name} {AS_TUNED}": controller(name, **found[name]),
+            f"{name} {PUBLISHED}": _candidate(published_entry(name)),
+            f"{name} {AS_TUNED}": Candidate(name, found[name]),
         }
     means: dict[tuple[str, str], MeanInterval] = {}
     table = []
@@ -144,7 +149,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
             for what in (PUBLISHED, AS_TUNED):
                 one = means[motion, f"{name} {what}"]
                 row |= {what: one.mean, f"{what}_from": one.low, f"{what}_to": one.high}
-            table.append(row | {"tuned_beats_constant_in": int(np.sum(tuned < 0))})
+            table.append(row | {"beats_constant": int(np.sum(tuned < -MARGIN))})
         step("running", 1 / len(sets))
     return Outcome(
         table, _finding(means, table, sets, absent), {"scores": _figure(means, names, sets)}
@@ -167,11 +172,11 @@ def _finding(
         first = min(rows, key=lambda row: row["tuned"])
         told.append(
             f"{motion[:1].upper()}{motion[1:]}: no current at all scores {means[motion, OFF]}. "
-            f"Tuned, {', '.join(beats) or 'no controller'} surely beats the best constant current; "
-            f"{', '.join(loses) or 'none'} surely does not. The least is that of "
-            f"{first['controller']}, {means[motion, first['controller'] + ' ' + AS_TUNED]}, "
-            f"published {means[motion, first['controller'] + ' ' + PUBLISHED]}. "
-            f"Worse than published: {', '.join(worse) or 'none'}."
+            f"Tuned, surely better than the best constant current: {', '.join(beats) or 'none'}; "
+            f"surely worse: {', '.join(loses) or 'none'}. The least tuned score is that of "
+            f"{first['controller']}, {means[motion, first['controller'] + ' ' + AS_TUNED]}; as "
+            f"published it has {means[motion, first['controller'] + ' ' + PUBLISHED]}. "
+            f"Tuned worse than published: {', '.join(worse) or 'none'}."
         )
     return "\n".join(told + ([f"Recorded components are left out: {absent}."] if absent else []))
 

@@ -260,7 +260,7 @@ def test_a_name_of_ones_own_that_hides_a_package_is_told(tmp_path):
 
 
 def test_workers_find_the_projects_packages_first(tmp_path, monkeypatch):
-    from isolation_sim.sweeps import workers
+    from isolation_sim import workers
 
     (tmp_path / "controllers.py").write_text("raise RuntimeError")
     monkeypatch.syspath_prepend(str(tmp_path))

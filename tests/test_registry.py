@@ -24,12 +24,12 @@ import isolation_sim as iso
 from ground_motions import read
 from ground_motions.readers import READERS
 from ground_motions.registry import Registry
+from isolation_sim import workers
 from isolation_sim.cli import main
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
 from isolation_sim.laws import LAWS
 from isolation_sim.registry import COMMANDS, CONTROLLERS, STUDIES
-from isolation_sim.sweeps import workers
 from isolation_sim.sweeps.design import Design
 from isolation_sim.sweeps.plan import SweepPlan
 from isolation_sim.sweeps.run import chunk_of

@@ -12,6 +12,7 @@ from isolation_sim.effects import EFFECTS
 from isolation_sim.reports.publications import PUBLICATIONS
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import reference_building, reference_isolators
+from studies import tuned_controllers
 from studies.papers.study import PAPERS
 from studies.papers.table import Check, tally, texts
 
@@ -32,6 +33,7 @@ def write_tables(folder: Path) -> None:
         "scenario": f"```toml\n{Scenario().to_toml(comments=True)}```\n",
         "papers": papers(),
         "periods": periods(),
+        "tuned": tuned(),
     }
     for name, text in texts.items():
         (folder / f"{name}.txt").write_text(text, encoding="utf-8")
@@ -109,6 +111,26 @@ def controllers() -> str:
             table(headings, rows) if rows else "",
         ]
     return "\n\n".join(parts)
+
+
+def tuned() -> str:
+    """Scores of the tuned controllers, as the study of them finds them.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    found = tuned_controllers.outcome(Path(), False, lambda what, share=0.0: None)
+    rows = [
+        (row["motions"], f"`{row['controller']}`",
+         *(f"{row[what]:+.2f} ({row[f'{what}_from']:+.2f} to {row[f'{what}_to']:+.2f})"
+           for what in ("published", "tuned")),
+         f"{row['beats_constant']} of {row['number']}")
+        for row in found.table
+    ]  # fmt: skip
+    headings = ("motions", "controller", "as published", "as tuned", "tuned beats constant in")
+    return f"{table(headings, rows)}\n\n{found.finding.replace(chr(10), chr(10) * 2)}"
 
 
 def references() -> str:

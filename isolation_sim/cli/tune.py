@@ -60,8 +60,8 @@ def tune(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with what was begun in the folder.")
     ] = False,
-    threads: Annotated[
-        int | None, typer.Option(help="Threads; one a processor by default.")
+    workers: Annotated[
+        int | None, typer.Option(help="Threads or processes; one a processor by default.")
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -80,7 +80,7 @@ def tune(
                 criteria=_weights(criterion) if criterion else None, settings=setting,
                 fixed=dict(_pair(text, "--fix", "rule=skyhook") for text in fix or ()),
                 evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,
-                threads=threads, progress=step,
+                workers=workers, progress=step,
             )  # fmt: skip
     except KeyboardInterrupt:
         print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)

@@ -50,6 +50,13 @@ class Chunk:
     energy: bool = False
     histories: bool | frozenset[int] = False
 
+    def __str__(self) -> str:
+        return f"cases {self.cases[0].number} to {self.cases[-1].number}"
+
+    def run(self) -> Finished:
+        """Run its cases; see `run_chunk`."""
+        return run_chunk(self)
+
     def keeps(self, case: int) -> bool:
         """Whether a case's histories are wanted."""
         return self.histories if isinstance(self.histories, bool) else case in self.histories

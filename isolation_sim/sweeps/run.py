@@ -15,12 +15,12 @@ from ..io.output_place import check_writable, free_space
 from ..io.results_folder import file_name
 from ..registry import registry
 from ..simulation.batch import LANES
+from ..workers import in_processes, in_this_process, on_cluster, reached
 from .chunk import Chunk, Finished, run_chunk
 from .design import Design
 from .plan import SweepPlan
 from .result import Sweep
 from .store import Store
-from .workers import in_processes, in_this_process, on_cluster, reached
 
 if TYPE_CHECKING:
     from distributed import Client

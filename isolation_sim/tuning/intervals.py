@@ -9,6 +9,10 @@ from numpy.typing import ArrayLike
 
 CONFIDENCE = 0.95
 
+MARGIN = 1e-3
+"""Difference of scores that counts as one: the scan of constant currents finds the least sum to a
+tenth of it."""
+
 
 class MeanInterval(NamedTuple):
     """A mean with the bounds of its interval."""
@@ -18,7 +22,8 @@ class MeanInterval(NamedTuple):
     high: float
 
     def __str__(self) -> str:
-        return f"{self.mean:+.3f} ({self.low:+.3f} to {self.high:+.3f})"
+        bounds = "" if np.isnan(self.low) else f" ({self.low:+.3f} to {self.high:+.3f})"
+        return f"{self.mean:+.3f}{bounds}"
 
 
 def mean_interval(values: ArrayLike, seed: int = 0) -> MeanInterval:

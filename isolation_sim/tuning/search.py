@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .search_range import SearchRange
+from ..search_range import SearchRange
 
 FIRST_STEP = 0.25
 """Standard deviation of the first generation, as a share of each range."""

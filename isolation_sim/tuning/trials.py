@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, TestedRangeWarning, unknown_name
 from ..registry import controller
-from ..scenario.job import Job
-from ..simulation.batch import Batch, Case, run_cases
-from ..simulation.control import Control
+from ..scenario import Scenario
+from ..simulation.batch import Batch
 from ..simulation.run import simulate
+from .candidate_runs import Candidate, CandidateRun, processors, run_candidates
 from .motions import MotionSet
 
 CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 1.0}
@@ -37,14 +37,15 @@ class Trials:
 
     Parameters
     ----------
-    job : Job
+    scenario : Scenario
         Plant and options.
     motions : MotionSet
         Ground motions.
     criteria : mapping of str to float
         Weights by criterion.
-    threads : int or None
-        Threads; as many as there are processors by default.
+    workers : int or None
+        Threads for compiled decisions, processes for those in plain Python; as many as there are
+        processors by default.
 
     Raises
     ------
@@ -53,11 +54,16 @@ class Trials:
     """
 
     def __init__(
-        self, job: Job, motions: MotionSet, criteria: Mapping[str, float], threads: int | None
+        self,
+        scenario: Scenario,
+        motions: MotionSet,
+        criteria: Mapping[str, float],
+        workers: int | None = None,
     ):
-        self.job, self.motions, self.criteria, self.threads = job, motions, criteria, threads
-        self._options = {key: value for key, value in job.options.items() if key != "belief"}
-        off = self._run([controller("passive_off")] * len(motions.records))
+        self.motions, self.criteria = motions, criteria
+        self.workers = processors() if workers is None else workers
+        self._job, self._scenario = scenario.build(), scenario.to_toml()
+        off = self._run([Candidate("passive_off", {})] * len(motions.records))
         for name in criteria:
             if name not in off.criteria:
                 raise unknown_name("criterion", name, off.criteria)
@@ -71,27 +77,23 @@ class Trials:
                     f"criterion {name}", "0 or no number without current", "one that is above 0"
                 )
 
-    def _run(self, controllers: Sequence[Control]) -> Batch:
-        """Run controllers, one or several under each motion, motion by motion within each."""
+    def _run(self, candidates: Sequence[Candidate]) -> Batch:
+        """Run candidates, one or several under each motion, motion by motion within each."""
         records = self.motions.records
-        belief = self.job.options.get("belief")
-        cases = [
-            Case(self.job.isolated, records[k % len(records)], one, belief)
-            for k, one in enumerate(controllers)
-        ]
-        return run_cases(cases, threads=self.threads, **self._options)
+        runs = [CandidateRun(one, records[k % len(records)]) for k, one in enumerate(candidates)]
+        return run_candidates(self._job, self._scenario, runs, self.workers)
 
-    def sums(self, controllers: Sequence[Control]) -> NDArray:
+    def sums(self, candidates: Sequence[Candidate]) -> NDArray:
         """Weighted sums of criteria over those without current.
 
         Parameters
         ----------
-        controllers : sequence of Control
+        candidates : sequence of Candidate
             As many as there are motions, one a motion, or a multiple of that.
 
         Returns
         -------
-        numpy.ndarray, shape (n_controllers / n_motions, n_motions)
+        numpy.ndarray, shape (n_candidates / n_motions, n_motions)
             ``FAILED`` for a run without a result.
 
         Raises
@@ -101,14 +103,17 @@ class Trials:
         """
         n = len(self.motions.records)
         try:
-            batch = self._run(controllers)
+            with warnings.catch_warnings():
+                # told once, of the runs without current
+                warnings.simplefilter("ignore", TestedRangeWarning)
+                batch = self._run(candidates)
         except InputError:
             # a design that fails takes the others with it
-            if len(controllers) > n:
-                alone = (controllers[k : k + n] for k in range(0, len(controllers), n))
+            if len(candidates) > n:
+                alone = (candidates[k : k + n] for k in range(0, len(candidates), n))
                 return np.vstack([self._sums_or_failed(each) for each in alone])
             raise
-        if len(controllers) == n and None not in batch.failure:
+        if len(candidates) == n and None not in batch.failure:
             raise InputError(f"every run fails, the first one: {batch.failure[0]}")
         total = sum(
             weight * batch.criteria[name].reshape(-1, n) / self._off[name]
@@ -116,26 +121,26 @@ class Trials:
         )
         return np.where(np.isfinite(total), total, FAILED)
 
-    def _sums_or_failed(self, controllers: Sequence[Control]) -> NDArray:
+    def _sums_or_failed(self, candidates: Sequence[Candidate]) -> NDArray:
         try:
-            return self.sums(controllers)
+            return self.sums(candidates)
         except InputError:
-            return np.full((1, len(controllers)), FAILED)
+            return np.full((1, len(candidates)), FAILED)
 
-    def scores(self, controllers: Sequence[Control]) -> NDArray:
-        """Scores of controllers under every motion.
+    def scores(self, candidates: Sequence[Candidate]) -> NDArray:
+        """Scores of candidates under every motion.
 
         Parameters
         ----------
-        controllers : sequence of Control
-            Candidates.
+        candidates : sequence of Candidate
+            Controllers by name and settings.
 
         Returns
         -------
-        numpy.ndarray, shape (n_controllers, n_motions)
+        numpy.ndarray, shape (n_candidates, n_motions)
             Below 0 where it does better than every constant current.
         """
-        every = [one for one in controllers for _ in self.motions.records]
+        every = [one for one in candidates for _ in self.motions.records]
         return self.sums(every) - self.constant[1]
 
     @cached_property
@@ -147,7 +152,7 @@ class Trials:
         best, least = np.zeros(n), np.full(n, np.inf)
         step = (high - low) / (_CURRENTS - 1)
         for _ in range(1 + _REFINEMENTS):
-            held: list[Any] = [controller("constant", amperes=i) for i in currents.ravel()]
+            held = [Candidate("constant", {"amperes": i}) for i in currents.ravel().tolist()]
             sums = self.sums(held)
             k = np.argmin(sums, axis=0), np.arange(n)
             best, least = np.where(sums[k] < least, currents[k], best), np.minimum(least, sums[k])
@@ -160,7 +165,7 @@ class Trials:
         """Currents that the controllers passive_off and passive_on hold, A."""
         limits = [
             simulate(
-                self.job.isolated, self.motions.records[0], controller(name), **self.job.options
+                self._job.isolated, self.motions.records[0], controller(name), **self._job.options
             ).command[-1]
             for name in ("passive_off", "passive_on")
         ]

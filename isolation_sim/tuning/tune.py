@@ -15,10 +15,11 @@ from ground_motions.registry import code_files
 from ..errors import InputError, unknown_name
 from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
+from ..search_range import SearchRange
 from ..version import __version__
+from .candidate_runs import Candidate
 from .motions import MIXTURE, Motions, motion_set
 from .search import Settings, Trial, search
-from .search_range import SearchRange
 from .trials import CRITERIA, Trials
 from .tuning import Judgement, Tuning, begin
 
@@ -41,7 +42,7 @@ def tune(
     pga_g: float | None = None,
     out: str | Path | None = None,
     resume: bool = False,
-    threads: int | None = None,
+    workers: int | None = None,
     progress: Callable[[str, int], None] = lambda what, done: None,
 ) -> Tuning:
     """Find the settings of a controller that do best on some motions, and judge them on others.
@@ -80,8 +81,9 @@ def tune(
         None keeps nothing.
     resume : bool, default False
         Whether to go on with what was begun in ``out``.
-    threads : int, optional
-        Threads; as many as there are processors by default.
+    workers : int, optional
+        Threads for compiled decisions, processes for those in plain Python; as many as there are
+        processors by default.
     progress : callable, optional
         Called with what is being done and the number of candidates that have just been run.
 
@@ -97,15 +99,15 @@ def tune(
 
     Notes
     -----
-    Controllers in compiled code run side by side in vector lanes, on all threads; a decision in
-    plain Python runs one run after the other.
+    Controllers in compiled code run side by side in vector lanes, on several threads; those that
+    decide in plain Python run in several processes, unless they are registered in this one alone.
     """
     scenario_file = scenario
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)
     job, held = scenario.build(), dict(fixed or {})
     weights = dict(CRITERIA if criteria is None else criteria)
-    _check(weights, evaluations, seed)
+    _check(weights, evaluations, seed, workers)
     ranges, present = search_space(name, settings, held)
     tuned_on = motion_set(motions, job, 2 * seed, pga_g)
     groups = unseen if isinstance(unseen, Mapping) else {"": unseen}
@@ -130,10 +132,10 @@ def tune(
         "code": code_files([name]),
     }, resume)  # fmt: skip
     progress("constant currents", 0)
-    trials = Trials(job, tuned_on, weights, threads)
+    trials = Trials(scenario, tuned_on, weights, workers)
 
     def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
-        return on.scores([controller(name, **(held | each)) for each in candidates])
+        return on.scores([Candidate(name, held | each) for each in candidates])
 
     def save(found: list[Trial]) -> None:
         progress("searching", len(found) - len(tuning.trials))
@@ -151,7 +153,7 @@ def tune(
         tuning.sensitivity[key] = values, scores.tolist()
     progress("judging", 0)
     for key, group in judged_by.items():
-        on = trials if group is tuned_on else Trials(job, group, weights, threads)
+        on = trials if group is tuned_on else Trials(scenario, group, weights, workers)
         before, after = evaluate([{}, best], on).tolist()
         current, constant = (values.tolist() for values in on.constant)
         tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
@@ -223,10 +225,14 @@ def _command(
     return " ".join([*words, f"--evaluations {evaluations} --seed {seed}"])
 
 
-def _check(criteria: Mapping[str, float], evaluations: int, seed: int) -> None:
+def _check(
+    criteria: Mapping[str, float], evaluations: int, seed: int, workers: int | None
+) -> None:
     """Refuse numbers that cannot be used."""
     if not criteria or not all(0 < weight < np.inf for weight in criteria.values()):
         raise InputError("criteria", repr(dict(criteria)), "finite weights above 0 by criterion")
-    for what, value, least in (("evaluations", evaluations, 1), ("seed", seed, 0)):
+    count = 1 if workers is None else workers
+    given = ("evaluations", evaluations, 1), ("seed", seed, 0), ("workers", count, 1)
+    for what, value, least in given:
         if value != int(value) or value < least:
             raise InputError(what, repr(value), f"a whole number, {least} or more")

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..io.atomic_write import write_text
 from ..io.results_folder import write_contents
 from ..rendering import render
-from .intervals import MeanInterval, mean_interval
+from .intervals import MARGIN, MeanInterval, mean_interval
 from .search import Trial
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ class Judgement:
 
     @property
     def better(self) -> int:
-        """Motions under which the tuned controller does better than every constant current."""
-        return sum(score < 0 for score in self.after)
+        """Motions under which the tuned controller surely does better than every constant one."""
+        return sum(score < -MARGIN for score in self.after)
 
 
 @dataclass

@@ -27,7 +27,7 @@ from isolation_sim.sweeps import SweepPlan, sweep
 from isolation_sim.sweeps.chunk import Chunk
 from isolation_sim.sweeps.design import Design, validated
 from isolation_sim.sweeps.run import MOST_CASES, chunk_of
-from isolation_sim.sweeps.workers import in_processes, in_this_process
+from isolation_sim.workers import in_processes, in_this_process
 
 from .peers import load_opensees, opensees_analysis
 

@@ -13,7 +13,8 @@ from .conftest import situation_of
 
 @pytest.fixture(scope="module")
 def design(isolated):
-    plant, unit, linear = controller("h2").plant(isolated, np.array([1.5]), 0.02)
+    one = controller("h2", preset="published")
+    plant, unit, linear = one.plant(isolated, np.array([1.5]), 0.02)
     return plant, unit, linear, plant.controller()
 
 
@@ -68,7 +69,7 @@ def test_feedback_helps_the_linear_structure(design):
 
 def test_wanted_force_is_the_sampled_controllers(isolated, design):
     _, unit, linear, k = design
-    one = controller("h2")
+    one = controller("h2", preset="published")
     situation = situation_of(one, isolated)
     one.reset(situation)
     a, b, c, d, _ = cont2discrete((k.A, k.B, k.C, k.D), 0.02, "bilinear")

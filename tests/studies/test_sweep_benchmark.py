@@ -5,7 +5,7 @@ import numpy as np
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
 from isolation_sim.sweeps.design import Design, validated
-from isolation_sim.sweeps.workers import in_this_process
+from isolation_sim.workers import in_this_process
 from studies.benchmarks import sweep as benchmark
 
 

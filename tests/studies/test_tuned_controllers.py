@@ -7,6 +7,7 @@ import pytest
 
 from controllers import CONTROLLERS, controller
 from isolation_sim.scenario import Scenario
+from isolation_sim.tuning.candidate_runs import Candidate
 from isolation_sim.tuning.motions import motion_set
 from studies.study import perform
 from studies.tuned_controllers import TUNED, scores, tuned_settings
@@ -47,13 +48,14 @@ def test_the_study_says_what_its_table_says(tmp_path):
         for what in ("published", "tuned"):
             assert row[f"{what}_from"] <= row[what] <= row[f"{what}_to"]
         assert row["tuned"] < row["published"] and row["controller"] in found.finding
-    assert "Worse than published: none" in found.finding
+    assert "Tuned worse than published: none" in found.finding
 
 
 def test_scores_are_those_of_the_controllers_that_are_named():
     job = Scenario.read(TUNED / "reference.toml").build()
     group = motion_set("mixture:2", job, 3)
-    given = {"old": controller("fuzzy", preset="published"), "off": controller("passive_off")}
+    given = {"old": Candidate("fuzzy", {"preset": "published"}),
+             "off": Candidate("passive_off", {})}  # fmt: skip
     first = scores(group, given)
     assert first == scores(group, given) and set(first) == {"old", "off"}
     assert np.all(np.array(first["off"]) >= 0), "no current is one of the constant currents"

@@ -7,8 +7,9 @@ import time
 
 import pytest
 
+from isolation_sim import workers
 from isolation_sim.errors import InputError
-from isolation_sim.sweeps import run, workers
+from isolation_sim.sweeps import run
 from isolation_sim.sweeps.run import chunk_of, sweep
 
 from .conftest import MIXED, design_of, plan_of

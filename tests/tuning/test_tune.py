@@ -44,7 +44,7 @@ def tuned(scenario, strong, tmp_path_factory):
 
 def tune_constant(scenario, strong, folder, **options):
     given = {"motions": strong[0], "unseen": strong[1], "criteria": CRITERIA} | options
-    return iso.tune("constant", scenario, evaluations=50, out=folder, threads=1, **given)
+    return iso.tune("constant", scenario, evaluations=50, out=folder, workers=1, **given)
 
 
 def weighted(scenario, record, current):
@@ -164,8 +164,9 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
         ("fuzzy --criterion peak_drit_m=1", "did you mean 'peak_drift_m'? accepted: "),
         ("fuzzy --motions mixture:0", "motions: given mixture:0; accepted: mixture, mixture:COUNT"),
         ("fuzzy --motions nowhere", "motions: given nowhere; accepted: mixture, mixture:COUNT"),
-        ("fuzzy --unseen empty", "empty: given no ground motion in it; accepted: files such as"),
+        ("fuzzy --unseen empty", "empty: given no file of a record; accepted: files"),
         ("fuzzy --motions scenario --unseen scenario", "given those tuned on; accepted: others"),
+        ("fuzzy --workers 0", "workers: given 0; accepted: a whole number, 1 or more"),
         ("fuzzy --evaluations 0", "evaluations: given 0; accepted: a whole number, 1 or more"),
         ("fuzzy --out empty/../file", "accepted: a new folder"),
     ],
@@ -193,7 +194,16 @@ class TooMuch(controllers.Controller):
         return 3.0 + self.more
 
 
+def test_processes_run_plain_python_to_the_same_bits(scenario, strong):
+    tuned = [
+        iso.tune(f"{EXAMPLE}:Outwards", scenario, motions=[strong[1][0].cut(0.0, 3.0)],
+                 unseen=strong[1], evaluations=9, workers=workers)
+        for workers in (1, 2)
+    ]  # fmt: skip
+    assert tuned[0] == tuned[1] and len(tuned[0].trials) == 9
+
+
 def test_a_controller_that_always_fails_says_why(scenario, strong):
     place = f"{__file__}:TooMuch"
     with pytest.raises(iso.InputError, match=r"every run fails, the first one: current 4 A .* out"):
-        iso.tune(place, scenario, motions=strong[0], unseen=strong[1], threads=1)
+        iso.tune(place, scenario, motions=strong[0], unseen=strong[1], workers=1)

@@ -104,6 +104,7 @@ def _progress(tuning: Tuning) -> Chart:
     at, best = np.arange(1, len(means) + 1), np.minimum.accumulate(means)
     points = _LOOKS["candidate"].line() | {
         "mode": "markers", "name": "candidate", "x": numbers(at), "y": numbers(means),
+        "marker": {"symbol": _LOOKS["candidate"].symbol, "size": 4, "maxdisplayed": 0},
     }  # fmt: skip
     line = _LOOKS["best so far"].line(shape="hv") | {
         "mode": "lines", "name": "best so far", "x": numbers(at), "y": numbers(best),

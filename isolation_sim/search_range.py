@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from ..errors import InputError
+from .errors import InputError
 
 DIGITS = 4
 """Significant digits of a tuned value: more would not be told apart, and must be written down."""

@@ -1,6 +1,7 @@
-"""Who runs a sweep's chunks: this process, processes of this machine, or a Dask cluster.
+"""Who runs the chunks of a sweep: this process, processes of this machine, or a Dask cluster.
 
-A worker process is a fresh interpreter that reads chunks from its standard input and writes what
+What can be pickled and has a method ``run`` is run in the same way, such as the runs of a tuning. A
+worker process is a fresh interpreter that reads tasks from its standard input and writes what
 came of them to its standard output. It needs no guard in the caller's script, and when the caller
 is killed its input ends, and so does it.
 """
@@ -16,73 +17,82 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ground_motions.registry import hides_packages
 
-from ..errors import InputError
-from .chunk import Chunk, Finished, run_chunk
+from .errors import InputError
 
 if TYPE_CHECKING:
     from distributed import Client
 
+Result = TypeVar("Result", covariant=True)
+
+
+class Task(Protocol[Result]):
+    """What a worker runs; its text names it in errors."""
+
+    def run(self) -> Result:
+        """Do the work."""
+
+
 TRIES = 3
-"""Workers that may die over a chunk before the sweep stops."""
+"""Workers that may die over a task before everything stops."""
 
-_COMMAND = "from isolation_sim.sweeps.workers import serve; serve()"
+_COMMAND = "from isolation_sim.workers import serve; serve()"
 
 
-def in_this_process(chunks: Iterator[Chunk]) -> Iterator[Finished]:
-    """Run chunks one after another.
+def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
+    """Run tasks one after another.
 
     Parameters
     ----------
-    chunks : iterator of Chunk
+    tasks : iterator of Task
         What to run.
 
     Yields
     ------
-    Finished
-        In their order.
+    object
+        Their results, in their order.
     """
-    return map(run_chunk, chunks)
+    return map(_run, tasks)
 
 
-def in_processes(chunks: Iterator[Chunk], count: int) -> Iterator[Finished]:
-    """Run chunks in processes of this machine.
+def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
+    """Run tasks in processes of this machine.
 
     Parameters
     ----------
-    chunks : iterator of Chunk
+    tasks : iterator of Task
         What to run; taken as there is room.
     count : int
         Number of processes.
 
     Yields
     ------
-    Finished
-        In any order.
+    object
+        Their results, in any order.
 
     Raises
     ------
     InputError
-        If one worker after another dies over a chunk.
+        If one worker after another dies over a task.
     """
     workers = [_Worker() for _ in range(count)]
     idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
     for worker in workers:
         idle.put(worker)
 
-    def run(chunk: Chunk) -> Finished:
+    def run(task: Task[Result]) -> Result:
         worker = idle.get()
         try:
-            return worker.run(chunk)
+            return worker.run(task)
         finally:
             idle.put(worker)
 
     pool = ThreadPoolExecutor(count)
     try:
-        yield from _some_at_a_time(pool, run, chunks, 2 * count)
+        yield from _some_at_a_time(pool, run, tasks, 2 * count)
     finally:
         for worker in workers:
             worker.stop()
@@ -125,43 +135,50 @@ def reached(address: str | None) -> Iterator[Client | None]:
         yield client
 
 
-def on_cluster(chunks: Iterator[Chunk], client: Client) -> Iterator[Finished]:
-    """Run chunks on a Dask cluster, whose workers must have this package installed.
+def on_cluster(tasks: Iterator[Task[Result]], client: Client) -> Iterator[Result]:
+    """Run tasks on a Dask cluster, whose workers must have this package installed.
 
     Parameters
     ----------
-    chunks : iterator of Chunk
+    tasks : iterator of Task
         What to run; taken as there is room.
     client : distributed.Client
         Of the cluster.
 
     Yields
     ------
-    Finished
-        In any order.
+    object
+        Their results, in any order.
     """
-    # a worker that dies hands its chunks on
+    # a worker that dies hands its tasks on
     pool = client.get_executor(retries=TRIES, pure=False)
     most = 2 * max(1, sum(client.nthreads().values()))
-    yield from _some_at_a_time(pool, run_chunk, chunks, most)
+    yield from _some_at_a_time(pool, _run, tasks, most)
 
 
 def _some_at_a_time(
-    pool: Executor, run: Callable[[Chunk], Finished], chunks: Iterator[Chunk], most: int
-) -> Iterator[Finished]:
-    """Keep a pool busy without holding more than some chunks in memory."""
-    pending: set[Future[Finished]] = set()
+    pool: Executor,
+    run: Callable[[Task[Result]], Result],
+    tasks: Iterator[Task[Result]],
+    most: int,
+) -> Iterator[Result]:
+    """Keep a pool busy without holding more than some tasks in memory."""
+    pending: set[Future[Result]] = set()
     more = True
     while more or pending:
         while more and len(pending) < most:
-            chunk = next(chunks, None)
-            more = chunk is not None
-            if chunk is not None:
-                pending.add(pool.submit(run, chunk))
+            task = next(tasks, None)
+            more = task is not None
+            if task is not None:
+                pending.add(pool.submit(run, task))
         if pending:
             done, pending = wait(pending, return_when=FIRST_COMPLETED)
             for future in done:
                 yield future.result()
+
+
+def _run(task: Task[Result]) -> Result:
+    return task.run()
 
 
 class _Worker:
@@ -171,30 +188,29 @@ class _Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self._stopped = False
 
-    def run(self, chunk: Chunk) -> Finished:
+    def run(self, task: Task[Any]) -> Any:
         for _ in range(TRIES):
             if self._stopped:
                 break
             try:
-                answer = self._ask(chunk)
+                answer = self._ask(task)
             except (EOFError, OSError, pickle.UnpicklingError):
                 self._end()
                 continue
             if isinstance(answer, Exception):
                 raise answer
             return answer
-        first, last = chunk.cases[0].number, chunk.cases[-1].number
         raise InputError(
-            f"cases {first} to {last}: {TRIES} worker processes died over them, killed or out of "
+            f"{task}: {TRIES} worker processes died over them, killed or out of "
             "memory; what is finished is kept"
         )
 
-    def _ask(self, chunk: Chunk) -> Finished | Exception:
+    def _ask(self, task: Task[Any]) -> Any:
         if self._process is None:
             self._process = _started()
         questions, answers = self._process.stdin, self._process.stdout
         assert questions is not None and answers is not None
-        pickle.dump(chunk, questions)
+        pickle.dump(task, questions)
         questions.flush()
         return pickle.load(answers)
 
@@ -226,7 +242,7 @@ def _started() -> subprocess.Popen[bytes]:
 
 
 def serve() -> None:
-    """Be a worker process: answer chunks until there are no more."""
+    """Be a worker process: answer tasks until there are no more."""
     # whoever interrupts the caller reaches this process too: the caller decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
@@ -234,11 +250,11 @@ def serve() -> None:
     os.dup2(2, 1)
     while True:
         try:
-            chunk = pickle.load(questions)
+            task = pickle.load(questions)
         except EOFError:
             return
         try:
-            answer: Finished | Exception = run_chunk(chunk)
+            answer = task.run()
         except Exception as error:
             answer = error
         # nobody is left to read it where the caller has been killed

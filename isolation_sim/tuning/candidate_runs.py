@@ -1,0 +1,135 @@
+"""Runs of candidate controllers: side by side where they are compiled, else in processes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ground_motions import Record
+
+from ..registry import CONTROLLERS, controller
+from ..scenario import Scenario
+from ..scenario.job import Job
+from ..simulation.batch import Batch, Case, run_cases
+from ..simulation.control import Control
+from ..simulation.run import prepared, simulate
+from ..workers import in_processes
+
+
+class Candidate(NamedTuple):
+    """A controller by its name and settings."""
+
+    name: str
+    settings: dict[str, Any]
+
+
+class CandidateRun(NamedTuple):
+    """A candidate and the ground motion that it is run under, one record a direction."""
+
+    candidate: Candidate
+    records: tuple[Record, ...]
+
+
+@dataclass(frozen=True)
+class _Share:
+    """Some runs for a process of their own, which builds the plant from its scenario."""
+
+    number: int
+    scenario: str
+    runs: tuple[CandidateRun, ...]
+
+    def run(self) -> tuple[int, Batch]:
+        return self.number, _batch(_job(self.scenario), self.runs, 1)
+
+    def __str__(self) -> str:
+        return f"runs of {self.runs[0].candidate.name}"
+
+
+def run_candidates(job: Job, scenario: str, runs: Sequence[CandidateRun], workers: int) -> Batch:
+    """Run candidates.
+
+    Parameters
+    ----------
+    job : Job
+        Plant and options.
+    scenario : str
+        TOML that the job was built from, for other processes.
+    runs : sequence of CandidateRun
+        What to run.
+    workers : int
+        Threads for compiled decisions, processes for those in plain Python.
+
+    Returns
+    -------
+    Batch
+        In the order of the runs; it does not depend on the number of workers.
+    """
+    name = runs[0].candidate.name
+    if workers == 1 or name in CONTROLLERS.only_here() or not _in_python(job, runs[0]):
+        return _batch(job, runs, workers)
+    bounds = np.linspace(0, len(runs), min(4 * workers, len(runs)) + 1).astype(int)
+    shares = (
+        _Share(k, scenario, tuple(runs[low:high]))
+        for k, (low, high) in enumerate(pairwise(bounds.tolist()))
+    )
+    return _joined([batch for _, batch in sorted(in_processes(shares, workers), key=_number)])
+
+
+def processors() -> int:
+    """Number of workers where none is given."""
+    return os.cpu_count() or 1
+
+
+def _batch(job: Job, runs: Sequence[CandidateRun], threads: int) -> Batch:
+    """Run in this process; runs of one candidate share its controller, and so its design."""
+    built: dict[int, Control] = {}
+    for run in runs:
+        if id(run.candidate) not in built:
+            built[id(run.candidate)] = controller(run.candidate.name, **run.candidate.settings)
+    options = dict(job.options)
+    belief = options.pop("belief", None)
+    cases = [Case(job.isolated, run.records, built[id(run.candidate)], belief) for run in runs]
+    return run_cases(cases, threads=threads, **options)
+
+
+def _in_python(job: Job, run: CandidateRun) -> bool:
+    one = controller(run.candidate.name, **run.candidate.settings)
+    options = job.options
+    delays = options["sensors"].delay, options["computation_delay"]
+    lane = prepared(
+        job.isolated, run.records, one, options.get("belief"), options["driver"], delays,
+        lambda other: simulate(job.isolated, run.records, other, **options),
+    )  # fmt: skip
+    return lane.schedule is None and lane.compiled is None
+
+
+@lru_cache(maxsize=2)
+def _job(scenario: str) -> Job:
+    return Scenario.from_toml(scenario).build()
+
+
+def _number(answer: tuple[int, Batch]) -> int:
+    return answer[0]
+
+
+def _joined(parts: Sequence[Batch]) -> Batch:
+    """One batch of several; criteria that a part without any result lacks are not numbers there."""
+    names = dict.fromkeys(name for part in parts for name in part.criteria)
+    criteria = {
+        name: np.concatenate([
+            part.criteria.get(name, np.full(len(part.failure), np.nan)) for part in parts
+        ])
+        for name in names
+    }  # fmt: skip
+    rest = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(Batch)
+        if field.name not in ("criteria", "failure")
+    }
+    return Batch(criteria, [reason for part in parts for reason in part.failure], **rest)
