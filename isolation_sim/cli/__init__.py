@@ -16,7 +16,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, fit, list_names, new, run, sweep
+from . import cite, diagnose, evaluate, fit, list_names, new, run, sweep
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -69,6 +69,7 @@ app.command("compare", hidden=True)(run.run)  # a likely guess for run
 app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
+app.command("evaluate", epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
 app.add_typer(sweep.app, name="sweep")

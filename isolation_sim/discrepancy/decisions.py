@@ -185,8 +185,8 @@ noted; one without damping gives off none. Convention."""
 REVERSED_ALONE = 0.1
 """The same of single runs; a late channel alone may turn loops of little damping. Blind."""
 TRANSIENT = 3.0
-"""Factor on the usual residual of a static function of the motion at both ends of a run. Convention;
-the MR damper's filtered tests reach 3 to 20."""
+"""Factor on the usual residual of a static function of the motion at both ends of a run.
+Convention; the MR damper's filtered tests reach 3 to 20."""
 OFFSET = 0.1
 """Share of a run's RMS force by which its mean may differ from that of the others.
 Convention."""
