@@ -10,6 +10,7 @@ from isolation_sim.registry import controller as _controller
 
 from .controller import Controller
 from .current_map import CurrentMap
+from .policy import Policy
 from .settings import setting
 
 controller = _controller  # not the module controller.py, which took this name when it was imported
@@ -18,6 +19,7 @@ __all__ = [
     "CONTROLLERS",
     "Controller",
     "CurrentMap",
+    "Policy",
     "available_controllers",
     "controller",
     "setting",

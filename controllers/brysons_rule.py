@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from isolation_sim.structures import Structure
 
 from .compiled import CompiledController
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 
 class BrysonsRule(CompiledController):
@@ -21,18 +21,18 @@ class BrysonsRule(CompiledController):
 
     largest_displacement: float = setting(
         0.2, "acceptable isolator deformation; inf for no weight", Number(above=0, infinite=True),
-        "m",
+        "m", SearchRange(0.02, 2.0),
     )  # fmt: skip
     largest_velocity: float = setting(
         0.3, "acceptable velocity of that deformation; inf for no weight",
-        Number(above=0, infinite=True), "m/s",
+        Number(above=0, infinite=True), "m/s", SearchRange(0.03, 10.0),
     )  # fmt: skip
     largest_drift: float = setting(
         np.inf, "acceptable storey drift; inf for no weight", Number(above=0, infinite=True), "m"
     )
     largest_acceleration: float = setting(
         1.0, "acceptable absolute acceleration of a level; inf for no weight",
-        Number(above=0, infinite=True), "m/s^2",
+        Number(above=0, infinite=True), "m/s^2", SearchRange(0.1, 10.0),
     )  # fmt: skip
 
     def weighted_outputs(self, linear: Structure, rows: NDArray) -> NDArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,16 +94,24 @@ class ClippedLQG(Estimating, ClippedLQR):
     Displacements and velocities, which ``clipped_lqr`` takes as measured, are estimated from
     accelerometers and the isolators' displacement; the regulator is the same, with weights that
     allow for the coils' lag. With the extended filter the devices' internal states are estimated
-    too, not followed.
+    too, not followed. Defaults are tuned (``studies/tuned/clipped_lqg.toml``).
     """
 
     name = "clipped_lqg"
     title = "Clipped LQG"
     source = "Dyke et al. 1996 (clipped optimal control from accelerations); Kalman 1960"
 
-    largest_velocity = 2.5
-    largest_acceleration = 0.35
-    largest_force = 0.023
+    largest_displacement = 1.474
+    largest_velocity = 0.7754
+    largest_acceleration = 0.1095
+    largest_force = 0.3718
+
+    presets: ClassVar = {
+        "published": {
+            "largest_displacement": 0.2, "largest_velocity": 2.5, "largest_acceleration": 0.35,
+            "largest_force": 0.023,
+        },
+    }  # fmt: skip
 
     filter: str = setting("kalman", "which observer", OneOf(("kalman", "extended")))
 

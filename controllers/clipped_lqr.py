@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
@@ -20,7 +23,7 @@ from .force_tracking import (
     force_tracking,
     nearest_currents,
 )
-from .settings import Number, Optional, setting
+from .settings import Number, Optional, SearchRange, setting
 
 # settings: these, the gains, the elements' directions, then those of the force tracking
 N_DOFS, N_ELEMENTS, HEAD = range(3)
@@ -67,16 +70,28 @@ class ClippedLQR(BrysonsRule):
     the largest value that is acceptable, and the squares are added.
 
     The wanted force goes through the inverse of the law believed in, with device states followed
-    along the measured deformation, and is clipped to the nearest force within reach.
+    along the measured deformation, and is clipped to the nearest force within reach. Defaults are
+    tuned (``studies/tuned/clipped_lqr.toml``).
     """
 
     name = "clipped_lqr"
     title = "Clipped LQR"
     source = "Dyke et al. 1996 (clipped optimal control); Bryson and Ho 1975 (weights)"
 
+    presets: ClassVar = {
+        "published": {
+            "largest_displacement": 0.2, "largest_velocity": 0.3, "largest_acceleration": 1.0,
+            "largest_force": 0.05,
+        },
+    }  # fmt: skip
+    largest_displacement = 1.168
+    largest_velocity = 4.149
+    largest_acceleration = 0.1137
+
     largest_force: float = setting(
-        0.05, "acceptable control force of an isolator over the structure's weight", Number(above=0)
-    )
+        0.3415, "acceptable control force of an isolator over the structure's weight",
+        Number(above=0), search=SearchRange(0.002, 0.5),
+    )  # fmt: skip
     reference: float | None = setting(
         None,
         "current at which the isolators are linearised; None for the middle of the range",
@@ -128,8 +143,6 @@ class ClippedLQR(BrysonsRule):
 
     def _regulator(self, linear: Structure, rows: NDArray) -> NDArray:
         """LQR gain, (n_driven, 2 n_dofs): forces along ``rows`` are minus the gain times state."""
-        import control
-
         n, m = linear.n_dofs, len(rows)
         inverse = np.linalg.inv(linear.mass)
         # forces in units of the largest acceptable one keep the Riccati equation well scaled
@@ -141,10 +154,56 @@ class ClippedLQR(BrysonsRule):
         outputs = self.weighted_outputs(linear, rows)
         through = np.zeros((len(outputs), m))
         through[-n:] = on_acceleration / self.largest_acceleration
-        gain, _, _ = control.lqr(
-            a, b, outputs.T @ outputs, np.eye(m) + through.T @ through, outputs.T @ through
-        )
-        return unit * np.asarray(gain)
+        weights = outputs.T @ outputs, np.eye(m) + through.T @ through, outputs.T @ through
+        with designing(self.name):
+            return unit * regulator_gain(a, b, *weights)
+
+
+def regulator_gain(a: NDArray, b: NDArray, q: NDArray, r: NDArray, s: NDArray) -> NDArray:
+    """Linear-quadratic regulator of a cost with a cross weight.
+
+    Parameters
+    ----------
+    a, b : numpy.ndarray, shape (n, n), (n, m)
+        Dynamics, x' = a x + b u.
+    q, r, s : numpy.ndarray, shape (n, n), (m, m), (n, m)
+        Weights: cost is the integral of x' q x + u' r u + 2 x' s u.
+
+    Returns
+    -------
+    numpy.ndarray, shape (m, n)
+        u = -gain @ x. The cross weight is eliminated before the Riccati equation is solved: where
+        it is nearly as large as the others, the equation with it is too ill-conditioned.
+    """
+    import control
+
+    cross = np.linalg.solve(r, s.T)
+    reduced = q - s @ cross
+    gain, _, _ = control.lqr(a - b @ cross, b, (reduced + reduced.T) / 2, r)
+    return np.asarray(gain) + cross
+
+
+@contextmanager
+def designing(name: str) -> Iterator[None]:
+    """Say in one line that a Riccati equation has no solution within the numbers' accuracy.
+
+    Parameters
+    ----------
+    name : str
+        Of the controller.
+
+    Raises
+    ------
+    InputError
+        In place of the solver's error.
+    """
+    try:
+        yield
+    except ValueError as error:
+        raise InputError(
+            f"{name}: the Riccati equation has no accurate solution with these settings "
+            f"({str(error).partition(';')[0]}); accepted: settings that are less far apart"
+        ) from None
 
 
 def linear_model(belief: IsolatedStructure, currents: NDArray) -> tuple[float, Structure]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from isolation_sim.simulation.control import Situation
 
 from .open_loop import Held
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 
 class Constant(Held):
@@ -14,7 +14,9 @@ class Constant(Held):
     name = "constant"
     title = "Constant current"
 
-    amperes: float = setting(1.5, "current to hold", Number(), "A")
+    amperes: float = setting(
+        1.5, "current to hold", Number(), "A", SearchRange(0.0, 3.0, "linear")
+    )
 
     def held(self, situation: Situation) -> float:
         """Return the setting."""

@@ -13,7 +13,8 @@ A controller of one's own is a class with a name and two methods::
             moving_away = measurement.base_displacement_m * measurement.base_velocity_m_s > 0
             return 3.0 if moving_away else 0.0
 
-Settings are declared with ``setting`` and given by name, ``Outwards(period=0.05)``.
+Settings are declared with ``setting`` and given by name, ``Outwards(period=0.05)``. A class may
+name sets of them in ``presets``, which are chosen by ``Outwards(preset="...")``.
 """
 
 from __future__ import annotations
@@ -51,6 +52,8 @@ class Controller:
         Publication behind the rule.
     settings : mapping of str to Setting
         What may be set, with meaning, unit and default; each is an attribute of the same name.
+    presets : mapping of str to mapping
+        Named sets of settings, such as ``"published"``; one is chosen by ``preset``.
     period : float or None, s
         Interval between decisions; None for the ground motion's sampling interval.
     foresight : float, s
@@ -62,12 +65,12 @@ class Controller:
     Parameters
     ----------
     **given : object
-        Settings by name.
+        Settings by name; ``preset`` names a set of them, to which the others are added.
 
     Raises
     ------
     InputError
-        If there is no such setting, or it does not accept the value.
+        If there is no such setting or preset, or a setting does not accept the value.
     """
 
     name: ClassVar[str] = "controller"
@@ -81,6 +84,7 @@ class Controller:
             "s",
         )
     }
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     period: float | None = None
     foresight: float = 0.0
     report: Any = None
@@ -103,7 +107,10 @@ class Controller:
             setattr(cls, name, declared.default)
 
     def __init__(self, **given: Any) -> None:
-        for name, value in given.items():
+        preset = given.pop("preset", None)
+        if preset is not None and preset not in self.presets:
+            raise unknown_name(f"preset of {self.name}", str(preset), self.presets)
+        for name, value in (dict(self.presets.get(preset, {})) | given).items():
             if name not in self.settings:
                 raise unknown_name(f"setting of {self.name}", name, self.settings)
             setattr(self, name, self.settings[name].checked(self.name, name, value))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from isolation_sim.structures import IsolatedStructure
 from .compiled import CompiledController, Decision
 from .force_tracking import driven_elements
 from .open_loop import highest_tested, lowest
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 from .sliding_mode import carried_masses
 
 N_FREQUENCIES = 64
@@ -100,7 +101,8 @@ class FrequencyTracking(CompiledController):
     The frequency is that of a second-order autoregression of the ground's acceleration, fitted
     recursively with forgetting, after a low-pass that keeps what isolators can respond to. From
     the devices linearised at every current, the current is tabulated at which a rigid building on
-    them amplifies a motion of this frequency least.
+    them amplifies a motion of this frequency least. The preset ``tuned``
+    (``studies/tuned/frequency_tracking.toml``) is not surely better on unseen motions.
     """
 
     name = "frequency_tracking"
@@ -110,18 +112,24 @@ class FrequencyTracking(CompiledController):
         "Fourier transform); Behrooz, Wang and Gordaninejad 2014 (MR elastomer isolators)"
     )
 
+    presets: ClassVar = {
+        "tuned": {"forgetting": 8.931, "corner": 9.953, "threshold": 0.0317, "settling": 0.269},
+    }
+
     forgetting: float = setting(
-        2.0, "time after which the past counts by 1/e", Number(above=0), "s"
+        2.0, "time after which the past counts by 1/e", Number(above=0), "s",
+        SearchRange(0.2, 20.0),
+    )  # fmt: skip
+    corner: float = setting(
+        2.0, "of the low-pass", Number(above=0), "Hz", SearchRange(0.3, 10.0)
     )
-    corner: float = setting(2.0, "of the low-pass", Number(above=0), "Hz")
     threshold: float = setting(
         0.02, "RMS of the ground's acceleration below which the current is the lowest",
-        Number(at_least=0), "m/s^2",
+        Number(at_least=0), "m/s^2", SearchRange(0.002, 1.0),
     )  # fmt: skip
-
     settling: float = setting(
         3.0, "time in which the current follows: a stretched isolator that stiffens at once pushes "
-        "the building", Number(above=0), "s",
+        "the building", Number(above=0), "s", SearchRange(0.1, 30.0),
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +13,7 @@ from isolation_sim.structures import IsolatedStructure
 from .compiled import CompiledController, Decision
 from .force_tracking import driven_elements, motion_of_driven
 from .open_loop import highest_tested, lowest
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 RULES = (
     # velocity: back fast, back slowly, still, out slowly, out fast; by a deformation that is
@@ -76,17 +78,22 @@ class Fuzzy(CompiledController):
     it turns round, so that the stiffened isolator lets go before it pulls hardest, nor on the way
     back. Both sides of the centre are alike, so that three sets of deformation and five of velocity
     make fifteen rules, with a current as each rule's conclusion (Takagi and Sugeno). The rules are
-    this project's own; the kind of controller is the sources'.
+    this project's own; the kind of controller is the sources'. Defaults are tuned
+    (``studies/tuned/fuzzy.toml``).
     """
 
     name = "fuzzy"
     title = "Fuzzy"
     source = "Kim and Roschke 2006 (fuzzy control of isolated buildings); Takagi and Sugeno 1985"
 
+    presets: ClassVar = {"published": {"large_deformation": 0.2, "fast": 1.2}}
+
     large_deformation: float = setting(
-        0.2, "deformation that counts as large", Number(above=0), "m"
+        0.3436, "deformation that counts as large", Number(above=0), "m", SearchRange(0.02, 2.0)
     )
-    fast: float = setting(1.2, "velocity that counts as fast", Number(above=0), "m/s")
+    fast: float = setting(
+        10.0, "velocity that counts as fast", Number(above=0), "m/s", SearchRange(0.05, 10.0)
+    )
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
         """Deformation and velocity of each element that a coil drives."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from isolation_sim.simulation.control import Situation
 from isolation_sim.structures import IsolatedStructure
 
-from .clipped_lqr import STANDARD_GRAVITY
+from .clipped_lqr import STANDARD_GRAVITY, designing, regulator_gain
 from .compiled import CompiledController, Decision
 from .force_tracking import (
     MOTION,
@@ -24,7 +24,7 @@ from .force_tracking import (
 )
 from .observers.ground_noise import GroundNoise
 from .observers.linear_belief import LinearBelief, linear_belief
-from .settings import Number, Optional, setting
+from .settings import Number, Optional, SearchRange, setting
 
 # settings: these; the sampled controller's matrices; springs and dashpots of the reference
 # isolators; the force tracking's
@@ -112,7 +112,7 @@ class WeightedPlant:
         import control
 
         # a regulator for the outputs, an estimator for the noise; they are optimal together
-        gain, _, _ = control.lqr(
+        gain = regulator_gain(
             self.a, self.b2, self.c1.T @ self.c1, self.d12.T @ self.d12, self.c1.T @ self.d12
         )
         correction, _, _ = control.lqe(
@@ -136,21 +136,29 @@ class H2(CompiledController):
     title = "H2"
     source = "Doyle et al. 1989; Dyke et al. 1996 (clipped optimal control); Spencer et al. 1994"
 
+    presets: ClassVar = {
+        "published": {
+            "largest_displacement": 0.2, "largest_acceleration": 0.6, "largest_force": 0.045,
+            "ground_frequency": 15.0,
+        },
+    }  # fmt: skip
+
     largest_displacement: float = setting(
-        0.2, "acceptable isolator deformation", Number(above=0), "m"
+        0.2, "acceptable isolator deformation", Number(above=0), "m", SearchRange(0.02, 2.0)
     )
     largest_acceleration: float = setting(
-        0.6, "acceptable absolute acceleration of a level", Number(above=0), "m/s^2"
-    )
+        0.6, "acceptable absolute acceleration of a level", Number(above=0), "m/s^2",
+        SearchRange(0.06, 6.0),
+    )  # fmt: skip
     largest_force: float = setting(
         0.045, "acceptable control force of an isolator over the structure's weight",
-        Number(above=0),
+        Number(above=0), search=SearchRange(0.002, 0.5),
     )  # fmt: skip
     ground_intensity: float = setting(
         0.1, "one-sided density of the ground's white noise, (m/s^2)^2/Hz", Number(above=0)
     )
     ground_frequency: float = setting(
-        15.0, "circular frequency of the ground", Number(above=0), "rad/s"
+        15.0, "circular frequency of the ground", Number(above=0), "rad/s", SearchRange(2.0, 60.0)
     )
     ground_damping: float = setting(0.6, "damping ratio of the ground", Number(above=0))
     acceleration_noise: float = setting(
@@ -174,7 +182,8 @@ class H2(CompiledController):
         tracking = force_tracking(driven_elements(belief, self.name), situation)
         reference = tracking.reference(self.reference)
         plant, unit, linear = self.plant(belief, reference, situation.period)
-        sampled = control.sample_system(plant.controller(), situation.period, "bilinear")
+        with designing(self.name):
+            sampled = control.sample_system(plant.controller(), situation.period, "bilinear")
         driven = [element.channel is not None for element in belief.elements]
         head = [belief.structure.n_dofs, len(sampled.A), len(tracking.elements)]
         parts = [sampled.A, sampled.B, unit * sampled.C, unit * sampled.D, linear.passive[driven]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from .estimating import Estimating
 from .force_tracking import COILS, N_DEVICES, N_NUMBERS, device_force, driven_elements
 from .observers.kalman import TRACKING, kalman_memory, kalman_update
 from .observers.observer import N_DOFS, N_ELEMENTS
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 # settings: where the observer's begin; the softening; how the energy falls with each element's
 # force, per unit of displacement and velocity; the observer's
@@ -61,19 +62,28 @@ class Lyapunov(Estimating, BrysonsRule):
     lowest where more force, by the law believed in, would make the energy fall more slowly; else
     it is in proportion to how much faster the energy falls under the highest current, up to that
     current. Jansen and Dyke switch, which the softening of 0 gives. With the structure's own energy
-    in place of P, it would be the on-off rule of maximum dissipation.
+    in place of P, it would be the on-off rule of maximum dissipation. Defaults are tuned
+    (``studies/tuned/lyapunov.toml``): so soft that the current hardly leaves the lowest.
     """
 
     name = "lyapunov"
     title = "Lyapunov"
     source = "Leitmann 1994; Jansen and Dyke 2000 (control based on Lyapunov stability theory)"
 
-    largest_displacement = 0.1
-    largest_velocity = 0.15
+    largest_displacement = 2.0
+    largest_velocity = 7.877
+    largest_acceleration = 10.0
+
+    presets: ClassVar = {
+        "published": {
+            "largest_displacement": 0.1, "largest_velocity": 0.15, "largest_acceleration": 1.0,
+            "softening": 350.0,
+        },
+    }  # fmt: skip
 
     softening: float = setting(
-        350.0, "how much faster the energy must fall for the full current; in proportion below; 0 "
-        "switches", Number(at_least=0), "1/s",
+        1e5, "how much faster the energy must fall for the full current; in proportion below; 0 "
+        "switches", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
     )  # fmt: skip
 
     def decision(self, situation: Situation) -> Decision:

@@ -75,13 +75,18 @@ class MPC(Estimating):
     decision before, linearises that prediction exactly, and corrects the plan by one quadratic
     programme (real-time iteration). The programme charges a little of the squared response and of
     the plan's changes, and what exceeds the peaks so far or a level that counts as unavoidable; the
-    coils' limits and slew are its constraints. The unit of displacements and of accelerations is
-    the peak that there would have been without current: the model believed in goes through the
-    ground motion seen so far without control as well.
+    coils' limits and slew are its constraints.
+
+    The nominal model also goes through the ground motion without current, as far as it is known and
+    then as forecast. Its peaks over this course are the units of displacement and acceleration. The
+    regret is the acceleration above the largest one of this course up to the same step: without
+    preview a plan pays for it, so that an uncertain gain of displacement is not bought with more
+    acceleration than doing nothing would bring.
 
     The ground motion ahead is the record's as far as ``preview`` goes. From there on its velocity
     is expected to come back to zero, driven by what an autoregressive model, identified as the
-    motion arrives, expects. What is left of it at the end of the horizon is lost after it, while
+    motion arrives, expects; this forecast fades, because the ramp of a pulse is not a trend. What
+    is left of it at the end of the horizon is lost after it, while
     the building floats on: the cost there is on the amplitude that this leaves, as far as there is
     a warning. Accelerations keep clear of their level by what may come against that
     expectation before the coils can answer, which is the more the stiffer the isolators are.
@@ -137,6 +142,10 @@ class MPC(Estimating):
         1.0, "time in which the ground's velocity is expected to come back to zero, beside what "
         "the autoregressive model expects; None for never", Optional(Number(above=0)), "s",
     )  # fmt: skip
+    fading: float | None = setting(
+        0.15, "time in which the forecast of the autoregressive model fades; None for never",
+        Optional(Number(above=0)), "s",
+    )  # fmt: skip
     displacement: float = setting(0.5, "weight of squared displacement", Number(at_least=0))
     acceleration: float = setting(0.5, "weight of squared acceleration", Number(at_least=0))
     end: float = setting(0.25, "weight of the squared amplitude at the end", Number(at_least=0))
@@ -162,6 +171,11 @@ class MPC(Estimating):
     acceleration_excess: float = setting(
         2.4, "weight of the acceleration that exceeds its level", Number(at_least=0)
     )
+    regret: float | None = setting(
+        None, "weight of the acceleration that exceeds the peak without current, so far and as "
+        "forecast; None for 2 less 2.5 for every second of the preview, 0 at least",
+        Optional(Number(at_least=0)),
+    )  # fmt: skip
     displacement_level: float = setting(
         0.2, "peak displacement that counts as unavoidable, over the peak without current so far",
         Number(at_least=0),
@@ -245,7 +259,7 @@ class MPC(Estimating):
             longest = 0.005 if self.preview else 0.01
         self.prediction = Prediction(belief, coils, self.step, self.block, longest)
         p = self.prediction
-        n, most = p.dy.shape[2] + 2, (n_steps + 1) * p.y.shape[1] * 4 + n_steps * len(coils)
+        n, most = p.dy.shape[2] + 3, (n_steps + 1) * p.y.shape[1] * 8 + n_steps * len(coils)
         self._programme = (
             np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), np.zeros(n + most),
             np.zeros(n + most),
@@ -254,11 +268,12 @@ class MPC(Estimating):
         on_excess = self.displacement_excess
         if on_excess is None:
             on_excess = 0.2 + 2.5 * self.preview
+        regret = max(2.0 - 2.5 * self.preview, 0.0) if self.regret is None else self.regret
         self._stop = min(1.6 * self.preview, 1.3) if self.stop is None else self.stop
         self._weights = np.array(
             [
                 self.displacement, self.acceleration, self.end, self.change, self.roughness,
-                self.effort, on_excess, self.acceleration_excess,
+                self.effort, on_excess, self.acceleration_excess, regret,
             ]
         )  # fmt: skip
         self._n_behind = len(belief.structure.directions) + len(coils)
@@ -276,7 +291,7 @@ class MPC(Estimating):
             self._since = Prediction(belief, coils, self.step, together, longest)
         self._given = np.tile(coils[:, 4], (self._n_late, 1))
         self._ground = GroundAhead(
-            p, coils, self.step, self._n_late + n_steps, self.order, self.settling,
+            p, coils, self.step, self._n_late + n_steps, self.order, self.settling, self.fading,
             situation.ground,
         )  # fmt: skip
         self.commands = np.tile(coils[:, 4], (n_steps, 1))
@@ -284,7 +299,8 @@ class MPC(Estimating):
         self._states = p.initial_states()
         self._seen, self._strongest = RunningPeaks(p.n_displacements, p.n_accelerations), 0.0
         self._jumps = bool(np.any((coils[:, 0] == 0) & np.isinf(coils[:, 1])))
-        self._uncontrolled = Uncontrolled(belief, coils, self.step, longest)
+        n_ahead = self._n_late + n_steps - len(self._foreseen)
+        self._uncontrolled = Uncontrolled(belief, coils, self.step, longest, n_ahead)
         self.report = Report()
 
     def current(self, t: float, measurement: Any) -> NDArray:
@@ -342,8 +358,7 @@ class MPC(Estimating):
             if self._estimated is not None:
                 self._estimated.strengthen(p.strength)
         self._ground.look(ground, t + self._foreseen)
-        known = (self._ground.known - 1) * p.n_sub
-        self._uncontrolled.follow(self._ground.path[: known + 1], p.strength)
+        self._uncontrolled.follow(self._ground.path, p.strength)
         if self._since is None:
             return z, self._states, coil
         self._since.strength[:] = p.strength
@@ -358,16 +373,21 @@ class MPC(Estimating):
         strongest = np.abs(self._ground.acceleration[:known]).max()
         self._strongest = max(self._strongest, strongest, 1e-3)
         least = self.least_peak * self._strongest / np.array([self.frequency**2, 1.0])
-        scale = np.maximum(self._uncontrolled.peaks, least)
-        unavoidable = scale * [self.displacement_level, self.acceleration_level]
+        # a unit that grows too late would let the plan trade any acceleration for displacement
+        without = self._uncontrolled.course[self._n_late :]
+        scale = np.maximum(without[-1], least)
+        shares = [self.displacement_level, self.acceleration_level]
+        unavoidable = np.maximum(self._uncontrolled.peaks, least) * shares
         levels = np.maximum(self._seen.peaks, unavoidable)
+        bearable = np.maximum(without[:, 1], max(self._seen.peaks[1], least[1]))
         self.units = np.array([*scale, scale[0] * self.frequency])
         # relative to ground that stops, a floating base has the ground's velocity on top of its own
         lost = self._stop * p.along @ self._ground.velocity
         resting = np.concatenate([-_STOPPING * lost, np.zeros(n_a), lost])
         count = p.module.programme(
             p.results, plan, before, p.block, self.coils, self.step, (n_d, n_a),
-            self.units, levels, (max(known - self._n_late, 1), self.margin * self._ground.strays),
+            self.units, levels,
+            (max(known - self._n_late, 1), self.margin * self._ground.strays, bearable),
             self._weights, resting, self._programme,
         )  # fmt: skip
         hessian, gradient, rows, upper, lower = self._programme
@@ -380,7 +400,7 @@ class MPC(Estimating):
         value = np.concatenate([x, rows @ x])
         if np.any(value > upper + _INFEASIBLE) or np.any(value < lower - _INFEASIBLE):
             return None
-        move = x[:-2].reshape(-1, len(self.coils))
+        move = x[:-3].reshape(-1, len(self.coils))
         return move * (self.coils[:, 3] - self.coils[:, 2])
 
     def _solved(self, *programme: NDArray) -> tuple[NDArray, int, int]:

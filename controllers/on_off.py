@@ -13,7 +13,7 @@ from isolation_sim.structures import IsolatedStructure
 from .compiled import CompiledController, Decision
 from .force_tracking import driven_elements
 from .open_loop import highest_tested, lowest
-from .settings import Number, OneOf, Optional, setting
+from .settings import Number, OneOf, Optional, SearchRange, setting
 
 RULES = {
     "stiffness": "stiff while the isolator moves away from its centre, on if x v > 0: "
@@ -78,10 +78,12 @@ class OnOff(CompiledController):
         "current when on; None for the highest tested, within the supply's limits",
         Optional(Number()),
         "A",
+        SearchRange(0.0, 3.0, "linear"),
     )
     off: float | None = setting(
-        None, "current when off; None for the supply's lowest, or 0", Optional(Number()), "A"
-    )
+        None, "current when off; None for the supply's lowest, or 0", Optional(Number()), "A",
+        SearchRange(0.0, 3.0, "linear"),
+    )  # fmt: skip
     dead_band: float = setting(
         0.0,
         "the last current holds while the product is within this of zero; in m^2/s for stiffness "

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from isolation_sim.errors import InputError
+from isolation_sim.tuning.search_range import SearchRange
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,15 @@ class Setting:
         says what it accepts.
     unit : str
         SI unit; empty for a number without one and for what is not a number.
+    search : SearchRange or None
+        Where ``isolation_sim.tune`` looks for a better value; None if it is not tuned.
     """
 
     default: Any
     meaning: str
     accepts: Callable[[Any], Any]
     unit: str = ""
+    search: SearchRange | None = None
 
     def checked(self, owner: str, name: str, value: Any) -> Any:
         """Return the value to use for a given one.
@@ -66,7 +70,13 @@ class Setting:
         return replace(self, default=self.checked(owner, name, value))
 
 
-def setting(default: Any, meaning: str, accepts: Callable[[Any], Any], unit: str = "") -> Any:
+def setting(
+    default: Any,
+    meaning: str,
+    accepts: Callable[[Any], Any],
+    unit: str = "",
+    search: SearchRange | None = None,
+) -> Any:
     """Declare a setting in a controller's class; the class turns it into its default value.
 
     Parameters
@@ -79,13 +89,15 @@ def setting(default: Any, meaning: str, accepts: Callable[[Any], Any], unit: str
         Such as ``Number(above=0)``.
     unit : str
         SI unit.
+    search : SearchRange, optional
+        Where ``isolation_sim.tune`` looks for a better value; without one it is not tuned.
 
     Returns
     -------
     Setting
         Typed as anything, so that the attribute can carry its own annotation.
     """
-    return Setting(default, meaning, accepts, unit)
+    return Setting(default, meaning, accepts, unit, search)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from .force_tracking import (
     motion_of_driven,
     nearest_currents,
 )
-from .settings import Number, setting
+from .settings import Number, SearchRange, setting
 
 # settings: these, the mass that each element carries, then the force tracking's
 SLOPE, GAIN, LAYER, MASSES = range(4)
@@ -54,22 +55,27 @@ class SlidingMode(CompiledController):
     taken as rigid on its isolators, m x'' = -F - m a_g, the force F = m (slope v + gain sign(s))
     leads to the surface wherever the gain exceeds the ground's acceleration; within a boundary
     layer of the surface the sign is replaced by a straight line. A gain below the ground's
-    acceleration reaches it part of the time only, and shakes the building less.
+    acceleration reaches it part of the time only, and shakes the building less. Defaults are tuned
+    (``studies/tuned/sliding_mode.toml``).
     """
 
     name = "sliding_mode"
     title = "Sliding mode"
     source = "Yang, Wu and Agrawal 1995; Slotine and Li 1991, chapter 7 (boundary layer)"
 
+    presets: ClassVar = {"published": {"slope": 0.4, "gain": 0.4, "layer": 0.09}}
+
     slope: float = setting(
-        0.4, "of the surface: rate at which deformation dies out on it", Number(above=0), "1/s"
-    )
+        0.2127, "of the surface: rate at which deformation dies out on it", Number(above=0), "1/s",
+        SearchRange(0.02, 10.0),
+    )  # fmt: skip
     gain: float = setting(
-        0.4, "acceleration that pulls towards the surface", Number(at_least=0), "m/s^2"
-    )
+        0.01232, "acceleration that pulls towards the surface", Number(at_least=0), "m/s^2",
+        SearchRange(0.01, 5.0),
+    )  # fmt: skip
     layer: float = setting(
-        0.09, "distance from the surface within which the pull is proportional", Number(above=0),
-        "m/s",
+        0.0254, "distance from the surface within which the pull is proportional", Number(above=0),
+        "m/s", SearchRange(0.01, 3.0),
     )  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:

@@ -14,6 +14,10 @@ from ground_motions.errors import InputError, nearest
 FloatArray = npt.NDArray[np.floating[Any]]
 
 
+MOST_SAMPLES = 20_000_000
+"""Samples of a ground motion: 55 hours at 0.01 s."""
+
+
 def number(name: str, value: Any, accepted: str) -> float:
     """Return a finite float.
 
@@ -193,8 +197,36 @@ def whole_steps(duration: float, dt: float) -> int:
     -------
     int
         Number of steps; a duration that is a whole number of them gains none by rounding.
+
+    Raises
+    ------
+    InputError
+        If there are more than ``MOST_SAMPLES``.
     """
-    return math.ceil(duration / dt * (1.0 - 1e-12))
+    steps = duration / dt * (1.0 - 1e-12)
+    few_enough(steps, f"{duration:g} s at steps of {dt:g} s")
+    return math.ceil(steps)
+
+
+def few_enough(samples: float, told: str) -> None:
+    """Refuse a motion with more samples than ``MOST_SAMPLES``.
+
+    Parameters
+    ----------
+    samples : float
+        Number of samples.
+    told : str
+        What they come from, for the error.
+
+    Raises
+    ------
+    InputError
+        If there are too many.
+    """
+    if samples > MOST_SAMPLES:
+        raise InputError(
+            "ground motion", f"{told}, {samples:.3g} samples", f"up to {MOST_SAMPLES:,} samples"
+        )
 
 
 def read_only(values: npt.ArrayLike) -> FloatArray:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
@@ -24,6 +25,8 @@ from ground_motions.errors import InputError, unknown_name
 T = TypeVar("T")
 
 PROJECT = "isolation-sim"
+PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
+"""The project's packages, all in one folder."""
 _CHECKOUT = Path(__file__).resolve().parents[1]
 _files: dict[Path, tuple[str, ModuleType]] = {}
 
@@ -327,11 +330,56 @@ def _split(name: str) -> tuple[Path | None, str]:
 
 def _imported(place: str, told: str) -> Any:
     module, _, inside = place.partition(":")
+    check_not_hidden(module.partition(".")[0])
     try:
         loaded = import_module(module)
     except Exception as error:
         raise _not_loaded(told, error) from error
     return _inside(loaded, inside, told)
+
+
+def check_not_hidden(package: str) -> None:
+    """Refuse to go on where a user's file or folder hides a package of the project.
+
+    Parameters
+    ----------
+    package : str
+        Name of a package; one that is not the project's is passed over.
+
+    Raises
+    ------
+    InputError
+        Naming the file that hides it.
+    """
+    if package not in PACKAGES:
+        return
+    module = sys.modules.get(package)
+    origin = getattr(module, "__file__", None) if module else None
+    if origin is None and (spec := find_spec(package)) is not None:
+        origin = spec.origin
+    if origin and Path(origin).resolve().parent.parent != _CHECKOUT:
+        file = Path(origin)
+        what = file.parent if file.name == "__init__.py" else file
+        raise InputError(
+            f"{what} hides the package {package!r} of {PROJECT}; expected: another name for it"
+        )
+
+
+def hides_packages(folder: str) -> bool:
+    """Whether a folder on Python's path holds something named like a package of the project.
+
+    Parameters
+    ----------
+    folder : str
+        Entry of ``sys.path``.
+
+    Returns
+    -------
+    bool
+    """
+    place = Path(folder or ".").resolve()
+    files = (file for name in PACKAGES for file in (f"{name}.py", f"{name}/__init__.py"))
+    return place != _CHECKOUT and any((place / file).is_file() for file in files)
 
 
 def _from_file(file: Path, inside: str, told: str) -> Any:

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ground_motions.checks import FloatArray
+from ground_motions.checks import FloatArray, few_enough
 from ground_motions.errors import InputError
 
 _LARGEST = 1000  # numerator or denominator of a coarsening ratio; sets the filter's length
@@ -33,14 +33,15 @@ def resample(samples: FloatArray, dt: float, new_dt: float) -> FloatArray:
     Raises
     ------
     InputError
-        If fewer than three samples would remain, or a coarser step is not a fraction of whole
-        numbers up to 1000 times the present one.
+        If fewer than three samples would remain, there are too many, or a coarser step is not a
+        fraction of whole numbers up to 1000 times the present one.
 
     Notes
     -----
     The filter is SciPy's polyphase one (linear phase, Kaiser window) at the new Nyquist frequency.
     """
     duration = (len(samples) - 1) * dt
+    few_enough(duration / new_dt, f"{duration:g} s resampled to {new_dt:g} s")
     count = math.floor(duration / new_dt * (1.0 + 1e-12)) + 1
     if count < 3:
         raise InputError(

@@ -132,8 +132,6 @@ def response_spectrum(
     continuous response, not of its samples: wherever a derivative changes sign within a substep,
     the turning point is found in closed form.
     """
-    from scipy.linalg import expm
-
     from ground_motions.oscillator import response_peaks
 
     period, damping = _checked_periods(record, periods), _checked_damping(damping)
@@ -145,10 +143,10 @@ def response_spectrum(
         substeps = math.ceil(_SUBSTEPS_A_PERIOD * record.dt / period[i])
         angle = frequency * record.dt / substeps
         free_steps = math.ceil(2.0 * math.pi / angle) if free_vibration else 0
-        propagator = expm(_generator(angle, damping))[:2]
         psa[i], v, sa[i] = response_peaks(
-            record.acceleration, propagator, damping, angle, substeps, free_steps
-        )
+            record.acceleration, propagator(period[i], record.dt / substeps, damping), damping,
+            angle, substeps, free_steps,
+        )  # fmt: skip
         sd[i], sv[i], psv[i] = psa[i] / frequency**2, v / frequency, psa[i] / frequency
     return ResponseSpectrum(
         read_only(period), damping, *(read_only(peaks) for peaks in (sd, sv, sa, psv, psa))
@@ -178,15 +176,14 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
         If the period is not above 0, or is below a thousandth of the record's step, or the
         damping is out of range.
     """
-    from scipy.linalg import expm
-
     from ground_motions.oscillator import response_history
 
     positive("period (s)", period)
     (period,), damping = _checked_periods(record, [period]), _checked_damping(damping)
     frequency = 2.0 * math.pi / period
-    propagator = expm(_generator(frequency * record.dt, damping))[:2]
-    u, v, a = response_history(record.acceleration, propagator, damping)
+    u, v, a = response_history(
+        record.acceleration, propagator(period, record.dt, damping), damping
+    )
     return OscillatorResponse(
         read_only(record.time),
         read_only(u / frequency**2),
@@ -195,9 +192,28 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
     )
 
 
-def _generator(angle: float, damping: float) -> FloatArray:
-    """Return the 4 x 4 matrix whose exponential carries (u, v, ground, its change) over a step."""
-    return np.array(
+def propagator(period: float, dt: float, damping: float) -> FloatArray:
+    """Return what carries the scaled response of an oscillator over a step.
+
+    Parameters
+    ----------
+    period : float
+        Undamped natural period, s.
+    dt : float
+        Length of the step, s, over which the ground acceleration is linear.
+    damping : float
+        Damping ratio.
+
+    Returns
+    -------
+    (2, 4) ndarray
+        From (u, v, ground acceleration, its change) to (u, v) at the end, scaled as in
+        `ground_motions.oscillator`.
+    """
+    from scipy.linalg import expm
+
+    angle = 2.0 * math.pi / period * dt
+    generator = np.array(
         [
             [0.0, angle, 0.0, 0.0],
             [-angle, -2.0 * damping * angle, -angle, 0.0],
@@ -205,6 +221,8 @@ def _generator(angle: float, damping: float) -> FloatArray:
             [0.0, 0.0, 0.0, 0.0],
         ]
     )
+    carried: FloatArray = expm(generator)[:2]
+    return carried
 
 
 def _checked_damping(damping: float) -> float:

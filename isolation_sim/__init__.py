@@ -11,24 +11,47 @@ Every exported name is loaded when it is first used.
 from __future__ import annotations
 
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .api import compare, diagnose, run_scenario, simulate
+    from ground_motions import Record, available_records, el_centro_1940
+    from ground_motions import read as read_record
+
+    from .api import compare, diagnose, evaluate, load, run_scenario, simulate
     from .comparison import Comparison, json_report
-    from .errors import Diverged, InputError
+    from .discrepancy.diagnosis import Diagnosis
+    from .errors import (
+        AccuracyWarning,
+        Diverged,
+        InputError,
+        PlausibilityWarning,
+        TestedRangeWarning,
+    )
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
-    from .laws import Device, available_conditions, available_laws, available_sets, law
+    from .laws import (
+        Device,
+        available_conditions,
+        available_laws,
+        available_sets,
+        law,
+        measured_force,
+        passive,
+    )
     from .registry import available_controllers, controller, register
     from .scenario import Scenario
-    from .simulation.batch import Case, simulate_many
+    from .simulation.batch import Batch, Case, simulate_many
     from .simulation.control import CoilDriver, Sensors
     from .simulation.result import Run
     from .simulation.run_files import read_run, write_run
+    from .simulation.simulator import Simulator
+    from .simulation.substructure import DeviceSimulator
+    from .simulation.vector_simulator import VectorSimulator
     from .structures import (
         IsolatedStructure,
         Structure,
@@ -39,42 +62,77 @@ if TYPE_CHECKING:
         reference_isolators,
         shear_building,
     )
+    from .sweeps.plan import SweepPlan
+    from .sweeps.result import Sweep
     from .sweeps.run import sweep
+    from .tuning.tune import tune
+    from .tuning.tuning import Tuning
 
 from .version import __version__ as __version__
 
+
+def _check_ground_motions() -> None:
+    """Say which file hides the package ``ground_motions``, before anything imports it."""
+    found = find_spec("ground_motions")
+    beside = Path(__file__).resolve().parents[1] / "ground_motions" / "__init__.py"
+    if found is None or found.origin is None or Path(found.origin).resolve() != beside:
+        raise ImportError(
+            f"{found.origin if found else 'nothing'} hides the package 'ground_motions' of "
+            "isolation-sim; expected: another name for it"
+        )
+
+
+_check_ground_motions()
+
 # one line a name: where it lives
 _HOMES = {
+    "AccuracyWarning": ".errors",
+    "Batch": ".simulation.batch",
     "Case": ".simulation.batch",
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Device": ".laws",
+    "DeviceSimulator": ".simulation.substructure",
+    "Diagnosis": ".discrepancy.diagnosis",
     "Diverged": ".errors",
     "Fit": ".identification.fitted",
     "InputError": ".errors",
     "IsolatedStructure": ".structures",
+    "PlausibilityWarning": ".errors",
+    "Record": "ground_motions",
     "Run": ".simulation.result",
     "Scenario": ".scenario",
     "Sensors": ".simulation.control",
+    "Simulator": ".simulation.simulator",
     "Structure": ".structures",
+    "Sweep": ".sweeps.result",
+    "SweepPlan": ".sweeps.plan",
+    "TestedRangeWarning": ".errors",
+    "Tuning": ".tuning.tuning",
+    "VectorSimulator": ".simulation.vector_simulator",
     "available_conditions": ".laws",
     "available_controllers": ".registry",
     "available_laws": ".laws",
+    "available_records": "ground_motions",
     "available_sets": ".laws",
     "compare": ".api",
     "controller": ".registry",
     "diagnose": ".api",
+    "el_centro_1940": "ground_motions",
     "evaluate": ".api",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "json_report": ".comparison",
     "law": ".laws",
-    "passive": ".laws",
+    "load": ".api",
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
+    "measured_force": ".laws",
+    "passive": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
+    "read_record": "ground_motions:read",
     "read_run": ".simulation.run_files",
     "reference_building": ".structures",
     "reference_isolators": ".structures",
@@ -84,40 +142,58 @@ _HOMES = {
     "simulate": ".api",
     "simulate_many": ".simulation.batch",
     "sweep": ".sweeps.run",
+    "tune": ".tuning.tune",
     "write_run": ".simulation.run_files",
 }
 
 __all__ = [
+    "AccuracyWarning",
+    "Batch",
     "Case",
     "CoilDriver",
     "Comparison",
     "Device",
+    "DeviceSimulator",
+    "Diagnosis",
     "Diverged",
     "Fit",
     "InputError",
     "IsolatedStructure",
+    "PlausibilityWarning",
+    "Record",
     "Run",
     "Scenario",
     "Sensors",
+    "Simulator",
     "Structure",
+    "Sweep",
+    "SweepPlan",
+    "TestedRangeWarning",
+    "Tuning",
+    "VectorSimulator",
     "available_conditions",
     "available_controllers",
     "available_laws",
+    "available_records",
     "available_sets",
     "compare",
     "controller",
     "diagnose",
+    "el_centro_1940",
     "evaluate",
     "fit",
     "from_fixed_base",
     "from_matrices",
     "json_report",
     "law",
+    "load",
     "loop_curves",
     "loop_measures",
+    "measured_force",
     "passive",
     "read_campaign",
     "read_matrices",
+    "read_record",
     "read_run",
     "reference_building",
     "reference_isolators",
@@ -127,6 +203,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "sweep",
+    "tune",
     "write_run",
 ]
 
@@ -134,10 +211,11 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name], __name__), name)
+    place, _, inside = _HOMES[name].partition(":")
+    value = getattr(import_module(place, __name__), inside or name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted(["__version__", *__all__])

@@ -2,33 +2,43 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ground_motions import Record
 
-from .errors import InputError
+from .errors import InputError, PlausibilityWarning, TestedRangeWarning
 from .registry import controller as named_controller
-from .simulation.control import Control
+from .simulation.control import CoilDriver, Control, Sensors
+from .simulation.inputs import checked_controller
 from .simulation.result import Run
+from .simulation.tested_range import of_runs
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
     from .comparison import Comparison
     from .discrepancy.diagnosis import Diagnosis
     from .identification.campaign import Campaign
-    from .identification.fitted import LawEvaluation
+    from .identification.fitted import Fit, LawEvaluation
     from .laws import Device
     from .laws.law import Law
     from .scenario import Scenario
+    from .sweeps.result import Sweep
 
 
 def simulate(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
     controller: str | Control = "passive_off",
-    **options: Any,
+    *,
+    belief: IsolatedStructure | None = None,
+    driver: CoilDriver | None = None,
+    sensors: Sensors | None = None,
+    computation_delay: float = 0.0,
+    tolerance: float = 1e-6,
+    current_outside: Literal["refuse", "clamp"] = "refuse",
 ) -> Run:
     """Simulate one run.
 
@@ -37,14 +47,23 @@ def simulate(
     isolated : IsolatedStructure
         The plant, such as ``reference_building().on(reference_isolators())``.
     ground : Record or sequence of Record
-        Ground acceleration, m/s2, one record a direction of the structure.
+        Ground acceleration, m/s^2, one record a direction of the structure.
     controller : str or Control, default "passive_off"
         Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or one with
-        settings such as ``controller("constant",
-        amperes=1.5)``, or one of your own.
-    **options
-        Keyword arguments of ``isolation_sim.simulation.run.simulate``: ``belief``, ``driver``,
-        ``sensors``, ``computation_delay`` (s), ``tolerance``, ``current_outside``.
+        settings such as ``controller("constant", amperes=1.5)``, or one of your own.
+    belief : IsolatedStructure, optional
+        The nominal model of the controller; the plant itself by default.
+    driver : CoilDriver, optional
+        Lag, slew, limits and step of the coils; ideal by default.
+    sensors : Sensors, optional
+        Noise, delay, dropout and sampling of what the controller is given; ideal by default.
+    computation_delay : float, default 0
+        Time from a decision to its command, s.
+    tolerance : float, default 1e-6
+        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
+    current_outside : {"refuse", "clamp"}
+        What to do with a command outside the driver's limits: end with an error, or clamp and
+        count it.
 
     Returns
     -------
@@ -56,17 +75,38 @@ def simulate(
         If a name or an argument cannot be used, or a current is refused.
     Diverged
         If the response leaves the range of numbers or of the law; with the time and the cause.
+
+    Warns
+    -----
+    TestedRangeWarning
+        If a deformation or a current is beyond those at which the devices were tested.
+    PlausibilityWarning
+        If the structure has a period that no building has.
+    AccuracyWarning
+        If the work allowed in a part of the run ended before the tolerance was reached.
     """
     from .simulation.run import simulate as run
 
-    return run(isolated, ground, _controller(controller), **options)
+    found = run(
+        isolated, ground, _controller(controller), belief=belief, driver=driver, sensors=sensors,
+        computation_delay=computation_delay, tolerance=tolerance, current_outside=current_outside,
+    )  # fmt: skip
+    _warn(found.implausible, of_runs({found.controller: found}))
+    return found
 
 
 def compare(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
     controllers: Sequence[str | Control] | Mapping[str, str | Control],
-    **options: Any,
+    *,
+    belief: IsolatedStructure | None = None,
+    driver: CoilDriver | None = None,
+    sensors: Sensors | None = None,
+    computation_delay: float = 0.0,
+    tolerance: float = 1e-6,
+    current_outside: Literal["refuse", "clamp"] = "refuse",
+    fixed_base: bool = False,
 ) -> Comparison:
     """Simulate several controllers on one plant under one ground motion.
 
@@ -75,11 +115,13 @@ def compare(
     isolated : IsolatedStructure
         The plant.
     ground : Record or sequence of Record
-        Ground acceleration, m/s2, one record a direction of the structure.
+        Ground acceleration, m/s^2, one record a direction of the structure.
     controllers : sequence or mapping of str or Control
         Names or controllers; a mapping's keys are the names to print.
-    **options
+    belief, driver, sensors, computation_delay, tolerance, current_outside
         As in `simulate`.
+    fixed_base : bool, default False
+        Whether to simulate the building without isolation too, to show beside the others.
 
     Returns
     -------
@@ -94,13 +136,22 @@ def compare(
         refused.
     Diverged
         If every response leaves the range of numbers or of the law; with the time and the cause.
+
+    Warns
+    -----
+    TestedRangeWarning
+        If a deformation or a current is beyond those at which the devices were tested.
+    PlausibilityWarning
+        If the structure has a period that no building has.
     """
     from .comparison import simulated
+    from .simulation.run import fixed_base_run
+    from .simulation.run import simulate as run
 
     if isinstance(controllers, Mapping):
         named = {name: _controller(each) for name, each in controllers.items()}
     else:
-        if isinstance(controllers, str):
+        if isinstance(controllers, str) or not isinstance(controllers, Sequence):
             raise InputError(
                 f"controllers is {controllers!r}; accepted: a list of names or controllers"
             )
@@ -112,7 +163,51 @@ def compare(
                 f"controllers are {names}; accepted: different names, or a mapping of names to "
                 "controllers"
             )
-    return simulated(named, lambda name: simulate(isolated, ground, named[name], **options))
+    found = simulated(
+        named,
+        lambda name: run(
+            isolated, ground, named[name], belief=belief, driver=driver, sensors=sensors,
+            computation_delay=computation_delay, tolerance=tolerance,
+            current_outside=current_outside,
+        ),
+        lambda: fixed_base_run(isolated, ground, tolerance) if fixed_base else None,
+    )  # fmt: skip
+    _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))
+    return found
+
+
+def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep:
+    """Read a saved result as what it was.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Folder that ``save``, ``isolation-sim run``, ``diagnose`` or ``sweep`` wrote, or a file
+        ``result.npz``.
+
+    Returns
+    -------
+    Run, Comparison, Fit, Diagnosis or Sweep
+        With its plots, criteria and reports; without the simulation's working memory.
+
+    Raises
+    ------
+    InputError
+        If there is no result that can be read.
+    """
+    from .archive import FILE, load_archive
+    from .sweeps.result import Sweep
+
+    folder = Path(path)
+    if folder.is_file():
+        return load_archive(folder)
+    if (folder / FILE).is_file():
+        return load_archive(folder / FILE)
+    if (folder / "manifest.json").is_file():
+        return Sweep(folder)
+    raise InputError(
+        f"{path}: no saved result; expected: a folder with {FILE}, or a sweep's with manifest.json"
+    )
 
 
 def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
@@ -137,12 +232,14 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
         time and the cause.
     """
     from .comparison import simulated
-    from .scenario import Scenario
+    from .scenario import Scenario, main_job
 
     if not isinstance(scenario, Scenario):
-        scenario = Scenario() if scenario is None else Scenario.read(scenario)
+        scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    return simulated(job.controllers, job.run)
+    found = simulated(job.controllers, job.run, job.run_fixed_base)
+    _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))
+    return found
 
 
 def diagnose(
@@ -268,4 +365,11 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
 
 
 def _controller(given: str | Control) -> Control:
-    return named_controller(given) if isinstance(given, str) else given
+    return checked_controller(named_controller(given) if isinstance(given, str) else given)
+
+
+def _warn(implausible: Sequence[str], beyond: Sequence[str]) -> None:
+    """Warn the caller of a verb, once for each line."""
+    for lines, kind in ((implausible, PlausibilityWarning), (beyond, TestedRangeWarning)):
+        for line in lines:
+            warnings.warn(line, kind, stacklevel=3)

@@ -10,15 +10,21 @@ from typing import TYPE_CHECKING, Any
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
 from .rendering import render
+from .simulation.tested_range import of_runs
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from matplotlib.figure import Figure
-    from rich.table import Table
+    from rich.console import RenderableType
 
     from .simulation.result import Run
 
 UNCONTROLLED = "passive_off"
 """Name of the run that J1 to J9 refer to unless another is given."""
+
+OPTIMUM = "clairvoyant"
+"""Registered name of the full-information optimum: a bound, never the best controller."""
 
 _FIGURES = {
     "time_histories": "time_histories",
@@ -44,6 +50,8 @@ class Comparison:
         run there are no J1 to J9.
     diverged : mapping of str to Diverged, optional
         What ended the runs that have no result, by the name to print.
+    fixed_base : Run, optional
+        The building without isolation under the same ground motion, to show beside the others.
 
     Attributes
     ----------
@@ -66,6 +74,7 @@ class Comparison:
         runs: Mapping[str, Run],
         reference: str | None = None,
         diverged: Mapping[str, Diverged] | None = None,
+        fixed_base: Run | None = None,
     ):
         if not runs:
             raise InputError("a comparison needs one run or more; none given")
@@ -73,7 +82,10 @@ class Comparison:
             raise unknown_name("reference run", reference, runs)
         self.runs, self.diverged = dict(runs), dict(diverged or {})
         self.reference = UNCONTROLLED if reference is None and UNCONTROLLED in runs else reference
+        self.fixed_base = fixed_base
         (first, like), *others = self.runs.items()
+        if fixed_base is not None and fixed_base.records != like.records:
+            raise InputError("the fixed-base run had another ground motion; expected: the same")
         for name, run in others:
             for what, differ in (
                 ("dofs", run.isolated.structure.names != like.isolated.structure.names),
@@ -103,6 +115,17 @@ class Comparison:
         }
 
     @property
+    def baseline(self) -> dict[str, dict[str, float]]:
+        """Criteria of the fixed-base run by its name, SI units; empty if there is none."""
+        run = self.fixed_base
+        return {} if run is None else {run.controller: run.criteria}
+
+    @property
+    def optima(self) -> tuple[str, ...]:
+        """Names of the runs that are no controllers but optima that know the whole motion."""
+        return tuple(name for name, run in self.runs.items() if run.controller == OPTIMUM)
+
+    @property
     def title(self) -> str:
         """Names of the structure and the ground motion."""
         run = next(iter(self.runs.values()))
@@ -125,23 +148,10 @@ class Comparison:
         Returns
         -------
         list of str
-            Elements that deform further than their law was tested, commands that were clamped.
+            Elements that deform further than their law was tested, coils with more current than
+            was tested, commands that were clamped, and periods that no building has.
         """
-        told = []
-        for element in next(iter(self.runs.values())).isolated.elements:
-            device = element.device
-            tested = device.length * device.tested_deformation
-            beyond = {
-                name: peak
-                for name, run in self.runs.items()
-                if (peak := float(abs(run.output(f"{element.name}_deformation_m")).max())) > tested
-            }
-            if beyond:
-                peaks = ", ".join(f"{name} {1e3 * peak:.0f} mm" for name, peak in beyond.items())
-                told.append(
-                    f"{element.name} deforms further than its law was tested, {1e3 * tested:.0f} "
-                    f"mm at this scale: {peaks}"
-                )
+        told = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
         told += [
             f"{name}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()
@@ -149,16 +159,19 @@ class Comparison:
         ]
         return told
 
-    def table(self) -> Table:
+    def table(self) -> RenderableType:
         """Build the table of criteria and energies in engineering units.
 
         Returns
         -------
-        rich.table.Table
-            A column a controller: seven or so fit a terminal of 100 columns. An asterisk marks the
-            best of a row.
+        rich.console.RenderableType
+            What rich prints: a column for each controller, in several parts where they are wider
+            than the terminal. An asterisk marks the best of a row.
         """
-        return render("tables:criteria_table", self.criteria, self.energy, self.title)
+        return render(
+            "tables:CriteriaTables", self.criteria, self.energy, self.title, self.baseline,
+            self.optima,
+        )
 
     def to_records(self) -> list[dict[str, str | float]]:
         """List the runs as flat records, for CSV or Parquet.
@@ -215,17 +228,82 @@ class Comparison:
         """
         return render("html.run_report:run_report", self, scenario).write(path)
 
+    def report(self) -> None:
+        """Print criteria, energies, failures and warnings."""
+        render("console:standard_console").print(self.table())
+        for line in (*self.failures(), *(f"warning: {each}" for each in self.warnings())):
+            print(line)
+
+    def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
+        """Write everything; ``isolation_sim.load`` gives the comparison back.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Made if it does not exist.
+        scenario : str
+            TOML of the scenario that produced it, kept with it.
+        figures : bool, default False
+            Whether to draw figures, each as SVG and PNG.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder; its ``README.txt`` says what is in it.
+        """
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        render("comparison_files:write_comparison", self, folder, scenario, figures)
+        return Path(folder)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return criteria and energies.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each run by its name, a column for each criterion and energy, SI units.
+        """
+        import pandas
+
+        return pandas.DataFrame(self.to_records()).set_index("controller")
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the histories of all runs, with the axis ``controller``.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        import xarray
+
+        histories = [run.history for run in self.runs.values()]
+        names = xarray.DataArray(list(self.runs), dims="controller", name="controller")
+        return xarray.concat(histories, names, combine_attrs="drop_conflicts")
+
+    def __getstate__(self) -> dict[str, Any]:
+        names = ("runs", "diverged", "reference", "fixed_base")
+        return {name: getattr(self, name) for name in names}
+
+    def _repr_html_(self) -> str:
+        return render("tables:as_html", self.table())
+
     def __repr__(self) -> str:
         return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"
 
     def __str__(self) -> str:
-        return "\n".join([render("tables:as_text", self.table()), *self.failures()])
+        isolated = next(iter(self.runs.values())).isolated
+        facts = [f"{key}: {value}" for key, value in isolated.facts().items()]
+        return "\n".join([render("tables:as_text", self.table()), *self.failures(), *facts])
 
-    def __rich__(self) -> Table:
+    def __rich__(self) -> RenderableType:
         return self.table()
 
 
-def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
+def simulated(
+    names: Iterable[str],
+    run: Callable[[str], Run],
+    fixed_base: Callable[[], Run | None] = lambda: None,
+) -> Comparison:
     """Compare runs; one that diverges does not keep the others from their results.
 
     Parameters
@@ -234,6 +312,8 @@ def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
         Names of the runs.
     run : callable
         Simulates the run of a name.
+    fixed_base : callable, optional
+        Simulates the building without isolation.
 
     Returns
     -------
@@ -253,7 +333,7 @@ def simulated(names: Iterable[str], run: Callable[[str], Run]) -> Comparison:
             diverged[name] = error
     if diverged and not runs:
         raise next(iter(diverged.values()))
-    return Comparison(runs, diverged=diverged)
+    return Comparison(runs, diverged=diverged, fixed_base=fixed_base())
 
 
 def json_report(comparison: Comparison) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import importlib.util
 import os
 import re
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -20,6 +21,7 @@ from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
+from .errors import InputError
 from .io.atomic_write import atomic_write
 
 UNUSED_DAYS = 60.0
@@ -36,9 +38,40 @@ _IMPORTS = re.compile(
 def cache_folder() -> Path:
     """Folder of the generated modules: ISOLATION_SIM_CACHE, else the user's cache folder."""
     given = os.environ.get("ISOLATION_SIM_CACHE")
-    if given:
-        return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "isolation_sim"
+    return _writable(Path(given) if given else None, os.environ.get("XDG_CACHE_HOME", ""))
+
+
+@lru_cache
+def _writable(given: Path | None, cache_home: str) -> Path:
+    """The cache folder, or one for temporary files where it can be neither written nor read."""
+    wanted = given or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
+    with suppress(OSError):
+        wanted.mkdir(parents=True, exist_ok=True)
+    if os.access(wanted, os.W_OK | os.X_OK):
+        return wanted
+    if any(wanted.glob("*.py")) if os.access(wanted, os.R_OK | os.X_OK) else False:
+        return wanted  # filled before, and now for reading only
+    if given is not None:
+        raise InputError(f"ISOLATION_SIM_CACHE={given}: cannot be written; expected: a folder that "
+                         "you may write to")
+    user = os.getuid() if hasattr(os, "getuid") else ""
+    fallback = Path(tempfile.gettempdir()) / f"isolation_sim-{user}"
+    fallback.mkdir(mode=0o700, exist_ok=True)
+    if user != "" and fallback.stat().st_uid != user:
+        fallback = Path(tempfile.mkdtemp(prefix="isolation_sim-"))
+    print(
+        f"isolation-sim: {wanted} cannot be written; compiled code is kept in {fallback} instead; "
+        "set ISOLATION_SIM_CACHE to a folder of your own",
+        file=sys.stderr,
+    )
+    return fallback
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:  # a user without a home
+        return Path("/nonexistent")
 
 
 def load_text(kind: str, text: str, notice: str = "") -> ModuleType:

@@ -26,7 +26,7 @@ from isolation_sim.io.csv_table import write_table
 from isolation_sim.structures import IsolatedStructure, Structure, from_fixed_base
 
 from .benchmark_bearings import BEARINGS
-from .study import Outcome, Step, data_folder
+from .study import Outcome, Step, data_folder, published_entry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -233,8 +233,9 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         base = iso.simulate(linear, ground)
         runs.append(label | _row(LINEAR, base, base))
         for name in names:
+            one = iso.controller(**published_entry(name))
             step(f"{motion}, {name}", share)
-            runs.append(label | _row(name, iso.simulate(controlled, ground, name), base))
+            runs.append(label | _row(name, iso.simulate(controlled, ground, one), base))
         step(motion, share)
     write_table(runs, folder / "runs.csv")
     headings = ("peak_isolator_displacement_m", *INDICES, DISSIPATION)

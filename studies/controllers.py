@@ -24,7 +24,7 @@ from isolation_sim.scenario import Scenario
 
 from . import controller_runs as runs
 from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, judge
-from .study import EL_CENTRO, Outcome, Step, far_field
+from .study import EL_CENTRO, Outcome, Step, far_field, published_entry
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,14 +60,14 @@ def entrants(short: bool) -> dict[str, Controller]:
         with an observer and a belief that learns.
     """
     if short:
-        return {name: controller(name) for name in SHORT}
+        return {name: controller(**published_entry(name)) for name in SHORT}
     names = [name for name in available_controllers() if name not in NOT_JUDGED]
     predictive = {
         f"{name}{warned}": controller("mpc", preview=preview, **settings)
         for name, settings in (("mpc", {}), ("mpc, observing", OBSERVING))
         for preview, warned in ((0.0, ""), (PREVIEW, f", {PREVIEW:g} s preview"))
     }
-    return {name: controller(name) for name in names} | predictive
+    return {name: controller(**published_entry(name)) for name in names} | predictive
 
 
 def motions(short: bool) -> dict[str, Record]:

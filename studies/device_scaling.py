@@ -16,7 +16,7 @@ import numpy as np
 
 from isolation_sim.structures.reference import FORCE_SCALE, ISOLATED_PERIOD, LENGTH_SCALE
 
-from .study import MOTIONS, Outcome, Step, along_motions, swept
+from .study import MOTIONS, Outcome, Step, along_motions, published_entry, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -49,7 +49,7 @@ def plan(short: bool) -> dict[str, Any]:
     sizes = [10, 30] if short else np.geomspace(5, 30, 13).round(2).tolist()
     return {
         "name": "device scaling",
-        "scenario": {"controller": [{"name": name} for name in CONTROLLERS]},
+        "scenario": {"controller": [published_entry(name) for name in CONTROLLERS]},
         "vary": [
             along_motions(MOTIONS),
             {"field": "isolator", "label": "size", "names": [str(size) for size in sizes],

@@ -19,7 +19,7 @@ import numpy as np
 
 from isolation_sim.structures.reference import ISOLATED_PERIOD
 
-from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, swept
+from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, published_entry, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -96,7 +96,7 @@ def plan(short: bool) -> dict[str, Any]:
     levels = [0.1, 0.3, 0.6] if short else np.geomspace(0.03, 0.9, 18).round(4).tolist()
     return {
         "name": "fragility",
-        "scenario": {"controller": [{"name": name} for name in CONTROLLERS]},
+        "scenario": {"controller": [published_entry(name) for name in CONTROLLERS]},
         "vary": [
             along_motions({name: section | scaled for name, section in given.items()}),
             {"field": "ground.scale_to_sa_g", "label": "sa_g", "values": levels},

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .study import NEAR_FAULT, Outcome, Step, swept
+from .study import NEAR_FAULT, Outcome, Step, published_entry, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -52,7 +52,7 @@ def plan(short: bool) -> dict[str, Any]:
         "scenario": {
             "ground": NEAR_FAULT,
             "element": [wall],
-            "controller": [{"name": name} for name in CONTROLLERS],
+            "controller": [published_entry(name) for name in CONTROLLERS],
         },
         "vary": [
             {"field": "ground.scale_factor", "label": "scale",

@@ -16,7 +16,16 @@ import numpy as np
 
 from isolation_sim.scenario import Scenario
 
-from .study import EL_CENTRO, MOTIONS, Outcome, Step, along_motions, far_field, swept
+from .study import (
+    EL_CENTRO,
+    MOTIONS,
+    Outcome,
+    Step,
+    along_motions,
+    far_field,
+    published_entry,
+    swept,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -53,7 +62,7 @@ def plan(short: bool) -> dict[str, Any]:
     delays = [0.0, 0.04] if short else [0.0, 0.005, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06, 0.08]
     return {
         "name": "robustness",
-        "scenario": {"controller": [{"name": name} for name in (*PASSIVE, *names)]},
+        "scenario": {"controller": [published_entry(name) for name in (*PASSIVE, *names)]},
         "vary": [
             along_motions(grounds),
             {"field": "isolator.switching", "label": "switching", "values": list(RULES)},
@@ -160,7 +169,7 @@ def field_work(rule: str, delay: float) -> float:
     job = Scenario.model_validate({
         "ground": EL_CENTRO,
         "isolator": {"switching": rule},
-        "controller": [{"name": CONTROLLERS[0]}],
+        "controller": [published_entry(CONTROLLERS[0])],
         "simulation": {"computation_delay_s": delay},
     }).build()  # fmt: skip
     energy = job.run(CONTROLLERS[0]).energy.final

@@ -19,7 +19,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
-from isolation_sim.registry import STUDIES
+from isolation_sim.registry import CONTROLLERS, STUDIES
 from isolation_sim.reports.sweep_tables import heading
 from isolation_sim.reports.units import unit_of
 
@@ -45,6 +45,9 @@ NEAR_FAULT = {
     "quiet_after_s": 15.0,
 }  # fmt: skip
 """A near-fault pulse as long as the isolated building's period."""
+
+PUBLISHED = "published"
+"""Preset of controllers whose defaults are tuned."""
 
 MOTIONS = {"El Centro": EL_CENTRO, "near-fault pulse": NEAR_FAULT}
 """The two, by the name to print."""
@@ -117,6 +120,22 @@ def along_motions(motions: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         "field": "ground", "label": "motion", "names": list(motions),
         "values": list(motions.values()),
     }  # fmt: skip
+
+
+def published_entry(name: str) -> dict[str, str]:
+    """Controller entry of a scenario, with the published settings where defaults are tuned ones.
+
+    Parameters
+    ----------
+    name : str
+        Of a controller.
+
+    Returns
+    -------
+    dict of str to str
+    """
+    presets = getattr(CONTROLLERS[name], "presets", {})
+    return {"name": name} | ({"preset": PUBLISHED} if PUBLISHED in presets else {})
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.structures import IsolatedStructure, Structure
 
-from .study import MOTIONS, Outcome, Step
+from .study import MOTIONS, Outcome, Step, published_entry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -126,7 +126,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         record = motion(section)
         for label, (plant, law_of) in plants.items():
             step(f"{name}, {label}", 0.0)
-            cases = [Case(plant, record.scaled(scale), controller(law_of)) for scale in scales]
+            control = controller(**published_entry(law_of))
+            cases = [Case(plant, record.scaled(scale), control) for scale in scales]
             batch = simulate_many(cases)
             for k, scale in enumerate(scales):
                 found = {key: float(values[k]) for key, values in batch.criteria.items()}

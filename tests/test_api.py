@@ -118,7 +118,7 @@ def test_run_scenario_takes_an_object_or_a_path(tmp_path, isolated):
 
 DIVERGING = """
 [ground]
-scale_factor = 100  # without current the isolators deform a hundred times further than tested
+scale_factor = 50  # without current the isolators deform 50 times further than tested
 stop_s = 3.0
 [[controller]]
 name = "passive_off"
@@ -132,7 +132,7 @@ def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
     path.write_text(DIVERGING)
     found = iso.run_scenario(path)
     assert list(found.runs) == ["passive_on"]
-    reason = r"strong.toml: controller 'passive_off': the run diverged at t = 1\.\d+ s: a device"
+    reason = r"strong.toml: controller 'passive_off': the run diverged at t = 1\.\d+ s: the devices"
     assert list(found.diverged) == ["passive_off"]
     assert isinstance(found.diverged["passive_off"], iso.Diverged)
     assert re.search(reason, str(found.diverged["passive_off"]))
@@ -148,7 +148,7 @@ def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
 
 
 def test_if_every_controller_diverges_there_is_no_comparison():
-    text = DIVERGING.replace("100 ", "1000 ")
+    text = DIVERGING.replace("= 50 ", "= 1000 ")
     with pytest.raises(iso.Diverged, match="controller 'passive_off': the run diverged"):
         iso.run_scenario(iso.Scenario.from_toml(text))
 

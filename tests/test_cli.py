@@ -88,7 +88,7 @@ def test_run_prints_a_table_and_writes_results(here, call):
     names = {path.name for path in (here / "out").iterdir()}
     assert names == {
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
-        "scenario.toml", "figures", "report.html", "README.txt",
+        "scenario.toml", "figures", "report.html", "README.txt", "result.npz",
     }  # fmt: skip
     assert len(list((here / "out" / "figures").iterdir())) == 10
 
@@ -201,7 +201,7 @@ def test_new_then_run(here, call):
 def test_new_does_not_overwrite_unless_told(here, call):
     (here / "scenario.toml").write_text("mine")
     line = refused(call, "new")
-    assert line == "scenario.toml: exists; accepted: a new name, or --force to replace it"
+    assert line == "scenario.toml: exists; expected: a new name, or --force to replace it"
     assert (here / "scenario.toml").read_text() == "mine"
     assert call("new", "--force")[0] == 0
     assert "[ground]" in (here / "scenario.toml").read_text()
@@ -335,7 +335,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("run folder", "folder: cannot be read (Is a directory)"),
         ("run latin.toml", "latin.toml: cannot be read (not UTF-8)"),
         ("run table.csv", "table.csv: not TOML"),
-        ("new folder --force", "folder: Is a directory"),
+        ("new folder --force", "folder: a folder; expected: a file"),
         ("new nowhere/mine.toml", "nowhere/mine.toml: No such file or directory"),
         ("fit nowhere --law linear", "nowhere: a folder that does not exist"),
         ("fit folder --law linear", "folder: no campaign.toml in it"),
@@ -350,7 +350,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("sweep plan.toml --out table.csv", "table.csv: a file; accepted: a new folder"),
         ("sweep show folder", "folder: no sweep there"),
         ("sweep show table.csv", "table.csv: no sweep there"),
-        ("sweep new folder --force", "folder: Is a directory"),
+        ("sweep new folder --force", "folder: a folder; expected: a file"),
         ("study level_and_period --out table.csv/a", "table.csv/a: results cannot be written"),
     ],
 )

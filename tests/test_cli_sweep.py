@@ -47,10 +47,16 @@ def test_a_plan_is_announced_run_and_shown(plan, capsys):
     code, out, _ = command(capsys, "sweep", "plan.toml", "--workers", "1")
     assert code == 0
     assert out.startswith("12 runs (6 cases): about ") and " on 1 process, 0." in out
-    assert out.endswith("results: results/plan\n")
+    assert out.endswith("report: results/plan/report.html\nresults: results/plan\n")
+    assert "plan: medians over 6 cases" in out
+    page = (plan.parent / "results/plan/report.html").read_text()
+    code, out, _ = command(capsys, "sweep", "show", "results/plan")
+    assert code == 0 and "report.html (as it was; --force writes it anew)" in out
+    assert (plan.parent / "results/plan/report.html").read_text() == page
     code, out, _ = command(
-        capsys, "sweep", "show", "results/plan", "--criterion", "rms_drift_m", "--csv", "t.csv"
-    )
+        capsys, "sweep", "show", "results/plan", "--criterion", "rms_drift_m", "--csv", "t.csv",
+        "--force",
+    )  # fmt: skip
     assert code == 0
     assert "plan: medians over 6 cases" in out and "lowest rms drift" in out
     names = ("comparison", "map")
@@ -72,9 +78,10 @@ def test_options_may_stand_before_the_plan(plan, capsys):
 
 
 def test_quiet_says_where_the_results_are(plan, capsys):
-    assert command(capsys, "sweep", "run", "plan.toml", "--workers", "1", "--quiet") == (
-        0, "results: results/plan\n", ""
-    )
+    code, out, err = command(capsys, "sweep", "run", "plan.toml", "--workers", "1", "--quiet")
+    assert (code, out) == (0, "results: results/plan\n")
+    assert err.startswith("warning: 6 of 12 runs deform an isolator or element further than")
+    assert len(err.splitlines()) == 1
 
 
 def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):
@@ -92,7 +99,7 @@ def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):
         (["plan.toml", "--workers", "0"], "workers is 0"),
         (["show", "results/plan", "--best", "0"], "best is 0; accepted: 1 or more"),
         (["show", "results/plan", "--figures", "plan.toml"], "plan.toml: a file; accepted:"),
-        (["show", "results/plan", "--csv", "results", "--no-draw"], "results: Is a directory"),
+        (["show", "results/plan", "--csv", "results", "--no-draw"], "results: a folder; expected"),
         (["show", "results/plan", "--criterion", "rms_drft_m"], "did you mean 'rms_drift_m'"),
     ],
 )
@@ -109,7 +116,7 @@ def test_resume_and_a_plan_that_changed(plan, capsys):
     code, _, err = command(capsys, "sweep", "plan.toml", "--workers", "1")
     assert code == 2 and "--resume" in err
     code, out, _ = command(capsys, "sweep", "plan.toml", "--resume")
-    assert code == 0 and out == "results: results/plan\n"
+    assert code == 0 and out.endswith("results: results/plan\n")
     plan.write_text(PLAN.format(last=3.0))
     code, _, err = command(capsys, "sweep", "plan.toml", "--resume")
     assert code == 2 and "vary[0].values[2] was 2.0, is 3.0" in err

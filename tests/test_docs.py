@@ -125,7 +125,8 @@ def test_commands_named_in_passing_exist():
 
 @pytest.mark.parametrize(
     "page", ["README.md", *(n for n in TEXTS if n.startswith("docs/ideas/") or n in (
-        "docs/effects.md", "docs/observers.md", "docs/guide/own_parts.md"))],
+        "docs/effects.md", "docs/observers.md", "docs/guide/own_parts.md",
+        "docs/guide/step_by_step.md"))],
 )  # fmt: skip
 def test_the_python_of_a_page_runs(page, desk, monkeypatch):
     monkeypatch.setattr(CONTROLLERS, "_given", {})  # what a page registers is forgotten

@@ -19,8 +19,9 @@ def condense(
 ) -> int:  # fmt: skip
     """Fill in the quadratic programme of one decision.
 
-    Unknown are the change of each block of commands, in ranges of its coil, and by how much the
-    peaks of displacement and acceleration exceed their levels, in their units.
+    Unknown are the change of each block of commands, in ranges of its coil, and three excesses in
+    their units: of displacement and of acceleration over their levels, and of acceleration over the
+    peak without current (the regret).
 
     Parameters
     ----------
@@ -43,12 +44,13 @@ def condense(
     levels : numpy.ndarray, shape (2,)
         Displacement (m) and acceleration (m/s^2) above which an excess counts.
     margins : tuple
-        Samples of the ground motion that are known, from now on; and what accelerations keep clear
+        Samples of the ground motion that are known, from now on; what accelerations keep clear
         of their level (m/s^2) that many samples behind those, (reach + 1, n_accelerations, 2), at
-        the coils' lowest and highest currents.
-    weights : numpy.ndarray, shape (8,)
+        the coils' lowest and highest currents; and the peak acceleration without current up to each
+        step, (n_steps + 1,), m/s^2.
+    weights : numpy.ndarray, shape (9,)
         On squared displacements and accelerations over the horizon, on the squared amplitude at its
-        end, on squared changes of the plan, on its roughness, on squared currents, and on both
+        end, on squared changes of the plan, on its roughness, on squared currents, and on the three
         excesses.
     resting : numpy.ndarray, shape (n_outputs,)
         What the ground, coming to rest after the horizon, adds to the displacements (m) and the
@@ -65,10 +67,10 @@ def condense(
     y, dy, past, y_before, dy_before = prediction
     hessian, gradient, rows, upper, lower = programme
     n_displacements, n_accelerations = sizes
-    known, clear = margins
+    known, clear, without_current = margins
     n_steps, n_channels = commands.shape
     width = dy.shape[2]
-    n = width + 2
+    n = width + 3
     hessian[:, :] = 0.0
     gradient[:] = 0.0
 
@@ -101,9 +103,9 @@ def condense(
                 hessian[j, j] += 2.0 * weights[ON_ROUGHNESS]
                 hessian[i, i] += 2.0 * weights[ON_ROUGHNESS]
                 hessian[j, i] -= 2.0 * weights[ON_ROUGHNESS]
-    for side in range(2):
-        gradient[width + side] = weights[ON_PEAKS + side]
-        hessian[width + side, width + side] = SMALL
+    for excess in range(3):
+        gradient[width + excess] = weights[ON_PEAKS + excess]
+        hessian[width + excess, width + excess] = SMALL
 
     row = 0
     by = np.empty(width)  # one output's derivatives, in its unit, by the unknowns
@@ -133,17 +135,17 @@ def condense(
                     gradient[a] += slope * pull
                     for b in range(a + 1):
                         hessian[a, b] += slope * weight * by[b]
-            if kind == 2 or weights[ON_PEAKS + kind] == 0.0:
+            if kind == 2:
                 continue
-            level, more = levels[kind] / unit, 0.0
+            clearance, more = 0.0, 0.0
             if kind == 1:
                 late = min(max(k + 1 - known, 0), len(clear) - 1)
                 margin = clear[late, o - n_displacements]
                 more = (margin[1] - margin[0]) / (unit * n_channels)
-                level -= margin[0] / unit
+                clearance = margin[0] / unit
                 for c in range(n_channels):
                     span = coils[c, 3] - coils[c, 2]
-                    level -= more * (past[now, c, width] - coils[c, 2]) / span
+                    clearance += more * (past[now, c, width] - coils[c, 2]) / span
             # a jump of the current shows in the accelerations alone
             for moment in range(2 if kind == 1 and len(y_before) > 0 else 1):
                 if moment == 1:
@@ -154,18 +156,25 @@ def condense(
                 # only what some admissible change can bring above the level
                 for sign in (1.0, -1.0):
                     extreme = sign * value
+                    first = row
                     for c in range(n_channels):
                         # a coil's current in its range moves by as much as its command in its own
                         for j in range(c, active, n_channels):
                             slope = sign * by[j] + more * past[now, c, j]
-                            rows[row, j] = slope
+                            rows[first, j] = slope
                             extreme += max(slope * upper[j], slope * lower[j])
-                    if extreme > level:
-                        for j in range(active, n):
-                            rows[row, j] = 0.0
-                        rows[row, width + kind] = -1.0
-                        upper[n + row], lower[n + row] = level - sign * value, -1e30
-                        row += 1
+                    # the regret is a second excess of the same acceleration
+                    for excess in range(kind, 3 if kind == 1 else 1):
+                        if weights[ON_PEAKS + excess] == 0.0:
+                            continue
+                        level = without_current[k] if excess == 2 else levels[kind]
+                        level = level / unit - clearance
+                        if extreme > level:
+                            for j in range(n):
+                                rows[row, j] = rows[first, j] if j < active else 0.0
+                            rows[row, width + excess] = -1.0
+                            upper[n + row], lower[n + row] = level - sign * value, -1e30
+                            row += 1
     for a in range(width):
         for b in range(a):
             hessian[b, a] = hessian[a, b]

@@ -31,6 +31,8 @@ class GroundAhead:
         Of the autoregressive model; 0 for none.
     settling : float or None, s
         Time in which the velocity comes back; None for never.
+    fading : float or None, s
+        Time in which the forecast of the autoregressive model fades; None for never.
     records : tuple of Record or None
         What a warning tells, one a direction; None without one.
 
@@ -52,7 +54,7 @@ class GroundAhead:
 
     def __init__(
         self, prediction: Prediction, coils: NDArray, step: float, n_steps: int, order: int,
-        settling: float | None, records: tuple[Record, ...] | None,
+        settling: float | None, fading: float | None, records: tuple[Record, ...] | None,
     ):  # fmt: skip
         n_directions = len(prediction.belief.structure.directions)
         self.acceleration = np.zeros((n_steps + 1, n_directions))
@@ -65,12 +67,13 @@ class GroundAhead:
         self.strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
         pulses = [prediction.pulses(coils[:, k].copy(), reach) for k in (2, 3)]
         pull = 0.0 if settling is None else 1.0 / settling
+        kept = 1.0 if fading is None else float(np.exp(-step / fading))
         past, coefficients = np.zeros((2, n_directions, order))
         covariance = np.tile(PRIOR * np.eye(order), (n_directions, 1, 1))
         end = np.zeros((n_directions, 2))
         self.velocity = end[:, 1]
         self._model = (
-            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT))),
+            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT)), kept),
             np.zeros(n_steps + 1), past, coefficients, covariance, np.zeros(order),
             np.zeros((n_directions, 1)), self.acceleration, np.stack(pulses, axis=1),
             np.zeros(reach), self.strays,

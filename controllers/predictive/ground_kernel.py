@@ -24,13 +24,14 @@ def drive(new: float, motion: NDArray, returning: tuple) -> float:
     motion : numpy.ndarray, shape (2,)
         Acceleration (m/s^2) and velocity (m/s) of the ground; carried on by a step.
     returning : tuple of float
-        Pull on the velocity (1/s), the step (s), and what is left of the velocity after it.
+        Pull on the velocity (1/s), the step (s), what is left of the velocity after it, and the
+        share of each forecast drive that is kept.
 
     Returns
     -------
     float, m/s^2
     """
-    pull, h, keep = returning
+    pull, h, keep, _ = returning
     motion[1] = keep * (motion[1] + 0.5 * h * (motion[0] + new))
     motion[0] = new
     return new + pull * motion[1]
@@ -107,7 +108,7 @@ def foresee(
     drives : numpy.ndarray, shape (n_steps + 1,), m/s^2
         Scratch: drives ahead, kept within the largest known one.
     """
-    pull, h, keep = returning
+    pull, h, keep, fading = returning
     most = 0.0
     for value in past:
         most = max(most, abs(value))
@@ -117,7 +118,7 @@ def foresee(
             for a in range(len(past)):
                 at = k - 1 - a
                 value += coefficients[a] * (drives[at] if at > 0 else past[-at])
-            value = min(max(value, -most), most)
+            value = fading * min(max(value, -most), most)
             coasting = keep * (motion[1] + 0.5 * h * motion[0])
             ground[k] = (value - pull * coasting) / (1.0 + 0.5 * h * keep * pull)
         drives[k] = drive(ground[k], motion, returning)

@@ -1,4 +1,4 @@
-"""What would have been without current: the scale of what control can achieve."""
+"""The response without current: scale of what control achieves, and bound of its regret."""
 
 from __future__ import annotations
 
@@ -24,11 +24,27 @@ class Uncontrolled:
         From one decision to the next.
     longest : float, s
         Longest substep of the integration.
+    n_ahead : int
+        Steps to forecast beyond the last known sample of the ground motion.
 
+    Attributes
+    ----------
+    course : numpy.ndarray, shape (n_known + n_ahead, 2)
+        Largest displacement of a base (m) and acceleration (m/s^2) from the motion's beginning up
+        to each step: the known samples from now on, then the forecast.
     """
 
-    def __init__(self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float):
+    def __init__(
+        self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float,
+        n_ahead: int = 0,
+    ):  # fmt: skip
         self._model = Prediction(belief, coils, step, np.zeros(1, int), longest)
+        self._ahead: Prediction | None = None
+        if n_ahead:
+            self._ahead = Prediction(belief, coils, step, np.zeros(n_ahead, int), longest)
+        self._held = np.tile(coils[:, 2], (n_ahead, 1))
+        self._past = [np.zeros(2)]
+        self.course = np.zeros((1 + n_ahead, 2))
         self._low = coils[:, 2].copy()
         self._z: NDArray = np.zeros(self._model.rows.shape[-1])
         self._states = self._model.initial_states()
@@ -41,26 +57,39 @@ class Uncontrolled:
         return self._seen.peaks
 
     def follow(self, ground: NDArray, strength: NDArray) -> None:
-        """Go on to the last known sample of the ground motion.
+        """Go on to the last known sample of the ground motion, and forecast beyond it.
 
         Parameters
         ----------
         ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
-            What is known at the ends of the prediction's substeps from now on, of as many steps as
-            at every call before.
+            Ground acceleration at the ends of the prediction's substeps from now on: as many known
+            steps as at every call before, then the ``n_ahead`` forecast ones.
         strength : numpy.ndarray, shape (n_devices,)
             Each device's force over that of the belief.
         """
         p = self._model
         p.strength[:] = strength
-        path, n = ground, p.n_sub
+        n = p.n_sub
+        known = ground[: len(ground) - len(self._held) * n]
+        path = known
         if self._ground is not None:  # only the last step is new
-            path = ground[-n - 1 :]
-            if len(ground) == 1:
-                path = p.between(np.stack([self._ground, ground[-1]]))
+            path = known[-n - 1 :]
+            if len(known) == 1:
+                path = p.between(np.stack([self._ground, known[-1]]))
         for k in range(0, len(path) - 1, n):
             self._z, self._states, _ = p.carried(
                 self._z, self._states, self._low, self._low[np.newaxis], path[k : k + n + 1]
             )
             self._seen.follow(p.y[1])
-        self._ground = ground[-1].copy()
+            self._past.append(self._seen.peaks)
+        self._ground = known[-1].copy()
+        self._past = self._past[-(len(known) // n + 1) :]
+        self.course = np.array(self._past)
+        if self._ahead is not None:
+            q = self._ahead
+            q.strength[:] = strength
+            q.predict(self._z, self._states, self._low, self._held, ground[len(known) - 1 :])
+            kinds = [0, q.n_displacements]
+            sizes = np.abs(q.y[1:, : q.n_displacements + q.n_accelerations])
+            ahead = np.maximum.reduceat(sizes, kinds, axis=1)
+            self.course = np.maximum.accumulate(np.concatenate([self.course, ahead]))

@@ -91,15 +91,22 @@ def controllers() -> str:
     """
     parts = []
     for name, kind in CONTROLLERS.items():
+        # a column a preset, and one for the search ranges, where there are any
+        presets = {preset: dict(values) for preset, values in kind.presets.items()}
+        searched = any(s.search for s in kind.settings.values())
+        headings = ("setting", "meaning", "unit", "default", *presets, "accepts")
         rows = [
-            (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`", written(str(s.accepts)))
+            (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`",
+             *(f"`{values.get(key, s.default)}`" for values in presets.values()),
+             written(str(s.accepts)), *((str(s.search or ""),) if searched else ()))
             for key, s in kind.settings.items()
-        ]
+        ]  # fmt: skip
+        headings += ("tuned in",) if searched else ()
         parts += [
             f"## `{name}`: {kind.title}",
             f"{written((kind.__doc__ or '').splitlines()[0])}"
             + (f" Source: {written(kind.source)}." if kind.source else ""),
-            table(("setting", "meaning", "unit", "default", "accepts"), rows) if rows else "",
+            table(headings, rows) if rows else "",
         ]
     return "\n\n".join(parts)
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from controllers import Controller, setting
-from controllers.settings import Number
+from controllers.settings import Number, SearchRange
 from isolation_sim.structures import IsolatedStructure
 
 
@@ -16,7 +16,7 @@ class Outwards(Controller):
 
     highest: float = setting(3.0, "current at full speed", Number(at_least=0), "A")
     full_speed: float = setting(0.3, "outward velocity of the highest current", Number(above=0),
-                                "m/s")  # fmt: skip
+                                "m/s", SearchRange(0.05, 5.0))  # fmt: skip
 
     def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
         """Base displacement and velocity."""

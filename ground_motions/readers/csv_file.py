@@ -75,6 +75,27 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     )
 
 
+def acceleration_columns(path: str | Path) -> list[str]:
+    """Return the columns of a CSV file whose names end in a unit of acceleration.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    list of str
+        In the file's order.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    return [name for name in _cells(table_lines(path)[0][1]) if _unit_of(name)]
+
+
 def _cells(line: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in line.split(",")]
 

@@ -6,7 +6,9 @@ cannot be used, with one line on standard error.
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from typing import Annotated, Any
 
 import typer
@@ -16,7 +18,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, evaluate, fit, list_names, new, run, sweep
+from . import cite, diagnose, evaluate, export, fit, list_names, new, run, sweep, tune
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -38,7 +40,7 @@ app = typer.Typer(
     help="Semi-active base isolation with magnetorheological isolators.",
     no_args_is_help=True,
     epilog=examples(
-        "isolation-sim run                     the main job: five controllers under El Centro",
+        "isolation-sim run                     the main job: seven controllers under El Centro",
         "isolation-sim new my_scenario.toml    a commented scenario to start from",
         "isolation-sim COMMAND --help          more examples",
     ),
@@ -46,6 +48,10 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"max_content_width": TABLE_WIDTH},
 )
+
+
+# typer's own in some releases, click's in others
+_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 def _show_version(wanted: bool) -> None:
@@ -68,11 +74,30 @@ app.command("run", epilog=run.EXAMPLES)(run.run)
 app.command("compare", hidden=True)(run.run)  # a likely guess for run
 app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
+app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("evaluate", epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
 app.add_typer(sweep.app, name="sweep")
+app.add_typer(export.app, name="export")
+
+
+def _stop(number: int, frame: object) -> None:
+    """End at a signal as at an error, so that hidden work folders are removed."""
+    raise SystemExit(128 + number)
+
+
+def _end_at_usage(error: Any) -> None:
+    """Say in one line which option or argument cannot be used; help where nothing was given."""
+    context = error.ctx
+    if context is not None and type(error).__name__ == "NoArgsIsHelpError":
+        print(context.get_help())
+    else:
+        path = context.command_path if context is not None else "isolation-sim"
+        told = " ".join(error.format_message().split())
+        print_error(f"{told.rstrip('.')}; expected: what {path} --help shows")
+    sys.exit(2)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -83,8 +108,16 @@ def main(arguments: list[str] | None = None) -> None:
     arguments : list of str, optional
         What follows the program's name; the process's own by default.
     """
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _stop)
     try:
-        app(arguments, prog_name="isolation-sim")
+        code = get_command(app).main(arguments, "isolation-sim", standalone_mode=False)
+        sys.exit(code if isinstance(code, int) else 0)
+    except _UsageError as error:
+        _end_at_usage(error)
+    except typer.Abort:
+        print_error("stopped")
+        sys.exit(130)
     except (InputError, Diverged) as error:
         print_error(error)
         sys.exit(1 if isinstance(error, Diverged) else 2)

@@ -11,8 +11,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from ..errors import InputError
-
 TABLE_WIDTH = 100
 """Columns of a table where standard output is no terminal."""
 
@@ -25,6 +23,9 @@ Quiet = Annotated[
 Out = Annotated[
     Path | None,
     typer.Option(help="Results folder; a number is added if it holds something already."),
+]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace earlier results in the results folder.")
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
@@ -47,11 +48,19 @@ def print_warning(text: str) -> None:
     _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
-def print_results(folder: Path, as_json: bool, quiet: bool) -> None:
-    """Print where report and results are; on standard error if JSON is on standard output."""
+def print_results(folder: Path, as_json: bool, quiet: bool, renamed: bool = False) -> None:
+    """Print where report and results are; on standard error if JSON is on standard output.
+
+    ``renamed``: the folder that was wanted holds earlier results.
+    """
     if folder.is_relative_to(Path.cwd()):
         folder = folder.relative_to(Path.cwd())
     stream = sys.stderr if as_json else sys.stdout
+    if renamed:
+        print_warning(
+            "the results folder holds earlier results, so that a number was added; --overwrite "
+            "replaces them"
+        )
     if not quiet:
         print(f"report: {folder / 'report.html'}", file=stream)
     print(f"results: {folder}", file=stream)
@@ -60,17 +69,18 @@ def print_results(folder: Path, as_json: bool, quiet: bool) -> None:
 def write_new_file(path: Path, text: str, force: bool) -> None:
     """Write a file; one that exists is replaced only by ``force``."""
     from ..io.atomic_write import write_text
+    from ..io.output_place import check_new_files
 
-    if path.exists() and not force:
-        raise InputError(f"{path}: exists; accepted: a new name, or --force to replace it")
+    check_new_files(force, path)
     write_text(text, path)
 
 
 @contextmanager
-def progress(quiet: bool, steps: int) -> Iterator[Callable[..., None]]:
+def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[..., None]]:
     """Show progress on standard error if it is a terminal.
 
     Yields ``step(text)``, to call when a step begins; ``step(text, done)`` ends several at once.
+    ``alike``: the steps take equally long, so that the time that is left can be told.
     """
     from rich.progress import (
         BarColumn,
@@ -81,10 +91,8 @@ def progress(quiet: bool, steps: int) -> Iterator[Callable[..., None]]:
     )
 
     console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"),
-        TimeRemainingColumn(),
-    )  # fmt: skip
+    left = (TextColumn("left"), TimeRemainingColumn()) if alike else ()
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *left)
     hidden = quiet or not console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task("starting", total=steps, completed=-1)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Out, Quiet, examples, print_results, progress
+from .common_options import AsJson, Out, Overwrite, Quiet, examples, print_results, progress
 
 EXAMPLES = examples(
     "isolation-sim diagnose my_tests --law bouc_wen",
@@ -53,6 +53,7 @@ def diagnose(
         ),
     ] = None,
     out: Out = None,
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -61,7 +62,7 @@ def diagnose(
     from ..io.results_folder import ResultsFolder, file_name
 
     where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
-    with ResultsFolder(where) as folder:
+    with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
@@ -72,4 +73,4 @@ def diagnose(
         print(result.to_json())
     elif not quiet:
         result.report()
-    print_results(folder.path, as_json, quiet)
+    print_results(folder.path, as_json, quiet, folder.renamed)

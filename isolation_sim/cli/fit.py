@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .common_options import AsJson, Quiet, examples, progress
+from ..io.output_place import check_new_files
+from .common_options import AsJson, Force, Quiet, examples, progress
 
 if TYPE_CHECKING:
     from ..identification.fitted import Fit
@@ -43,6 +44,7 @@ def fit(
         Path | None,
         typer.Option(help="File for the report (HTML); beside --out if that is given."),
     ] = None,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -56,7 +58,10 @@ def fit(
             f"--out {out}: the report is written there; accepted: a file such as "
             f"{out.with_suffix('.toml')}"
         )
-    with progress(quiet, starts) as step:
+    kinds = ("svg", "png") if figure else ()
+    figures = [Path(f"{figure}.{kind}") for kind in kinds]
+    check_new_files(force, out, report, *figures)
+    with progress(quiet, starts, alike=True) as step:
         step("searching")
         result = run_fit(
             campaign, law, current_degree=current_degree, fixed=_numbers(fixed or []),
@@ -67,6 +72,9 @@ def fit(
     elif not quiet:
         _show(result)
     where = sys.stderr if as_json else sys.stdout
+    for path in (out, report, figure):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
     if out is not None:
         print(f"fitted law: {result.save(out)}", file=where)
     if figure is not None:

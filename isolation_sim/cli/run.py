@@ -10,6 +10,7 @@ import typer
 from .common_options import (
     AsJson,
     Out,
+    Overwrite,
     Quiet,
     examples,
     print_error,
@@ -33,6 +34,7 @@ def run(
         Path | None, typer.Argument(help="Scenario file; the main job by default.")
     ] = None,
     out: Out = None,
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
     figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
     quiet: Quiet = False,
@@ -42,18 +44,19 @@ def run(
     from ..io.results_folder import ResultsFolder, file_name
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
-    from ..scenario import Scenario
+    from ..scenario import Scenario, main_job
 
-    described = Scenario() if scenario is None else Scenario.read(scenario)
+    described = main_job() if scenario is None else Scenario.read(scenario)
     job = described.build()
-    with ResultsFolder(out or Path("results") / file_name(described.name)) as folder:
+    where = out or Path("results") / file_name(described.name)
+    with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, len(job.controllers) + 1) as step:
 
             def run_one(label: str) -> Run:
                 step(f"simulating {label}")
                 return job.run(label)
 
-            comparison = simulated(job.controllers, run_one)
+            comparison = simulated(job.controllers, run_one, job.run_fixed_base)
             step("writing results")
             write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
     if as_json:
@@ -68,6 +71,6 @@ def run(
         print_warning(warning)
     for divergence in comparison.diverged.values():
         print_error(divergence)
-    print_results(folder.path, as_json, quiet)
+    print_results(folder.path, as_json, quiet, folder.renamed)
     if comparison.diverged:
         raise typer.Exit(1)

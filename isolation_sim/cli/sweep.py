@@ -14,7 +14,16 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import InputError
-from .common_options import AsJson, Force, Quiet, examples, progress, write_new_file
+from .common_options import (
+    AsJson,
+    Force,
+    Quiet,
+    examples,
+    print_results,
+    print_warning,
+    progress,
+    write_new_file,
+)
 
 if TYPE_CHECKING:
     from ..sweeps import Estimate, Sweep
@@ -131,6 +140,9 @@ def run_plan(
     quiet: Quiet = False,
 ) -> None:
     """Run a plan; the word run may be left out."""
+    from ..io.results_folder import write_contents
+    from ..reports.console import standard_console
+    from ..reports.sweep_tables import controllers_table
     from ..sweeps.design import Design
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
@@ -150,7 +162,7 @@ def run_plan(
         step(f"running, {failures} failed" if failures else "running", done)
 
     try:
-        with progress(quiet, design.n_runs) as step:
+        with progress(quiet, design.n_runs, alike=True) as step:
             step("measuring")
             result = run_design(
                 design, folder, resume=resume, workers=workers, scheduler=scheduler,
@@ -164,11 +176,18 @@ def run_plan(
             f"{error.filename or folder}: {error.strerror or error}; what is finished is kept: "
             "make room and go on with --resume"
         ) from None
+    report = result.folder / "report.html"
+    if not report.exists():
+        result.to_html(report)
+        write_contents(result.folder, f"Sweep {result.plan.name}")
     if as_json:
         print(json.dumps(_report(result, time.perf_counter() - begun), indent=2))
     elif not quiet:
+        standard_console().print(controllers_table(result))
         _show_failures(result)
-    print(f"results: {result.folder}", file=sys.stderr if as_json else sys.stdout)
+    for warning in result.warnings():
+        print_warning(warning)
+    print_results(result.folder, as_json, quiet)
     if set(result.counts) - {"ok"}:
         raise typer.Exit(1)
 
@@ -195,8 +214,13 @@ def show(
     draw: Annotated[
         bool, typer.Option("--draw/--no-draw", help="Draw figures and write the report.")
     ] = True,
+    force: Force = False,
 ) -> None:
-    """Print and draw a sweep: controllers side by side, maps, sensitivities, the best runs."""
+    """Print and draw a sweep: controllers side by side, maps, sensitivities, the best runs.
+
+    Figures and a report that are there already are left as they are, unless --force is given.
+    """
+    from ..io.output_place import check_new_files, check_writable
     from ..io.results_folder import write_contents
     from ..reports.console import standard_console
     from ..reports.style import save
@@ -206,6 +230,14 @@ def show(
     result = Sweep(folder)
     if figures is not None and figures.is_file():
         raise InputError(f"--figures {figures}: a file; accepted: a folder")
+    check_new_files(force, csv)
+    place = figures or folder
+    if figures is not None and (figures / "report.html").exists() and not force:
+        raise InputError(
+            f"{figures / 'report.html'}: exists; expected: a new folder, or --force to replace it"
+        )
+    if draw:
+        check_writable(place)
     console = standard_console()
     console.print(controllers_table(result))
     console.print(best_table(result, criterion, best))
@@ -220,6 +252,8 @@ def show(
                 sampled = False
                 break
     _show_failures(result)
+    for warning in result.warnings():
+        print_warning(warning)
     if csv is not None:
         print(f"table: {result.to_csv(csv)}")
     if not draw:
@@ -230,11 +264,19 @@ def show(
         drawings["map"] = lambda: result.plot_map(x, y, criterion)
     if sampled:
         drawings["sensitivity"] = lambda: result.plot_sensitivity(criterion)
+    target = folder / "figures" if figures is None else figures
     for name, drawn in drawings.items():
-        for path in save(drawn(), folder / "figures" if figures is None else figures, name):
-            print(f"figure: {path}")
-    print(f"report: {result.to_html((figures or folder) / 'report.html', criterion)}")
-    write_contents(figures or folder, f"Sweep {result.plan.name}")
+        if force or not (target / f"{name}.svg").exists():
+            for path in save(drawn(), target, name):
+                print(f"figure: {path}")
+        else:
+            print(f"figure: {target / name}.svg (as it was; --force draws it anew)")
+    page = place / "report.html"
+    if force or not page.exists():
+        print(f"report: {result.to_html(page, criterion)}")
+        write_contents(place, f"Sweep {result.plan.name}")
+    else:
+        print(f"report: {page} (as it was; --force writes it anew)")
 
 
 @app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))

@@ -67,6 +67,10 @@ class Campaign:
         if twice:
             raise InputError(f"{self.name}: run {twice[0]!r} twice; accepted: different names")
 
+    def __repr__(self) -> str:
+        held = len(self.held_out)
+        return f"Campaign({self.name!r}, {len(self.runs)} runs, {held} held out)"
+
     @property
     def fitted(self) -> tuple[TestRun, ...]:
         """Runs to fit."""

@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law
 from ..laws.registry import LAWS
+from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_fit import STARTS, LawModel, fit_law, parameterise
@@ -83,6 +84,7 @@ def fit(
         campaign = read_campaign(campaign)
     if isinstance(law, str):
         law = LAWS[law]
+    check_traceable(law)
     if starts < 1:
         raise InputError(f"starts is {starts}; accepted: 1 or more")
     data = measured_runs(campaign.runs)

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..archive import FILE, save_archive
 from ..effects import device_section
 from ..io.atomic_write import write_text
+from ..io.results_folder import write_contents
 from ..laws import Device
 from ..rendering import render
 from .campaign import Campaign
@@ -19,6 +21,7 @@ from .noise import white_noise
 from .run_table import TestRun
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
     from rich.table import Table
 
@@ -345,20 +348,62 @@ class Fit(LawEvaluation):
         return device_section(self.device, f"fitted to {self.campaign.name}")
 
     def save(self, path: str | Path) -> Path:
-        """Write the scenario section to a file.
+        """Write the scenario section to a file, or everything into a folder.
 
         Parameters
         ----------
         path : str or pathlib.Path
-            File to write, replaced whole or not at all.
+            A file that ends in ``.toml``, replaced whole or not at all; or a folder, which gets
+            ``fitted.toml``, ``result.npz`` and ``report.html``, and which ``isolation_sim.load``
+            reads.
 
         Returns
         -------
         pathlib.Path
-            The file.
+            The file or folder.
         """
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        return write_text(self.scenario_section(), path)
+        path = Path(path)
+        if path.suffix == ".toml":
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return write_text(self.scenario_section(), path)
+        path.mkdir(parents=True, exist_ok=True)
+        write_text(self.scenario_section(), path / "fitted.toml")
+        save_archive(self, path / FILE)
+        self.to_html(path / "report.html")
+        write_contents(path, f"Fit of {self.device.law.name} to {self.campaign.name}")
+        return path
+
+    @property
+    def criteria(self) -> dict[str, float]:
+        """Relative RMS errors of the fitted and the held-out runs, and the forces' noise."""
+        return {"error": self.error, "held_out_error": self.held_out_error, "noise": self.noise}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the fitted numbers.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each: ``name``, ``unit``, ``current_A``, ``value``, ``low``, ``high``,
+            ``determined``.
+        """
+        import pandas
+
+        return pandas.DataFrame(self.report()["parameters"])
+
+    def __repr__(self) -> str:
+        held = f", held out {100 * self.held_out_error:.3g} %" if self.campaign.held_out else ""
+        return (
+            f"Fit({self.device.law.name} to {self.campaign.name}: {len(self.estimates)} numbers, "
+            f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
+        )
+
+    def __str__(self) -> str:
+        tables = [render("tables:as_text", table) for table in self.tables()]
+        return "\n".join([*tables, *self.notes])
+
+    def _repr_html_(self) -> str:
+        return "".join(render("tables:as_html", table) for table in self.tables())
 
     def to_html(self, path: str | Path) -> Path:
         """Write a report that opens in any browser: loops, errors, parameters.

@@ -7,6 +7,8 @@ exact. Names that are not defined here (N_STATES, N_PARAMETERS, step_alone, step
 respond) come from the law.
 """
 
+MOST_STEPS = 4096
+
 
 @njit(cache=True, nogil=True, **OPTIONS)
 def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, parameters, slope,
@@ -20,7 +22,6 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
     n_theta = theta.shape[0]
     wanted = jacobian.shape[0] > 0
     for run in range(starts.shape[0] - 1):
-        rate = 1.0 / dt[run]
         for i in range(N_STATES):
             s[i] = 0.0
             for k in range(n_theta):
@@ -47,30 +48,65 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
                     jacobian[sample, k] = total
             if N_STATES == 0 or sample + 1 == starts[run + 1]:
                 continue
-            # per interval, so that the cubic needs no division
-            x0, v0 = x[sample], v[sample] * dt[run]
-            x1, v1 = x[sample + 1], v[sample + 1] * dt[run]
-            # a law may have a corner where the velocity reverses: no step goes across one
-            first, second = reversals(x0, v0, x1, v1)
-            start = 0.0
-            for end in (first, second, 1.0):
-                if end <= start:
-                    continue
-                count = int(np.ceil((end - start) * n_steps - 1e-9))
-                part = (end - start) / count
-                h = part * dt[run]
-                for step in range(count):
-                    a = start + step * part
-                    m, b = a + 0.5 * part, a + part
-                    xa, va = cubic(x0, v0, x1, v1, rate, a)
-                    xm, vm = cubic(x0, v0, x1, v1, rate, m)
-                    xb, vb = cubic(x0, v0, x1, v1, rate, b)
-                    if wanted:
-                        step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor,
-                                         slope, new_slope, by)
-                    else:
-                        step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
-                start = end
+            advance(x[sample], v[sample], x[sample + 1], v[sample + 1], dt[run], n_steps, wanted, s,
+                    parameters, owner, factor, slope, new_slope, by)
+
+
+@njit(cache=True, nogil=True, **OPTIONS)
+def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner, factor, slope, by):
+    """Force, N, after a motion over dt, s; the states s are moved on.
+
+    settings: steps to begin with and largest force so far, N; both are kept up. The steps are
+    halved until that changes the force by what an error of fourth order may.
+    trial, owner, factor, slope, by: workspace.
+    """
+    n_steps = max(int(settings[0]) // 2, 1)
+    trial[:] = s
+    advance(x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope, by)
+    force = respond(x1, v1, trial, parameters, by)
+    while N_STATES > 0 and n_steps < MOST_STEPS:
+        n_steps *= 2
+        last = force
+        trial[:] = s
+        advance(x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope,
+                by)
+        force = respond(x1, v1, trial, parameters, by)
+        settings[1] = max(settings[1], abs(force))
+        if not abs(force - last) > 15.0 * tolerance * settings[1]:
+            break
+    settings[0] = n_steps
+    s[:] = trial
+    return force
+
+
+@inline
+def advance(x0, v0, x1, v1, dt, n_steps, wanted, s, parameters, owner, factor, slope, new_slope,
+            by):
+    """States, and their slopes if wanted, from one sample to the next."""
+    rate = 1.0 / dt
+    # per interval, so that the cubic needs no division
+    v0, v1 = v0 * dt, v1 * dt
+    # a law may have a corner where the velocity reverses: no step goes across one
+    first, second = reversals(x0, v0, x1, v1)
+    start = 0.0
+    for end in (first, second, 1.0):
+        if end <= start:
+            continue
+        count = int(np.ceil((end - start) * n_steps - 1e-9))
+        part = (end - start) / count
+        h = part * dt
+        for step in range(count):
+            a = start + step * part
+            m, b = a + 0.5 * part, a + part
+            xa, va = cubic(x0, v0, x1, v1, rate, a)
+            xm, vm = cubic(x0, v0, x1, v1, rate, m)
+            xb, vb = cubic(x0, v0, x1, v1, rate, b)
+            if wanted:
+                step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor,
+                                 slope, new_slope, by)
+            else:
+                step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
+        start = end
 
 
 @inline

@@ -6,6 +6,7 @@ import itertools
 import os
 import re
 import shutil
+from contextlib import suppress
 from pathlib import Path
 
 from ..errors import InputError
@@ -23,6 +24,8 @@ class ResultsFolder:
     ----------
     wanted : str or pathlib.Path
         Folder to make. One that holds something is left alone: a number is put after the name.
+    overwrite : bool, default False
+        Whether earlier results of that name are replaced instead, when the new ones are complete.
 
     Attributes
     ----------
@@ -34,21 +37,34 @@ class ResultsFolder:
     Raises
     ------
     InputError
-        If nothing can be written there.
+        If nothing can be written there, or what is to be replaced are no results.
     """
 
-    def __init__(self, wanted: str | Path):
-        self._wanted = Path(wanted)
+    def __init__(self, wanted: str | Path, overwrite: bool = False):
+        self._wanted, self._overwrite = Path(wanted), overwrite
+        if overwrite and not _is_free(self._wanted) and not _is_results(self._wanted):
+            raise InputError(
+                f"{wanted}: holds something other than results of isolation-sim; expected with "
+                "--overwrite: a folder of results"
+            )
         self.path = self._free()
         self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
 
+    @property
+    def renamed(self) -> bool:
+        """Whether the wanted name was taken, so that a number stands after it."""
+        return self.path != self._wanted.absolute()
+
     def _free(self) -> Path:
-        wanted = self._wanted
+        wanted = self._wanted.absolute()
+        if self._overwrite:
+            return wanted
         names = itertools.chain([wanted.name], (f"{wanted.name}-{k}" for k in itertools.count(2)))
-        return next(path for name in names if _is_free(path := wanted.absolute().with_name(name)))
+        return next(path for name in names if _is_free(path := wanted.with_name(name)))
 
     def __enter__(self) -> ResultsFolder:
-        self._made_parent = not self.path.parent.exists()
+        above = self.path.parents
+        self._made = list(itertools.takewhile(lambda folder: not folder.exists(), above))
         try:
             self.unfinished.mkdir(parents=True)
         except OSError as error:
@@ -61,12 +77,26 @@ class ResultsFolder:
     def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
         if kind is not None:
             shutil.rmtree(self.unfinished, ignore_errors=True)
-            if self._made_parent:
-                self.path.parent.rmdir()
+            for folder in self._made:
+                with suppress(OSError):  # another run may have put its results there
+                    folder.rmdir()
             return
         # another run may have taken the name meanwhile
         self.path = self._free()
+        old = self.unfinished.with_name(f"{self.unfinished.name}.old")
+        if self._overwrite and self.path.exists():
+            self.path.rename(old)
         self.unfinished.rename(self.path)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _is_results(folder: Path) -> bool:
+    """Whether a folder was written by `write_contents`."""
+    try:
+        first = (folder / "README.txt").read_text(encoding="utf-8").partition("\n")[0]
+    except (OSError, UnicodeDecodeError):
+        return False
+    return ", by isolation-sim " in first
 
 
 def _is_free(path: Path) -> bool:
@@ -83,7 +113,11 @@ _CONTENTS = {
     "diagnosis.json": "the diagnosis as JSON, in SI units",
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
+    "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
+    "tuning.json": "every trial of the search, and how it was judged; --resume goes on from it",
     "table.parquet": "a row a run, in SI units; isolation_sim.sweeps.Sweep reads it",
+    "result.npz": "all of it as data; isolation_sim.load gives back the object",
+    "fitted.toml": "the fitted law: the [isolator] section of a scenario",
     "manifest.json": "what the sweep ran",
     "sweep": "the sweep behind it; isolation-sim sweep show reads it",
     "figures": "figures for publication, each as SVG and PNG",

@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from ..archive import FILE, save_archive
 from ..comparison import Comparison, json_report
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
@@ -25,8 +26,9 @@ def write_comparison(
     comparison : Comparison
         Runs to write.
     folder : str or pathlib.Path
-        Where to; gets ``report.html``, ``<controller>.nc``, ``criteria.csv``, ``criteria.json``,
-        ``table.txt``, ``scenario.toml``, ``figures/``, and ``README.txt``, which says what is what.
+        Where to; gets ``report.html``, ``result.npz``, ``<controller>.nc``, ``criteria.csv``,
+        ``criteria.json``, ``table.txt``, ``scenario.toml``, ``figures/``, and ``README.txt``, which
+        says what is what.
     scenario : str
         TOML of the scenario that produced it; no ``scenario.toml`` if empty.
     figures : bool, default True
@@ -35,6 +37,7 @@ def write_comparison(
     folder = Path(folder)
     for name, run in comparison.runs.items():
         write_run(run, folder / f"{file_name(name)}.nc", scenario)
+    save_archive(comparison, folder / FILE)
     write_table(comparison.to_records(), folder / "criteria.csv")
     write_text(json_text(comparison), folder / "criteria.json")
     write_text(f"{comparison}\n", folder / "table.txt")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..archive import FILE, save_archive
 from ..discrepancy.diagnosis import Diagnosis
 from ..effects.serialisation import device_section
 from ..io.atomic_write import write_text
@@ -31,5 +32,6 @@ def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
             ("errors", diagnosis_figures.errors_by_run),
         ):
             written += save(draw(diagnosis), folder, stem)
+    written.append(save_archive(diagnosis, folder / FILE))
     written.append(write_contents(folder, f"Diagnosis of {diagnosis.data}"))
     return written

@@ -107,10 +107,10 @@ def of_path(path: Path | None) -> list[Citation]:
     InputError
         If it is neither.
     """
-    from ..scenario import Scenario
+    from ..scenario import Scenario, main_job
 
     if path is None:
-        return of_scenario(Scenario())
+        return of_scenario(main_job())
     if path.is_dir() and not (path / "scenario.toml").is_file():
         inside = [found.parent for found in sorted(path.glob("*/scenario.toml"))]
         remedy = f", such as {inside[0]}" if inside else "; isolation-sim run makes one"

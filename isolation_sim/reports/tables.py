@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .units import unit_of
 
 if TYPE_CHECKING:
+    from rich.console import Console, ConsoleOptions
     from rich.table import Table
 
     from ..simulation.result import Run
@@ -96,11 +97,66 @@ def criteria_table(
         Groups and rows that no run has are left out. Where several runs are told apart, an
         asterisk marks the best of a row; values that print alike are equally good.
     """
+    return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
+
+
+class CriteriaTables:
+    """The table of criteria in as many parts, one below the other, as the width needs.
+
+    Parameters
+    ----------
+    criteria, energy, title
+        As in `criteria_table`.
+    baseline : mapping of str to mapping, optional
+        Criteria of what stands beside the runs, such as the building on a fixed base; they are not
+        compared with the others.
+    optima : collection of str
+        Runs that are bounds and no controllers: never the best.
+    """
+
+    def __init__(
+        self,
+        criteria: Mapping[str, Mapping[str, float]],
+        energy: Mapping[str, Mapping[str, float]],
+        title: str = "",
+        baseline: Mapping[str, Mapping[str, float]] | None = None,
+        optima: Collection[str] = (),
+    ):
+        self._given = criteria, energy, title, dict(baseline or {}), optima
+        self._names = [*criteria, *self._given[3]]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Any]:
+        from rich.measure import Measurement
+
+        left, unlimited = self._names, options.update(max_width=10_000, width=10_000)
+        while left:
+            # the best of a row is that of all runs, in whatever part it stands
+            n = len(left)
+            while n > 1 and Measurement.get(
+                console, unlimited, _criteria_columns(*self._given, left[:n])
+            ).maximum > options.max_width:
+                n -= 1
+            yield _criteria_columns(*self._given, left[:n])
+            left = left[n:]
+            if left:
+                yield ""
+
+
+def _criteria_columns(
+    criteria: Mapping[str, Mapping[str, float]],
+    energy: Mapping[str, Mapping[str, float]],
+    title: str,
+    baseline: Mapping[str, Mapping[str, float]],
+    optima: Collection[str],
+    shown: Sequence[str],
+) -> Table:
+    """Table of some runs, marked against all."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text
 
     several = len(criteria) > 1
+    columns = [k for k, name in enumerate([*criteria, *baseline]) if name in shown]
     table = Table(
         title=title or None,
         caption="* best of the row" if several else None,
@@ -109,16 +165,16 @@ def criteria_table(
         show_edge=False,
     )
     table.add_column("", no_wrap=True)
-    for name in criteria:
+    for name in shown:
         # a word a line: left alone, rich shares the width by whole names and breaks words
         header = Text("\n".join(name.replace("_", " ").split()))
-        table.add_column(header, justify="right", overflow="fold", vertical="bottom")
-    for group, lines in criteria_lines(criteria, energy).items():
+        table.add_column(header, justify="right", no_wrap=True, overflow="fold", vertical="bottom")
+    for group, lines in criteria_lines(criteria, energy, baseline, optima).items():
         table.add_row(Text(group, style="bold"))
         for label, values in lines:
             cells = [
                 Text(f"{text}*", style="bold") if best else Text(f"{text} ")
-                for text, best in values
+                for text, best in (values[k] for k in columns)
             ]
             table.add_row(f"  {label}", *cells)
         table.add_section()
@@ -126,7 +182,10 @@ def criteria_table(
 
 
 def criteria_lines(
-    criteria: Mapping[str, Mapping[str, float]], energy: Mapping[str, Mapping[str, float]]
+    criteria: Mapping[str, Mapping[str, float]],
+    energy: Mapping[str, Mapping[str, float]],
+    baseline: Mapping[str, Mapping[str, float]] | None = None,
+    optima: Collection[str] = (),
 ) -> dict[str, list[tuple[str, list[tuple[str, bool]]]]]:
     """Text of the table of criteria and energies, however it is set.
 
@@ -136,6 +195,10 @@ def criteria_lines(
         Criteria of each run by its name, SI units.
     energy : mapping of str to mapping
         Energies of each run by its name, J.
+    baseline : mapping of str to mapping, optional
+        Criteria of what stands beside the runs and is not compared with them.
+    optima : collection of str
+        Runs that are bounds and no controllers: never the best.
 
     Returns
     -------
@@ -144,6 +207,7 @@ def criteria_lines(
         it is the best of several. Groups and rows that no run has are left out.
     """
     values = [{**criteria[name], **energy[name]} for name in criteria]
+    bounds = [name in optima for name in criteria]
     groups = {}
     for group, rows in _GROUPS.items():
         lines = []
@@ -152,11 +216,16 @@ def criteria_lines(
                 continue
             symbol, factor = unit_of(row.key)
             numbers = [v[row.key] * factor if row.key in v else None for v in values]
-            cells = marked(numbers, row.best if len(values) > 1 else None)
+            cells = marked(numbers, row.best if len(values) > 1 else None, bounds)
+            cells += marked([_scaled(b, row.key, factor) for b in (baseline or {}).values()], None)
             lines.append((f"{row.label}{', ' * bool(symbol)}{symbol}", cells))
         if lines:
             groups[group] = lines
     return groups
+
+
+def _scaled(values: Mapping[str, float], key: str, factor: float) -> float | None:
+    return values[key] * factor if key in values else None
 
 
 def run_table(run: Run) -> Table:
@@ -174,15 +243,16 @@ def run_table(run: Run) -> Table:
     """
     from ..comparison import Comparison
 
-    return Comparison({run.controller: run}).table()
+    of_one = Comparison({run.controller: run})
+    return criteria_table(of_one.criteria, of_one.energy, of_one.title)
 
 
-def as_text(table: Table, width: int = WIDTH) -> str:
+def as_text(table: Any, width: int = WIDTH) -> str:
     """Plain text of a table.
 
     Parameters
     ----------
-    table : rich.table.Table
+    table : rich.table.Table or CriteriaTables
         A table.
     width : int
         Columns of the terminal.
@@ -200,8 +270,28 @@ def as_text(table: Table, width: int = WIDTH) -> str:
     return "\n".join(line.rstrip() for line in capture.get().splitlines())
 
 
+def as_html(table: Any) -> str:
+    """Table as HTML for a notebook.
+
+    Parameters
+    ----------
+    table : rich.table.Table or CriteriaTables
+        A table.
+
+    Returns
+    -------
+    str
+        Preformatted text.
+    """
+    from html import escape
+
+    return f'<pre style="line-height:1.2">{escape(as_text(table))}</pre>'
+
+
 def marked(
-    numbers: Sequence[float | None], best: Callable[[list[float]], float] | None
+    numbers: Sequence[float | None],
+    best: Callable[[list[float]], float] | None,
+    bounds: Sequence[bool] = (),
 ) -> list[tuple[str, bool]]:
     """Write the numbers of a row, and mark the best.
 
@@ -211,6 +301,8 @@ def marked(
         In the unit to print; None where there is none.
     best : callable or None
         Picks the best of them; None where none is better.
+    bounds : sequence of bool
+        Whether each is a bound, which is never the best; none is by default.
 
     Returns
     -------
@@ -218,12 +310,19 @@ def marked(
         Text and whether it is the best: all that print like the best are, unless all print alike.
     """
     texts = [_text(number) for number in numbers]
-    known = [number for number in numbers if number is not None and number == number]
+    bounds = bounds or [False] * len(numbers)
+    known = [
+        number
+        for number, bound in zip(numbers, bounds, strict=True)
+        if number is not None and number == number and not bound
+    ]
     mark = _text(best(known)) if best and known else None
     # all alike: nothing to choose
     if len(set(texts)) == 1:
         mark = None
-    return [(text, text == mark) for text in texts]
+    return [
+        (text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)
+    ]
 
 
 def _text(number: float | None) -> str:

@@ -113,3 +113,6 @@ class Simulation(Section):
     computation_delay_s: Annotated[
         NonNegative, Field(description="from a decision to its command")
     ] = 0.0
+    fixed_base: Annotated[
+        bool, Field(description="also simulate the building without isolation, to compare with")
+    ] = False

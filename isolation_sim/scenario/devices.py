@@ -10,8 +10,9 @@ from pydantic import Field, model_validator
 from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
-from ..structures import IsolatedStructure
+from ..structures import IsolatedStructure, Structure
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
+from ..structures.sizing import sized
 from .fields import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
@@ -119,6 +120,41 @@ class _Device(Section):
 class Isolator(_Device):
     """The isolators between the ground and the base, all alike."""
 
+    target_period_s: Annotated[
+        Positive | None,
+        Field(description="first period at the middle current; in place of both scales and count"),
+    ] = None
+    design_displacement_m: Annotated[
+        Positive | None,
+        Field(description="what the tested deformation stands for; 0.04 m per s of target period"),
+    ] = None
+    damping_ratio: Annotated[
+        float | None,
+        Field(ge=0, lt=1, description="of the first mode; a dashpot adds what is lacking"),
+    ] = None
+
+    def sized(self, structure: Structure) -> Isolator:
+        """Return the section with scales in place of a target period."""
+        if self.target_period_s is None:
+            if self.design_displacement_m is not None:
+                raise InputError(
+                    "design_displacement_m needs target_period_s; expected: both or none"
+                )
+            return self
+        for key, default in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
+            if getattr(self, key) != default:
+                raise InputError(
+                    f"{key} is given beside target_period_s; expected: one of the two"
+                )
+        device = sized(
+            structure, self.device(), self.target_period_s, self.design_displacement_m
+        )
+        found = {
+            "length_scale": device.length, "force_scale": device.force_scale,
+            "target_period_s": None, "design_displacement_m": None,
+        }  # fmt: skip
+        return self.model_copy(update=found)
+
     def on_reference(self) -> Device:
         """Return the device at the reference building's scale where the section gives none."""
         return self.device(LENGTH_SCALE, FORCE_SCALE)
@@ -129,7 +165,7 @@ class Isolator(_Device):
             if getattr(self, key) is None:
                 raise InputError(
                     f"{key} is missing; accepted: a number above 0, which has a default for the "
-                    "reference building alone"
+                    "reference building alone, or target_period_s in place of both scales"
                 )
         return self.device()
 

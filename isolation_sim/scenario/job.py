@@ -31,6 +31,8 @@ class Job:
         By the name to print.
     options : dict of str to object
         Keyword arguments of ``isolation_sim.simulation.run.simulate``.
+    fixed_base : bool
+        Whether the building without isolation is simulated too.
     """
 
     source: str
@@ -38,6 +40,28 @@ class Job:
     records: tuple[Record, ...]
     controllers: dict[str, Control]
     options: dict[str, Any]
+    fixed_base: bool = False
+
+    def run_fixed_base(self) -> Run | None:
+        """Simulate the building without isolation, where the scenario asks for it.
+
+        Returns
+        -------
+        Run or None
+
+        Raises
+        ------
+        InputError
+            If the superstructure is not held by its stiffness.
+        """
+        from ..simulation.run import fixed_base_run
+
+        if not self.fixed_base:
+            return None
+        try:
+            return fixed_base_run(self.isolated, self.records, self.options["tolerance"])
+        except (InputError, Diverged) as error:
+            raise located(error, self.source, "fixed base") from None
 
     def run(self, label: str) -> Run:
         """Simulate one controller.

@@ -23,7 +23,7 @@ from .problems import one_line
 T = TypeVar("T")
 
 MAIN_CONTROLLERS = ("passive_off", "passive_on", "best_constant", "on_off", "clipped_lqr")
-"""Controllers of the main job."""
+"""Controllers of a scenario that names none."""
 
 _CONTROLLERS = (
     "controllers to compare; label is the name to print, every other key a setting that "
@@ -40,10 +40,10 @@ def _one_or_more(value: Any) -> Any:
 
 
 class Scenario(Section):
-    """Everything that decides a comparison of controllers; as it stands, the main job.
+    """Everything that decides a comparison of controllers.
 
-    Sections that are left out keep the main job's: the reference building on strain-stiffening
-    isolators under El Centro 1940, with five controllers.
+    Sections that are left out keep their default: the reference building on strain-stiffening
+    isolators under El Centro 1940, with five controllers. ``main_job`` adds predictive control.
     """
 
     name: Annotated[str, Field(min_length=1, description="names the results folder")] = "main_job"
@@ -191,8 +191,11 @@ class Scenario(Section):
             lambda: at("structure", self.structure.build), "structure", self.structure
         )
         plant = self.structure, self.isolator, *self.element
+        isolator = once(
+            lambda: at("isolator", partial(self.isolator.sized, structure)), "sized", *plant[:2]
+        )
         isolated = once(
-            lambda: self._isolated(structure, self.isolator, 1.0, 1.0, "isolator"), "plant", *plant
+            lambda: self._isolated(structure, isolator, 1.0, 1.0, "isolator"), "plant", *plant
         )
         options: dict[str, Any] = {
             "driver": at("driver", self.driver.build),
@@ -205,7 +208,7 @@ class Scenario(Section):
         if belief is not None:
             options["belief"] = once(
                 lambda: self._isolated(
-                    structure, belief.of(self.isolator), belief.length_factor,
+                    structure, belief.of(isolator), belief.length_factor,
                     belief.force_factor, "belief",
                 ),
                 "belief", belief, *plant,
@@ -224,6 +227,7 @@ class Scenario(Section):
                 for k, entry in enumerate(self.controller)
             },
             options=options,
+            fixed_base=self.simulation.fixed_base,
         )
 
     def _isolated(
@@ -232,7 +236,7 @@ class Scenario(Section):
         reference = isinstance(self.structure, ReferenceBuilding)
         device = self._at(section, isolator.on_reference if reference else isolator.scaled)
         scaled = device.scaled(length, force)
-        isolated = self._at(section, partial(structure.on, scaled))
+        isolated = self._at(section, partial(structure.on, scaled, damping=isolator.damping_ratio))
         for k, element in enumerate(self.element):
             isolated = self._at(f"element[{k}]", partial(element.added, isolated))
         return isolated
@@ -242,3 +246,19 @@ class Scenario(Section):
             return build()
         except InputError as error:
             raise located(error, self._source, section) from None
+
+
+def main_job() -> Scenario:
+    """Return the scenario of ``isolation-sim run`` without a file.
+
+    Returns
+    -------
+    Scenario
+        The default one, with ``mpc`` without and with 0.8 s of preview beside its controllers.
+    """
+    default = Scenario()
+    predictive = [
+        ControllerEntry(name="mpc"),
+        ControllerEntry(name="mpc", label="mpc, 0.8 s preview", settings={"preview": 0.8}),
+    ]
+    return Scenario(controller=[*default.controller, *predictive])

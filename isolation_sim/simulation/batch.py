@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,14 +17,16 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
-from ..errors import Diverged, InputError
+from ..errors import Diverged, InputError, TestedRangeWarning
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
+from .inputs import checked_controller, checked_plant, checked_records
 from .plan import Lane, Plan
 from .result import Run
-from .run import check_options, prepared, simulate
+from .run import check_actuation, check_options, prepared, simulate
 from .summary import summary, summary_key
+from .tested_range import Reached, beyond_tests, reached
 
 LANES = 16
 """Runs that go through the kernel side by side: two vectors of eight."""
@@ -46,7 +49,7 @@ class Case:
     ground : Record or sequence of Record
         Ground acceleration, m/s^2, one record a direction.
     controller : Control
-        Sets the coil currents.
+        Sets the coil currents, such as ``controller("clipped_lqr")``; an instance of its own.
     belief : IsolatedStructure or None
         The model that the controller reasons with; None for the plant.
     """
@@ -55,6 +58,11 @@ class Case:
     ground: Record | Sequence[Record]
     controller: Control
     belief: IsolatedStructure | None = None
+
+    def __post_init__(self) -> None:
+        checked_plant(self.isolated)
+        checked_records(self.ground)
+        checked_controller(self.controller)
 
 
 @dataclass(frozen=True)
@@ -73,6 +81,11 @@ class Batch:
         Commands that were clamped to the driver's limits.
     unresolved : (n_cases,) int array
         Steps that missed the tolerance; see ``Run``.
+    deformation_over_tested : (n_cases,) array
+        Largest deformation of an element over that of the tests behind its law; 0 where there are
+        none, not a number where a run failed.
+    current_over_tested : (n_cases,) array
+        The same of the coils' currents.
     """
 
     criteria: dict[str, NDArray]
@@ -80,6 +93,22 @@ class Batch:
     diverged: NDArray
     clamped: NDArray
     unresolved: NDArray
+    deformation_over_tested: NDArray
+    current_over_tested: NDArray
+
+    def warnings(self) -> list[str]:
+        """Tell what a reader must know before trusting the numbers.
+
+        Returns
+        -------
+        list of str
+            How many runs leave the deformations or currents of the tests, and how far.
+        """
+        return beyond_tests(self.deformation_over_tested, self.current_over_tested)
+
+    def __repr__(self) -> str:
+        failed = sum(reason is not None for reason in self.failure)
+        return f"Batch({len(self.failure)} runs, {failed} failed, {len(self.criteria)} criteria)"
 
 
 def simulate_many(
@@ -126,9 +155,40 @@ def simulate_many(
     ------
     InputError
         If an argument cannot be used.
+
+    Warns
+    -----
+    TestedRangeWarning
+        If runs leave the deformations or currents at which the devices were tested.
     """
-    driver, sensors = driver or CoilDriver(), sensors or Sensors()
+    found = run_cases(
+        cases, driver=driver, sensors=sensors, computation_delay=computation_delay,
+        tolerance=tolerance, current_outside=current_outside, threads=threads, progress=progress,
+    )  # fmt: skip
+    for told in found.warnings():
+        warnings.warn(told, TestedRangeWarning, stacklevel=2)
+    return found
+
+
+def run_cases(
+    cases: Sequence[Case],
+    *,
+    driver: CoilDriver | None = None,
+    sensors: Sensors | None = None,
+    computation_delay: float = 0.0,
+    tolerance: float = 1e-6,
+    current_outside: str = "refuse",
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Batch:
+    """Simulate many runs without a warning; see `simulate_many`."""
+    driver, sensors = check_actuation(driver, sensors)
     check_options(tolerance, current_outside, computation_delay)
+    for k, case in enumerate(cases):
+        if not isinstance(case, Case):
+            raise InputError(f"cases[{k}] is of type {type(case).__name__}; expected: Case(...)")
+    if threads is not None and threads < 1:
+        raise InputError(f"threads is {threads}; accepted: 1 or more")
     clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
 
     def alone_with(case: Case, controller: Control) -> Run:
@@ -157,7 +217,11 @@ def simulate_many(
             work.integrate()
         criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]
-        result.put(numbers, criteria, [plan.fate(work, at) for at in range(len(block))])
+        fates = [plan.fate(work, at) for at in range(len(block))]
+        result.put(numbers, criteria, fates)
+        for at, (k, lane) in enumerate(block):
+            if fates[at] is None:
+                result.compare(k, reached(lane.isolated, plan.modes[at], work, criteria, at))
         result.clamped[numbers] = work.counts[0, : len(block)]
         result.unresolved[numbers] = work.counts[4, : len(block)]
         if progress is not None:
@@ -186,11 +250,13 @@ def simulate_many(
             result.put([k], run.criteria, [None])
             result.clamped[k] = run.clamped
             result.unresolved[k] = run.unresolved
+            result.compare(k, run.reached_of_tests)
         if progress is not None:
             progress(1)
     return Batch(
-        result.criteria, result.failure, result.diverged, result.clamped, result.unresolved
-    )
+        result.criteria, result.failure, result.diverged, result.clamped, result.unresolved,
+        result.deformation, result.current,
+    )  # fmt: skip
 
 
 def _blocks(
@@ -222,6 +288,12 @@ class _Collected:
         self.diverged = np.zeros(n_cases, bool)
         self.clamped = np.zeros(n_cases, int)
         self.unresolved = np.zeros(n_cases, int)
+        self.deformation = np.full(n_cases, np.nan)
+        self.current = np.full(n_cases, np.nan)
+
+    def compare(self, k: int, reached: Reached) -> None:
+        self.deformation[k] = reached.deformation_ratio
+        self.current[k] = reached.current_ratio
 
     def put(
         self, numbers: list[int], criteria: Mapping[str, Any], fates: Sequence[Exception | None]

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from ..structures import IsolatedStructure
 from .modal import Modes
 
+MOST_TESTED = 50.0
+"""Deformation over the tested one at which a run ends: the law says nothing about it."""
+
 
 @dataclass(frozen=True)
 class Elements:
@@ -32,8 +35,8 @@ class Elements:
     shape : (n_elements, 2) int array
         Numbers of pieces and powers that each element uses.
     deformation_limit : (lanes,) array
-        Largest device deformation, m, summed over elements, before a run counts as diverged: a
-        hundred times what was tested.
+        Largest device deformation, m, summed over elements, before a run counts as diverged:
+        ``MOST_TESTED`` times what was tested.
     """
 
     n_modes: int
@@ -100,7 +103,7 @@ def elements_of(
         table=table,
         breaks=breaks,
         shape=np.ascontiguousarray(shapes[:, [0, 2]]),
-        deformation_limit=100.0 * np.array([_tested(plant) for plant in plants]),
+        deformation_limit=MOST_TESTED * np.array([_tested(plant) for plant in plants]),
     )
 
 

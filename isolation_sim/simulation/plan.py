@@ -11,19 +11,22 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions import Record
+from ground_motions import STANDARD_GRAVITY, Record
 
 from ..errors import Diverged, InputError
 from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CompiledDecision, Schedule, Sensors, Situation, instants
-from .elements import Elements, elements_of
+from .elements import MOST_TESTED, Elements, elements_of
 from .grid import Grid, make_grid
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
 from .sensing import arrived, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
+
+STRONGEST = 30.0
+"""Peak ground acceleration beyond any record, m/s^2: a unit or a scale is wrong."""
 
 
 @lru_cache(maxsize=256)
@@ -214,7 +217,10 @@ class Plan:
         time, records = self.grid.time, lane.records
         if len(time) == len(records[0].acceleration):
             return np.stack([r.acceleration for r in records], axis=1)
-        return np.stack([np.interp(time, r.time, r.acceleration) for r in records], axis=1)
+        ground = np.stack([np.interp(time, r.time, r.acceleration) for r in records], axis=1)
+        # a sample is itself, though its instant on the grid may be rounded otherwise
+        ground[self.grid.samples] = np.stack([r.acceleration for r in records], axis=1)
+        return ground
 
     def _closed_loop(self, n: int, dt: float, sensors: Sensors, delay: float) -> None:
         lanes, first = self.lanes, self.lanes[0]
@@ -306,7 +312,8 @@ class Plan:
         window = int(work.counts[3, lane]) - 1
         time = float(self.grid.time[self.grid.windows[window, 0]])
         if code != self.module.CURRENT_REFUSED:
-            return Diverged(f"the run diverged at t = {time:.4g} s: {_FATES[code]}")
+            cause = _FATES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))
+            return Diverged(f"the run diverged at t = {time:.4g} s: {cause}")
         situation = self.lanes[lane].situation
         k = int(self.grid.events[: window + 1, 2].max())
         commands = work.chosen[k, lane, : len(situation.low)]
@@ -332,6 +339,23 @@ _FATES = (
     "the device's force changes too fast to follow even in the smallest step; the law has left the "
     "range where it is meaningful",
     "a deformation is not a finite number",
-    "a device is deformed a hundred times further than it was tested; the controller or the law "
-    "puts energy into the building",
+    "the devices deform {most:.0f} times further than they were tested; {cause}",
 )
+
+
+def _likely_cause(lane: Lane) -> str:
+    """Where to look first, from the size of the motion and of the devices."""
+    peak = max(record.pga for record in lane.records)
+    if peak > STRONGEST:
+        return (
+            f"the ground motion peaks at {peak:.3g} m/s^2 ({peak / STANDARD_GRAVITY:.3g} g): check "
+            "its unit and scale"
+        )
+    tested = ", ".join(
+        f"{element.name} {1e3 * element.device.deformation_scale:.3g} mm"
+        for element in lane.isolated.elements
+    )
+    return (
+        f"check length_scale and force_scale (tested at this scale: {tested}), and whether the "
+        "controller or the law puts energy into the building; tested_deformation_m allows more"
+    )

@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
+from ..archive import FILE, save_archive
+from ..io.netcdf import write_netcdf
 from ..rendering import render
+from ..structures.sizing import implausible
+from .tested_range import Reached, of_runs, reached
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from .ledger import Ledger
+
+
+_KEPT = (
+    "isolated", "records", "controller", "clamped", "steps", "unresolved", "reached", "outputs",
+    "values", "states", "current", "command", "criteria", "energy", "peaks", "reached_of_tests",
+    "implausible",
+)  # fmt: skip
+"""What of a run is saved and pickled."""
 
 
 class Run(Trajectory):
@@ -39,6 +54,74 @@ class Run(Trajectory):
     reached : float
         Tolerance that all steps meet: the wanted one unless some are unresolved.
     """
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything that a report shows, without the simulation's working memory."""
+        return {name: getattr(self, name) for name in _KEPT}
+
+    def __repr__(self) -> str:
+        motion = ", ".join(record.name for record in self.records)
+        base = 1e3 * self.criteria["peak_base_displacement_m"]
+        floor = self.criteria["peak_floor_acceleration_m_s2"]
+        return (
+            f"Run({self.controller}; {self.isolated.structure.name}, {motion}; peak base "
+            f"displacement {base:.4g} mm, floor acceleration {floor:.4g} m/s^2)"
+        )
+
+    def _repr_html_(self) -> str:
+        return render("tables:as_html", render("tables:run_table", self))
+
+    def __str__(self) -> str:
+        return render("tables:as_text", render("tables:run_table", self))
+
+    def report(self) -> None:
+        """Print criteria, energies and warnings."""
+        print("\n".join([str(self), *(f"warning: {each}" for each in self.warnings())]))
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the run; ``isolation_sim.load`` gives it back.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Made if it does not exist; gets ``result.npz`` and ``history.nc``.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+        """
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        write_netcdf(self.history, Path(folder) / "history.nc")
+        save_archive(self, Path(folder) / FILE)
+        return Path(folder)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the histories; the same as ``history``.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        return self.history
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return all outputs over time.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A column for each output, named with its unit, and each coil's current; the index is
+            the time in s.
+        """
+        import pandas
+
+        table = pandas.DataFrame(
+            self.values, pandas.Index(self.time, name="time_s"), list(self.outputs.names)
+        )
+        for channel in range(self.current.shape[1]):
+            table[f"coil{channel}_current_A"] = self.current[:, channel]
+        return table
 
     @cached_property
     def history(self) -> xarray.Dataset:
@@ -68,6 +151,34 @@ class Run(Trajectory):
         from .summary import item_peaks
 
         return item_peaks(self.isolated, self.work)
+
+    @cached_property
+    def reached_of_tests(self) -> Reached:
+        """Peak deformations and currents beside those at which the devices were tested."""
+        return reached(self.isolated, self.modes, self.work, self.criteria)
+
+    @cached_property
+    def implausible(self) -> list[str]:
+        """Tell of periods that no building has."""
+        values = self.modes.eigenvalues
+        swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
+        return implausible(self.isolated, 2 * np.pi / float(np.min(swinging, initial=np.inf)))
+
+    def warnings(self) -> list[str]:
+        """Tell what a reader must know before trusting the numbers.
+
+        Returns
+        -------
+        list of str
+            Elements that deform further than their law was tested, coils with more current than
+            was tested, commands that were clamped, and periods that no building has.
+        """
+        told = [*self.implausible, *of_runs({self.controller: self})]
+        if self.clamped:
+            told.append(
+                f"{self.controller}: {self.clamped} commands were clamped to the supply's limits"
+            )
+        return told
 
     def plot(self, **options: Any) -> Any:
         """Figure of the run; see ``isolation_sim.reports.figures.run_figure``."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +20,13 @@ from ..laws.passive_switching import papers_rule
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Schedule, Sensors, Situation
+from .inputs import checked_controller, checked_plant, checked_records
 from .plan import Lane, Plan, refused
 from .result import Run
 from .workspace import Workspace
+
+FIXED_BASE = "fixed base"
+"""Name of the run of the building without isolation."""
 
 
 def simulate(
@@ -77,7 +83,7 @@ def simulate(
         If the work allowed in a part of the run ended before the tolerance was reached; with the
         tolerance that was.
     """
-    driver, sensors = driver or CoilDriver(), sensors or Sensors()
+    driver, sensors = check_actuation(driver, sensors)
     check_options(tolerance, current_outside, computation_delay)
 
     def trial(other: Control) -> Run:
@@ -112,13 +118,62 @@ def simulate(
     return run
 
 
+def fixed_base_run(
+    isolated: IsolatedStructure, ground: Record | Sequence[Record], tolerance: float = 1e-6
+) -> Run:
+    """Simulate the superstructure on a base that is held."""
+    return simulate(isolated.fixed_base(), ground, _NoControl(), tolerance=tolerance)
+
+
+class _NoControl:
+    """No command: for a structure without coils."""
+
+    name, period, foresight = FIXED_BASE, None, 0.0
+
+    def prepare(self, situation: Situation, trial: Any) -> None:
+        """Nothing to prepare."""
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Nothing to measure."""
+        return ()
+
+    def schedule(self, situation: Situation) -> Schedule:
+        """One instant, no coil."""
+        return Schedule(np.zeros(1), np.zeros((1, len(situation.low))))
+
+    def compiled(self, situation: Situation) -> None:
+        """No decision."""
+
+    def reset(self, situation: Situation) -> None:
+        """Nothing to forget."""
+
+    def current(self, t: float, measurement: Any) -> float:
+        """No current."""
+        return 0.0
+
+
+def check_actuation(
+    driver: CoilDriver | None, sensors: Sensors | None
+) -> tuple[CoilDriver, Sensors]:
+    """Return driver and sensors, ideal ones where none are given."""
+    for what, given, kind in (("driver", driver, CoilDriver), ("sensors", sensors, Sensors)):
+        if given is not None and not isinstance(given, kind):
+            raise InputError(
+                f"{what} is of type {type(given).__name__}; expected: {kind.__name__}(...)"
+            )
+    return driver or CoilDriver(), sensors or Sensors()
+
+
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
     """Refuse options that cannot be used."""
+    for what, value in (("tolerance", tolerance), ("computation_delay", computation_delay)):
+        if not isinstance(value, int | float | np.number):
+            raise InputError(f"{what} is {value!r}; expected: a number")
     if not 1e-12 <= tolerance <= 1e-2:
         raise InputError(f"tolerance is {tolerance}; accepted: 1e-12 to 1e-2")
     if current_outside not in ("refuse", "clamp"):
         raise InputError(f"current_outside is {current_outside!r}; accepted: 'refuse' or 'clamp'")
-    if not computation_delay >= 0:
+    if not 0 <= computation_delay < np.inf:
         raise InputError(f"computation_delay is {computation_delay} s; accepted: 0 or more")
 
 
@@ -132,6 +187,10 @@ def prepared(
     trial,
 ) -> Lane:
     """Tell a controller its situation and ask for its commands or its compiled decision."""
+    checked_plant(isolated)
+    if belief is not None:
+        checked_plant(belief, "belief")
+    checked_controller(controller)
     if not isolated.elements:
         raise InputError(
             f"{isolated.structure.name} has no isolator or other element; put it on one with "
@@ -143,11 +202,42 @@ def prepared(
         belief = _by_papers_rule(isolated)
     tested = np.array([isolated.tested_current(c) for c in range(len(coils))])
     situation = _situation(belief, records, controller, coils, tested, driver, delays)
+    # a controller with a period of its own decides as it goes
+    _check_memory(isolated, records, controller.period, controller.name)
     controller.prepare(situation, trial)
     controller.reset(situation)
     schedule = controller.schedule(situation)
     compiled = None if schedule is not None else controller.compiled(situation)
     return Lane(isolated, records, coils, situation, schedule, compiled)
+
+
+def _check_memory(
+    isolated: IsolatedStructure, records: tuple[Record, ...], period: float | None, name: str
+) -> None:
+    """Refuse a run whose arrays are larger than this computer's memory."""
+    n_samples, duration = len(records[0].acceleration), records[0].duration
+    n_decisions = duration / period if period else 0.0
+    # modes at the points and at the steps, forces, states, commands
+    numbers = 12 * isolated.structure.n_dofs + 24 * len(isolated.elements) + 16
+    size = 8.0 * numbers * (n_samples + n_decisions)
+    if size <= memory_size():
+        return
+    given = f"ground motion of {n_samples:,} samples"
+    if n_decisions > n_samples:
+        given = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
+    raise InputError(
+        f"{given}: a run needs about {size / 1e9:.3g} GB; expected: up to "
+        f"{memory_size() / 1e9:.3g} GB, this computer's memory"
+    )
+
+
+@lru_cache
+def memory_size() -> float:
+    """Physical memory of this computer, bytes; 8 GB where the system does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 8e9
 
 
 @lru_cache(maxsize=256)
@@ -160,7 +250,7 @@ def _by_papers_rule(isolated: IsolatedStructure) -> IsolatedStructure:
 
 def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> tuple[Record, ...]:
     """One record a direction, all on the same samples."""
-    records = (ground,) if isinstance(ground, Record) else tuple(ground)
+    records = checked_records(ground)
     directions = isolated.structure.directions
     if len(records) != len(directions):
         raise InputError(

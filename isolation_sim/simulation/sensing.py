@@ -76,7 +76,9 @@ def noise_of(
     noise = np.zeros((n_samples, len(known)))
     noise[:, measured] = random.standard_normal((n_samples, len(measured)))
     if sensors.compensation:
-        noise[:, others] = random.standard_normal((n_samples, len(others)))
+        # a stream of its own: the noise of a sample does not depend on how many follow
+        other = np.random.default_rng([sensors.seed, 2])
+        noise[:, others] = other.standard_normal((n_samples, len(others)))
     return noise * size
 
 

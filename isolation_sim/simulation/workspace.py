@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from numba import typeof
 from numpy.typing import NDArray
 
 from .arguments import (
@@ -215,7 +217,7 @@ class Workspace:
         # over how many intervals its one step goes, negative
         self.cuts = np.zeros((n_points, lanes), np.int64)
         self.first_step = np.zeros((n_points, lanes), np.int64)
-        self._arguments = self._grouped()
+        self._arguments = (self.position, self.sizes, self.limits, *self._grouped())
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -235,7 +237,7 @@ class Workspace:
             *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
         )
 
-    def _grouped(self) -> tuple[NamedTuple, ...]:
+    def _grouped(self) -> tuple[Any, ...]:
         """The groups of arrays that stay the same while the kernel runs."""
         module, lanes, grid, elements = self.module, self.module.LANES, self.grid, self.elements
         sensing, tables = self.sensing, self.tables
@@ -275,15 +277,34 @@ class Workspace:
 
     def integrate(self) -> int:
         """Integrate on, until the kernel stops; returns its status."""
+        return self._to_a_stop(self.module.integrate)
+
+    def integrator(self) -> Callable[[], int]:
+        """``integrate`` for many short stretches: it looks up the arguments' types only once."""
+        compiled = self.module.integrate
+        types = tuple(map(typeof, self._arguments))
+        if types not in compiled.overloads:
+            compiled.compile(types)
+        return partial(self._to_a_stop, compiled.overloads[types].entry_point)
+
+    def _to_a_stop(self, compiled: Callable[..., int]) -> int:
+        """Integrate until the kernel stops for another reason than a full record of its steps."""
         while True:
-            *others, history, scratch = self._arguments
-            status = self.module.integrate(
-                self.position, self.sizes, self.limits, *others,
-                history._replace(steps=self.steps), scratch,
-            )  # fmt: skip
+            status = compiled(*self._arguments)
             if status != self.module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
+            *others, history, scratch = self._arguments
+            self._arguments = (*others, history._replace(steps=self.steps), scratch)
+
+    def carried(self) -> dict[str, NDArray]:
+        """What a window hands on to the next beside modes and states; the last axis is the lane."""
+        *_, coils, _, lanes, history, scratch = self._arguments
+        return {
+            "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,
+            "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
+            **lanes._asdict(),
+        }  # fmt: skip
 
     def summarise(
         self, quantities: NDArray, n_quantities: int, n_directions: int, fast: NDArray,

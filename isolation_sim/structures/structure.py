@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, unknown_name
+from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
+from ..laws.linear import LAW as LINEAR
 from .checks import check_matrices, matrix, read_only
 from .element import Element, check_device
 from .modes import undamped_modes
+from .sizing import ModalFacts, facts, modal_facts, sized, with_damping
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,6 +229,9 @@ class Structure:
             name=f"{self.name}, fixed base",
         )
 
+    def __repr__(self) -> str:
+        return f"Structure({self.name}, {self.n_dofs} dofs, {1e-3 * self.total_mass:.5g} t)"
+
     def direction_row(self, direction: str | Sequence[float] | np.ndarray) -> np.ndarray:
         """Row b that turns displacements into the deformation b @ q of an element.
 
@@ -255,7 +261,15 @@ class Structure:
             raise InputError("direction of an element is zero: it would never deform")
         return row
 
-    def on(self, device: Device, count: float = 1) -> IsolatedStructure:
+    def on(
+        self,
+        device: Device,
+        count: float = 1,
+        *,
+        target_period_s: float | None = None,
+        design_displacement_m: float | None = None,
+        damping: float | None = None,
+    ) -> IsolatedStructure:
         """Put the structure on isolators between the ground and the base.
 
         Parameters
@@ -264,7 +278,17 @@ class Structure:
             The isolator; all of them lumped into one, the device's scale says how many. With
             several directions of ground motion there is one in each, on the same coil channel.
         count : float, default 1
-            Number of such devices side by side.
+            Number of such devices side by side; not together with ``target_period_s``.
+        target_period_s : float, optional, s
+            Period of the first mode for small vibrations, with the current in the middle of those
+            that the device was tested at: the device's force is scaled to it.
+        design_displacement_m : float, optional, m
+            Deformation of the isolators that stands for the largest tested one of the device:
+            its deformation is scaled to it. By default 0.04 m for each second of the target
+            period where the device is not scaled yet (80 mm at 2 s, as the reference isolators).
+        damping : float, optional, dimensionless
+            Damping ratio of the first mode; a linear dashpot beside the isolators adds what they
+            lack.
 
         Returns
         -------
@@ -273,12 +297,20 @@ class Structure:
         Raises
         ------
         InputError
-            If the device is not one, ``count`` is not a positive number, or the structure has no
+            If the device is not one, a number cannot be used or reached, or the structure has no
             base.
         """
         check_device(device, "isolator")
         if not self.base:
             raise InputError(f"{self.name} has no base to put on isolators")
+        if target_period_s is not None:
+            if count != 1:
+                raise InputError(
+                    f"count is {count!r} beside target_period_s; expected: one of the two"
+                )
+            device = sized(self, device, target_period_s, design_displacement_m)
+        elif design_displacement_m is not None:
+            raise InputError("design_displacement_m needs target_period_s; expected: both or none")
         channel = 0 if device.depends_on_current else None
         elements = []
         for column, label in zip(self.influence.T, self.directions, strict=True):
@@ -286,7 +318,8 @@ class Structure:
             row[list(self.base)] = column[list(self.base)]
             name = "isolator" if len(self.directions) == 1 else f"isolator_{label}"
             elements.append(Element(device.scaled(force=count), row, channel, name))
-        return IsolatedStructure(self, tuple(elements))
+        isolated = IsolatedStructure(self, tuple(elements))
+        return isolated if damping is None else with_damping(isolated, device, damping)
 
     def with_element(
         self,
@@ -490,6 +523,95 @@ class IsolatedStructure:
         row = self.structure.direction_row(direction)
         name = name or f"{device.name}_{len(self.elements) + 1}"
         return replace(self, elements=(*self.elements, Element(device, row, channel, name)))
+
+    def modes(self, currents: float | Sequence[float] = 0.0) -> ModalFacts:
+        """Modes for small vibrations about rest.
+
+        Each element is linearised at the first mode's own frequency.
+
+        Parameters
+        ----------
+        currents : float or sequence of float, shape (n_channels,), A
+            Current of each channel, or one for all.
+
+        Returns
+        -------
+        ModalFacts
+            ``periods`` (s), ``damping_ratios`` and ``shapes``.
+
+        Raises
+        ------
+        InputError
+            If a current is outside its device's range, or some motion is not held.
+        """
+        return modal_facts(self, currents)
+
+    def periods(self, currents: float | Sequence[float] = 0.0) -> np.ndarray:
+        """Periods for small vibrations about rest; see `modes`.
+
+        Parameters
+        ----------
+        currents : float or sequence of float, shape (n_channels,), A
+            Current of each channel, or one for all.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n,), s
+            Decreasing.
+        """
+        return self.modes(currents).periods
+
+    def effective_damping(self, currents: float | Sequence[float] = 0.0) -> float:
+        """Damping ratio of the first mode for small vibrations about rest; see `modes`.
+
+        Parameters
+        ----------
+        currents : float or sequence of float, shape (n_channels,), A
+            Current of each channel, or one for all.
+
+        Returns
+        -------
+        float
+            Dimensionless.
+        """
+        return float(self.modes(currents).damping_ratios[0])
+
+    def fixed_base(self) -> IsolatedStructure:
+        """Superstructure alone, on a base that is held, to compare with: without isolators.
+
+        Returns
+        -------
+        IsolatedStructure
+            With the elements of the superstructure; where there are none, with a spring of no
+            stiffness, since a simulation needs an element.
+        """
+        kept = list(self.structure.superstructure)
+        fixed = self.structure.fixed_base()
+        elements = tuple(
+            replace(element, direction=element.direction[kept], channel=None)
+            for element in self.elements
+            if not np.any(element.direction[list(self.structure.base)])
+            and not element.device.depends_on_current
+        )
+        if not elements:
+            nothing = Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
+            top = np.zeros(len(kept))
+            top[-1] = 1.0
+            elements = (Element(nothing, top, None, "no_element"),)
+        return IsolatedStructure(fixed, elements)
+
+    def facts(self) -> dict[str, str]:
+        """Masses, periods and tested range, in engineering units, to print.
+
+        Returns
+        -------
+        dict of str to str
+        """
+        return facts(self)
+
+    def __repr__(self) -> str:
+        told = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
+        return f"IsolatedStructure({self.structure.name}: {told})"
 
     def linearised(
         self, currents: float | Sequence[float] = 0.0, frequency_hz: float = 1.0

@@ -16,6 +16,9 @@ from ..errors import InputError
 from .fields import Change, completed
 from .plan import Sample, SweepPlan, Vary
 
+MOST_CASES = 10_000_000
+"""Cases of a plan, and values of one quantity: some days of one computer."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -123,13 +126,21 @@ def _axis(vary: Vary) -> Axis:
         assert vary.low is not None and vary.high is not None
         shown = None
         if vary.step is not None:
-            count = int(np.floor((vary.high - vary.low) / vary.step * (1 + 1e-12) + 1e-9)) + 1
+            exact = (vary.high - vary.low) / vary.step * (1 + 1e-12) + 1e-9
+            _few_enough(exact, f"{label_of(vary)}: step {vary.step:g}")
+            count = int(np.floor(exact)) + 1
             values = (vary.low + vary.step * np.arange(count)).tolist()
         else:
+            _few_enough(vary.count or 2, f"{label_of(vary)}: count {vary.count}")
             space = np.geomspace if vary.spacing == "log" else np.linspace
             values = space(vary.low, vary.high, vary.count or 2).tolist()
     quantity = Quantity(label_of(vary), vary.fields, vary.factor, shown)
     return Axis((quantity,), [(value,) for value in values])
+
+
+def _few_enough(count: float, told: str) -> None:
+    if count > MOST_CASES:
+        raise InputError(f"{told} makes {count:.3g} values; expected: up to {MOST_CASES:,}")
 
 
 def _shown(values: Sequence[Any]) -> tuple[str, ...] | None:
@@ -190,6 +201,7 @@ def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
     InputError
         If the method needs SALib, which is not installed, or another count.
     """
+    _few_enough(sample.count, f"sample.count {sample.count}")
     problem = problem_of(sampled)
     low, high = np.array(problem["bounds"]).T
     if sample.method in ("saltelli", "morris"):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import Diverged, InputError
 from ..io.results_folder import file_name
-from ..simulation.batch import Case, simulate_many
+from ..simulation.batch import Case, run_cases
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
 from .design import CaseSpec, validated
@@ -165,6 +165,8 @@ def _alone(row: Row) -> Run | None:
     try:
         run = simulate(row.job.isolated, row.job.records, row.control, **row.job.options)
         row.criteria, row.clamped = run.criteria, run.clamped
+        row.deformation_over_tested = run.reached_of_tests.deformation_ratio
+        row.current_over_tested = run.reached_of_tests.current_ratio
     except Exception as error:
         row.fail(error)
         return None
@@ -180,7 +182,7 @@ def _side_by_side(rows: Sequence[Row]) -> None:
         belief = options.pop("belief", None)
         cases.append(Case(row.job.isolated, row.job.records, row.control, belief))
     try:
-        batch = simulate_many(cases, threads=1, **options)
+        batch = run_cases(cases, threads=1, **options)
     except Exception:
         # a case that cannot even start takes the others with it: find out which
         for row in rows:
@@ -188,6 +190,8 @@ def _side_by_side(rows: Sequence[Row]) -> None:
         return
     for k, row in enumerate(rows):
         row.clamped = int(batch.clamped[k])
+        row.deformation_over_tested = float(batch.deformation_over_tested[k])
+        row.current_over_tested = float(batch.current_over_tested[k])
         reason = batch.failure[k]
         if reason is None:
             row.criteria = {name: float(values[k]) for name, values in batch.criteria.items()}

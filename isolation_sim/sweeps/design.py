@@ -22,7 +22,7 @@ from ..scenario.fields import names_in
 from ..scenario.job import located
 from ..scenario.problems import one_line
 from ..version import __version__
-from .axes import Axis, axes_of
+from .axes import MOST_CASES, Axis, axes_of
 from .fields import Change, changed, with_seed
 from .plan import SweepPlan
 
@@ -108,6 +108,12 @@ class Design:
             self.base = scenario.model_dump(mode="json")
             self.controllers = tuple(entry.shown for entry in scenario.controller)
             self.axes = axes_of(plan)
+            if self.n_cases > MOST_CASES:
+                sizes = " x ".join(str(len(axis)) for axis in self.axes)
+                raise InputError(
+                    f"{self.n_cases:,} cases ({sizes}); expected: up to {MOST_CASES:,}, or several "
+                    "plans"
+                )
             self._check_values()
             validated(self.case(0).data(self.base)).build()
         except InputError as error:

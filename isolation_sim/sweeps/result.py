@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..errors import InputError, unknown_name
 from ..io.atomic_write import atomic_write
 from ..rendering import render
+from ..simulation.tested_range import OVER_TESTED, beyond_tests
 
 if TYPE_CHECKING:
     import pandas
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from .plan import SweepPlan
 
-_ACCOUNT = ("controller", "status", "reason", "clamped")
+_ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED)
 
 
 class Sweep:
@@ -58,8 +59,9 @@ class Sweep:
     def table(self) -> pandas.DataFrame:
         """A row a run that is finished.
 
-        ``case``, the varied quantities, ``controller``, ``status``, ``reason``, ``clamped``, then
-        criteria and energies in SI units.
+        ``case``, the varied quantities, ``controller``, ``status``, ``reason``, ``clamped``,
+        ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests
+        behind the laws, 0 where there are none), then criteria and energies in SI units.
         """
         return self._store.read().to_pandas()
 
@@ -80,7 +82,7 @@ class Sweep:
         from .rows import geometric_names
 
         columns = list(self.table.columns)
-        found = columns[columns.index(_ACCOUNT[-1]) + 1 :]
+        found = columns[1 + max(columns.index(name) for name in _ACCOUNT if name in columns) :]
         geometric = [name for name in geometric_names() if name in found]
         unknown = [name for name in geometric if self.table[name].isna().all()]
         return tuple(name for name in found if name not in unknown)
@@ -100,6 +102,18 @@ class Sweep:
     def failed(self) -> pandas.DataFrame:
         """Rows of the runs that failed, with their reasons."""
         return self.table[self.table["status"] != "ok"]
+
+    def warnings(self) -> list[str]:
+        """Tell what a reader must know before trusting the numbers.
+
+        Returns
+        -------
+        list of str
+            How many runs leave the deformations or currents of the tests, and how far.
+        """
+        if OVER_TESTED[0] not in self.table:  # of an earlier release
+            return []
+        return beyond_tests(*(self.table[name].to_numpy() for name in OVER_TESTED))
 
     def best(
         self, criterion: str = "peak_floor_acceleration_m_s2", count: int = 5
@@ -287,6 +301,41 @@ class Sweep:
         matplotlib.figure.Figure
         """
         return render("sweep_figures:sensitivity", self, criterion, controller)
+
+    def plot(self, criteria: Sequence[str] | None = None) -> Figure:
+        """Draw the controllers side by side; the same as `plot_comparison`.
+
+        Parameters
+        ----------
+        criteria : sequence of str, optional
+            Columns of results; the peaks by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return self.plot_comparison(criteria)
+
+    def report(self) -> None:
+        """Print the controllers side by side, and warnings."""
+        render("console:standard_console").print(render("sweep_tables:controllers_table", self))
+        for line in self.warnings():
+            print(f"warning: {line}")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the table; the same as ``table``.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return self.table
+
+    def __reduce__(self) -> tuple[type[Sweep], tuple[str]]:
+        return Sweep, (str(self.folder.absolute()),)
+
+    def _repr_html_(self) -> str:
+        return render("tables:as_html", render("sweep_tables:controllers_table", self))
 
     def one_controller(self, label: str | None) -> str:
         """Return a controller's label, the first by default.

@@ -15,6 +15,7 @@ from ..comparison import UNCONTROLLED
 from ..criteria import GEOMETRIC, Response, benchmark_criteria, response_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
+from ..simulation.tested_range import OVER_TESTED
 
 if TYPE_CHECKING:
     from ..scenario import Job
@@ -45,6 +46,8 @@ class Row:
         What came of it, SI units.
     clamped : int
         Commands that were clamped.
+    deformation_over_tested, current_over_tested : float
+        Peaks over those of the tests behind the laws; 0 where there are none.
     status : {"ok", "diverged", "refused", "error"}
         Refused is input that cannot be used, a current outside the limits for one.
     reason : str
@@ -58,6 +61,8 @@ class Row:
     criteria: dict[str, float] = field(default_factory=dict)
     energy: dict[str, float] = field(default_factory=dict)
     clamped: int = 0
+    deformation_over_tested: float = np.nan
+    current_over_tested: float = np.nan
     status: str = "ok"
     reason: str = ""
 
@@ -160,6 +165,7 @@ def schema(
     columns += [(label, _TYPES[kind]) for label, kind in parameters.items()]
     columns += [(name, pa.string()) for name in ("controller", "status", "reason")]
     columns.append(("clamped", pa.int64()))
+    columns += [(name, pa.float64()) for name in OVER_TESTED]
     columns += [(name, pa.float64()) for name in result_names(controllers, energy)]
     return pa.schema(columns)
 
@@ -192,6 +198,7 @@ def table_bytes(
         },
         **{key: [getattr(row, key) for row in rows] for key in ("controller", "status", "reason")},
         "clamped": [row.clamped for row in rows],
+        **{name: [getattr(row, name) for row in rows] for name in OVER_TESTED},
     }
     results = {
         name: np.array([row.criteria.get(name, np.nan) for row in rows])

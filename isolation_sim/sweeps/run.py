@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from ..io.output_place import check_writable, free_space
 from ..io.results_folder import file_name
 from ..registry import registry
 from ..simulation.batch import LANES
@@ -186,9 +187,16 @@ def run_design(
                 return Sweep(store.folder)
         else:
             store.check_free()
+            check_writable(store.folder)
             expected = estimate(design)
             if announce is not None:
                 announce(expected)
+            room = free_space(store.folder)
+            if expected.size > room:
+                raise InputError(
+                    f"{store.folder}: the sweep needs about {expected.size / 1e9:.3g} GB; "
+                    f"{room / 1e9:.3g} GB are free there; expected: a larger disk, or fewer cases"
+                )
             cases_per_chunk = expected.cases_per_chunk
             store.begin(content, cases_per_chunk)
         with store.locked():

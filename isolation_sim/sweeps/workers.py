@@ -18,6 +18,8 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExec
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from ground_motions.registry import hides_packages
+
 from ..errors import InputError
 from .chunk import Chunk, Finished, run_chunk
 
@@ -209,14 +211,16 @@ class _Worker:
 
 def _started() -> subprocess.Popen[bytes]:
     """Start a worker that finds the modules that this process finds."""
+    # what hides a package of the project goes last
+    paths = sorted((path or os.getcwd() for path in sys.path), key=hides_packages)
     environment = {
         **os.environ,
-        "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
+        "PYTHONPATH": os.pathsep.join(paths),
         # as many processes as there are processors leave none for threads within one
         "OPENBLAS_NUM_THREADS": "1",
     }
     return subprocess.Popen(
-        [sys.executable, "-c", _COMMAND],
+        [sys.executable, "-P", "-c", _COMMAND],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment,
     )  # fmt: skip
 

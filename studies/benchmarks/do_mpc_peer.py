@@ -19,8 +19,8 @@ from controllers.mpc import MPC
 from isolation_sim.structures import IsolatedStructure
 
 ALONE = {
-    "displacement_excess": 0.0, "acceleration_excess": 0.0, "effort": 0.1, "end": 0.25,
-    "horizon": 0.6, "blocks": 30,
+    "displacement_excess": 0.0, "acceleration_excess": 0.0, "regret": 0.0, "effort": 0.1,
+    "end": 0.25, "horizon": 0.6, "blocks": 30,
 }  # fmt: skip
 """Settings of ``mpc`` for the problem that both can be given."""
 _GIVEN = ("ground", "ground_after", "displacement_unit", "acceleration_unit")

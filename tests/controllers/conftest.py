@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from controllers import available_controllers, controller
+from controllers import CONTROLLERS, available_controllers, controller
 from ground_motions import el_centro_1940
 from isolation_sim.simulation.control import Sensors, Situation
 from isolation_sim.structures import reference_building, reference_isolators
@@ -18,7 +18,9 @@ NEEDED = {
 
 
 def build(name, **settings):
-    return controller(name, **NEEDED.get(name, {}), **settings)
+    """With its published settings: tuned ones may hardly act."""
+    kept = {"preset": "published"} if "published" in CONTROLLERS[name].presets else {}
+    return controller(name, **NEEDED.get(name, {}), **kept, **settings)
 
 
 NOISE = {

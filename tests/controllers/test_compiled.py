@@ -5,8 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from controllers import controller
 from controllers.compiled import collect
+from controllers.fuzzy import Fuzzy
 from isolation_sim.errors import InputError
+from isolation_sim.simulation.batch import Case, simulate_many
+from isolation_sim.simulation.control import CoilDriver
 
 
 def twice(x: float, rule: Callable) -> float:
@@ -40,3 +44,43 @@ def test_functions_given_as_arguments_are_written_in_by_name():
 def test_a_function_cannot_be_given_two_different_ones():
     with pytest.raises(InputError, match="twice cannot be compiled: it is given different"):
         collect(two_sided, {}, ("combined_force", "state_rates"))
+
+
+class Counting(Fuzzy):
+    """Counts how often it is designed."""
+
+    designs = 0
+
+    def decision(self, situation):
+        self.designs += 1
+        return super().decision(situation)
+
+
+class Learning(Counting):
+    """Learns from a trial before it is designed."""
+
+    def prepare(self, situation, trial):
+        self.large_deformation = 0.1
+
+
+def test_runs_that_differ_in_the_ground_motion_share_a_design(isolated, record):
+    motions = [record.scaled(factor).cut(0.0, 2.0) for factor in np.linspace(0.2, 1.0, 9)]
+    one, learning = Counting(fast=0.3), Learning()
+    driver = CoilDriver(lag=0.05, high=3.0)
+
+    def peaks(each, driver=driver):
+        cases = [Case(isolated, motion, each) for motion in motions]
+        return simulate_many(cases, driver=driver).criteria["peak_floor_acceleration_m_s2"]
+
+    shared = peaks(one)
+    assert one.designs == 1
+    alone = [peaks(controller("fuzzy", fast=0.3))[k] for k in range(len(motions))]
+    assert np.array_equal(shared, alone)
+    # another setting, or another range of the current, is another design
+    one.fast = 0.2
+    assert not np.array_equal(peaks(one), shared) and one.designs == 2
+    weak = peaks(one, CoilDriver(lag=0.05, high=1.0))
+    expected = peaks(Counting(fast=0.2), CoilDriver(lag=0.05, high=1.0))
+    assert one.designs == 3 and np.array_equal(weak, expected)
+    peaks(learning)
+    assert learning.designs >= len(motions)

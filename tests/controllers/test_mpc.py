@@ -9,6 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.signal import TransferFunction, lfilter, lsim
 
 from controllers import controller
+from controllers.best_constant import weighted_peak
 from controllers.clairvoyant import coil_table
 from controllers.mpc import MPC
 from controllers.predictive.ground_ahead import GroundAhead
@@ -25,7 +26,7 @@ from controllers.predictive.linear_belief import spring_and_dashpot
 from controllers.predictive.prediction import Prediction, growing_blocks
 from controllers.predictive.strength import Strength
 from controllers.predictive.uncontrolled import Uncontrolled
-from ground_motions import Record
+from ground_motions import Record, mavroeidis_papageorgiou_pulse
 from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
 from isolation_sim.laws.current_dependence import CurrentDependence
@@ -35,6 +36,7 @@ from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import from_matrices, reference_building, shear_building
 
 LAGGING = CoilDriver(lag=0.05, high=3.0)
+WITHOUT_REGRET = np.array([1.0] * 8 + [0.0])
 COILS = np.array([[0.05, np.inf, 0.0, 3.0, 0.0]])
 
 
@@ -164,6 +166,42 @@ def test_uncontrolled_peaks_are_those_of_a_run_without_current(isolated, record,
             seen = k + 1 + ahead
             assert one.peaks[0] == pytest.approx(displacement[:seen].max(), rel=0.02)
             assert one.peaks[1] == pytest.approx(acceleration[:seen].max(), rel=0.03)
+
+
+def test_the_course_without_current_is_that_of_a_run_on_the_forecast_ground(isolated, record):
+    run = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
+    displacement = np.abs(run.output("base_displacement_m"))
+    acceleration = np.abs(
+        [run.output(f"{name}_acceleration_m_s2") for name in isolated.structure.names]
+    ).max(axis=0)
+    known, n_ahead = 6, 40
+    one = Uncontrolled(isolated, COILS, 0.02, 0.01, n_ahead)
+    between = Prediction(isolated, COILS, 0.02, np.zeros(1, int), 0.01).between
+    ground = np.array(record.acceleration[:, np.newaxis])
+    # the forecast is right, so that the course goes on as the run does
+    for k in range(50):
+        one.follow(between(ground[k : k + known + n_ahead]), np.ones(1))
+    exact = np.maximum.accumulate(np.stack([displacement, acceleration], axis=1))
+    assert one.course.shape == (known + n_ahead, 2)
+    assert exact[49 + known + n_ahead, 1] > 1.1 * exact[49, 1]
+    np.testing.assert_allclose(one.course, exact[49 : 49 + known + n_ahead], rtol=0.03)
+
+
+@pytest.mark.parametrize("settings", [{}, {"filter": "extended", "learning": 20.0}])
+def test_a_near_fault_pulse_is_not_answered_with_more_acceleration(isolated, settings):
+    """With neither regret nor caution in its forecast the controller loses; it does not with both.
+
+    A velocity pulse of 1 s: no constant current is better than none, whose J is 2.
+    """
+    pulse = mavroeidis_papageorgiou_pulse(0.6, 1.0, 2.0, np.pi / 4, 0.02, after=4.0)
+    off = simulate(isolated, pulse, controller("passive_off"), driver=LAGGING)
+
+    def over_off(**given):
+        run = simulate(isolated, pulse, MPC(**settings, **given), driver=LAGGING)
+        return weighted_peak(run, off)
+
+    assert over_off(regret=0.0, fading=None) > 2.15
+    assert over_off() < 2.02
 
 
 def solved_programmes(monkeypatch, isolated, ground, **settings):
@@ -299,16 +337,17 @@ def test_autoregressive_model_is_the_weighted_least_squares():
 
     past[0] = 1.0
     ground = np.array([1.0, 0.5, 0.0, 0.0])
-    foresee(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0), np.zeros(4))
-    expected = np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
+    foresee(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0, 0.9), np.zeros(4))
+    # every forecast keeps 0.9 of what the model expects
+    expected = 0.9 * np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
     assert ground[2] == pytest.approx(expected)
-    assert ground[3] == pytest.approx(np.clip(coefficients @ [expected, 0.5], -1.0, 1.0))
+    assert ground[3] == pytest.approx(0.9 * np.clip(coefficients @ [expected, 0.5], -1.0, 1.0))
 
 
 def test_the_ground_s_velocity_comes_back_to_zero():
     """Without drive it decays; what is expected of a driven ground has the drive it was made of."""
     h, steps, settling = 0.02, 400, 0.8
-    returning = (1.0 / settling, h, 1.0)
+    returning = (1.0 / settling, h, 1.0, 1.0)
     ground, motion = np.zeros(steps + 1), np.array([0.0, 0.3])
     foresee(1, np.zeros(0), np.zeros(0), ground, motion.copy(), returning, np.zeros(steps + 1))
     velocity = 0.3 + cumulative_trapezoid(ground, dx=h, initial=0.0)
@@ -344,7 +383,7 @@ def test_a_random_motion_is_foreseen_better_by_its_velocity():
     known = {}
     for settling in (None, 1.0):
         pull = 0.0 if settling is None else 1.0 / settling
-        returning = (pull, h, float(np.exp(-h / DRIFT)))
+        returning = (pull, h, float(np.exp(-h / DRIFT)), 1.0)
         errors, changes = [], []
         for seed in range(4):
             time = np.arange(2000) * h
@@ -401,16 +440,18 @@ def test_accelerations_stray_as_drawn_from_the_model(isolated):
     assert np.all(strays[1:, 0, 1] > strays[1:, 0, 0])
 
 
-def condensed(p, level, clear, weights, resting):
+def condensed(p, level, clear, weights, resting, without=0.0):
     """The programme around 1.5 A, in units of 0.1 m and 1 m/s^2, three samples known; its rows."""
     n_steps, n_outputs, width = p.dy[1:].shape
-    n = width + 2
-    most = 2 * (n_steps + 1) * n_outputs
+    n = width + 3
+    most = 4 * (n_steps + 1) * n_outputs
+    without = np.broadcast_to(without, n_steps + 1).copy()
     programme = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
     plan = np.full((n_steps, 1), 1.5)
     count = p.module.programme(
         p.results, plan, plan[0], p.block, COILS, 0.02, (1, 6),
-        np.array([0.1, 1.0, 0.3]), np.full(2, level), (3, clear), weights, resting, programme,
+        np.array([0.1, 1.0, 0.3]), np.full(2, level), (3, clear, without), weights, resting,
+        programme,
     )  # fmt: skip
     return programme, count
 
@@ -418,7 +459,9 @@ def condensed(p, level, clear, weights, resting):
 def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_current(started):
     def constraints(clear):
         p = predicted(started)
-        (_, gradient, rows, upper, _), count = condensed(p, -100.0, clear, np.ones(8), np.zeros(8))
+        (_, gradient, rows, upper, _), count = condensed(
+            p, -100.0, clear, WITHOUT_REGRET, np.zeros(8)
+        )
         # all are above such levels: both signs of a displacement and six accelerations, every step
         shape, n = (len(p.dy), 7, 2), len(gradient)
         return p.past, rows[:count].reshape(*shape, n), upper[n : n + count].reshape(shape)
@@ -436,16 +479,34 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
     current, slope = past[after, 0, -1], past[after, 0, :-1]
     expected = 0.2 + 0.3 * current / 3.0
     assert np.allclose((upper - kept_upper)[4:, 1:], expected[:, np.newaxis, np.newaxis])
-    moved = (kept_rows - rows)[4:, 1:, :, :-2]
+    moved = (kept_rows - rows)[4:, 1:, :, :-3]
     assert np.allclose(moved, 0.3 * slope[:, np.newaxis, np.newaxis])
     assert np.abs(moved).max() > 0.1
+
+
+def test_the_regret_is_above_the_accelerations_without_current_step_by_step(started):
+    """Its rows are those of the accelerations over their level, with a bound and a slack apart."""
+    p, unseen = predicted(started), np.zeros((3, 6, 2))
+    weights, without = np.zeros(9), -100.0 - np.arange(41.0)
+    weights[8] = 1.0
+    (_, gradient, rows, upper, _), count = condensed(p, 0.0, unseen, weights, np.zeros(8), without)
+    n = len(gradient)
+    assert gradient[-1] == 1.0
+    assert count == 41 * 6 * 2  # both signs of six accelerations, every step, and nothing else
+    assert np.all(rows[:count, -3:] == [0.0, 0.0, -1.0])
+    both = upper[n : n + count].reshape(41, 6, 2)
+    np.testing.assert_allclose(both[..., 0], without[:, np.newaxis] - p.y[:, 1:7])
+    np.testing.assert_allclose(both[..., 1], without[:, np.newaxis] + p.y[:, 1:7])
+    weights[7], weights[8] = 1.0, 0.0
+    (_, _, over_level, *_), _ = condensed(p, -100.0, unseen, weights, np.zeros(8))
+    np.testing.assert_array_equal(rows[:count, :-3], over_level[:count, :-3])
 
 
 def test_a_programme_leaves_the_prediction_as_it_is(started):
     """Two programmes of one prediction are the same, and derivatives stay in m/A and m/s^2/A."""
     p = predicted(started)
     given = [array.copy() for array in p.results]
-    found = [condensed(p, 1.0, np.zeros((3, 6, 2)), np.ones(8), np.zeros(8)) for _ in range(2)]
+    found = [condensed(p, 1.0, np.zeros((3, 6, 2)), np.ones(9), np.zeros(8)) for _ in range(2)]
     for array, before in zip(p.results, given, strict=True):
         assert np.array_equal(array, before)
     (first, count), (second, again) = found
@@ -454,7 +515,7 @@ def test_a_programme_leaves_the_prediction_as_it_is(started):
 
 
 def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
-    weights, unseen = np.zeros(8), np.zeros((3, 6, 2))
+    weights, unseen = np.zeros(9), np.zeros((3, 6, 2))
     weights[2] = 0.7
     p = predicted(started)
     end, by_command = p.y[-1, [0, 7]], 3.0 * p.dy[-1, [0, 7]]  # a range of 3 A is the unit
@@ -465,7 +526,7 @@ def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
         (hessian, gradient, *_), _ = condensed(
             predicted(started), 100.0, unseen, weights, resting
         )
-        hessian, gradient = hessian[:-2, :-2], gradient[:-2]
+        hessian, gradient = hessian[:-3, :-3], gradient[:-3]
         np.testing.assert_allclose(gradient, 2 * 0.7 * by_command.T @ square @ (end + added))
         np.testing.assert_allclose(hessian, curvature, atol=1e-12 * np.abs(curvature).max())
 
@@ -473,7 +534,7 @@ def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
 def test_the_ground_s_velocity_at_the_end_is_that_of_the_motion_ahead(isolated, record):
     h, n_steps, told, keep = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
     prediction = Prediction(isolated, COILS, h, np.arange(n_steps))
-    ahead = GroundAhead(prediction, COILS, h, n_steps, 0, None, (record,))
+    ahead = GroundAhead(prediction, COILS, h, n_steps, 0, None, None, (record,))
     for k in range(100):
         ahead.look(record.acceleration[k : k + 1], (k + np.arange(1, told + 1)) * h)
     # what is not known is expected to be at rest
@@ -489,7 +550,7 @@ def test_what_is_known_of_the_ground_is_known_between_the_decisions(isolated, to
     prediction = Prediction(isolated, COILS, h, np.arange(n_steps), 0.005)
     n, rng = prediction.n_sub, np.random.default_rng(2)
     motion = Record(rng.normal(size=400), 0.005)
-    ahead = GroundAhead(prediction, COILS, h, n_steps, 3, 1.0, (motion,))
+    ahead = GroundAhead(prediction, COILS, h, n_steps, 3, 1.0, None, (motion,))
     for k in range(5):
         ahead.look(motion.acceleration[4 * k : 4 * k + 1], (k + np.arange(1, told + 1)) * h)
     exact = motion.acceleration[16 : 16 + told * n + 1]

@@ -1,10 +1,12 @@
 """What settings accept."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
 from controllers import Controller, setting
-from controllers.settings import Integer, Number, Numbers, OneOf, Optional
+from controllers.settings import Integer, Number, Numbers, OneOf, Optional, SearchRange
 from isolation_sim.errors import InputError
 
 
@@ -22,6 +24,37 @@ def test_defaults_and_overrides():
     assert (Tuned().gain, Tuned().period, Tuned(gain=1).gain) == (2.0, 0.25, 1.0)
     assert (Retuned().gain, Retuned.name, Retuned.settings["gain"].unit) == (3.0, "Retuned", "A/m")
     assert Tuned.gain == 2.0 and Controller.period is None
+
+
+class Chosen(Tuned):
+    presets: ClassVar = {"published": {"gain": 7.0}, "wrong": {"gain": -1}}
+
+
+def test_a_preset_is_chosen_by_name_and_completed():
+    assert (Chosen().gain, Chosen(preset="published").gain) == (2.0, 7.0)
+    both = Chosen(preset="published", period=0.5)
+    assert (both.gain, both.period) == (7.0, 0.5) and Chosen(**both_of(both)).gain == 7.0
+    assert Chosen(preset="published", gain=1).gain == 1.0
+    with pytest.raises(InputError, match="unknown preset of Chosen 'publishd'; did you mean"):
+        Chosen(preset="publishd")
+    with pytest.raises(InputError, match="gain is -1; accepted"):
+        Chosen(preset="wrong")
+
+
+def both_of(one):
+    """What ``to_dict`` gives, without the name."""
+    return {key: value for key, value in one.to_dict().items() if key != "name"}
+
+
+def test_a_search_range_stays_with_a_new_default():
+    class Wide(Controller):
+        gain: float = setting(2.0, "gain", Number(), "A/m", SearchRange(1.0, 4.0))
+
+    class Narrow(Wide):
+        gain = 3.0
+
+    assert Narrow.settings["gain"].search == SearchRange(1.0, 4.0) == Wide.settings["gain"].search
+    assert Narrow.settings["gain"].default == 3.0
 
 
 def test_a_bad_default_is_refused_where_the_class_is_written():

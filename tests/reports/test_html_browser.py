@@ -84,7 +84,7 @@ def test_loops_follow_each_other_and_the_legend_hides_a_run_everywhere(report, o
     until(page, f"{visible} === 0")
     page.get_by_label("on_off").and_(page.locator("[type=checkbox]")).check()
     until(page, f"{visible} === {before}")
-    assert before == 6  # base, roof, current, loop, acceleration, drift
+    assert before == 7  # trade-off, base, roof, current, loop, acceleration, drift
 
 
 def frame(page):
@@ -217,3 +217,96 @@ def test_a_run_without_coils_along_two_directions(passive_biaxial, opened, tmp_p
     assert not any("current" in title for title in titles)
     page.get_by_role("button", name="Play").click()
     until(page, "+document.querySelector('.slider input').value > 2")
+
+
+def test_the_first_screen_shows_the_trade_off_and_the_navigation_stays(report, opened, until):
+    for width, height in ((1400, 900), (390, 844)):
+        page = opened(report, width=width, height=height)
+        box = page.locator(".plot").first.bounding_box()
+        assert "Trade-off" in page.locator("figcaption").first.inner_text()
+        assert box["y"] + box["height"] < height
+        page.evaluate("scrollTo({top: document.body.scrollHeight, behavior: 'instant'})")
+        until(page, "Math.abs(document.querySelector('nav').getBoundingClientRect().top) < 1")
+        assert page.locator("nav").bounding_box()["height"] < 60
+        page.evaluate("document.querySelector('nav a[href=\"#energy\"]').click()")
+        # the heading is below the navigation, not behind it
+        until(page, "document.querySelector('#energy').getBoundingClientRect().top >= 40"
+                    " && document.querySelector('#energy').getBoundingClientRect().top < 120")
+
+
+def test_the_points_of_the_trade_off_are_the_runs_criteria(report, opened, runs):
+    page = opened(report)
+    found = page.evaluate(
+        "document.querySelector('.plot').data.map(({meta, x, y}) => [meta, x[0], y[0]])"
+    )
+    assert found == [
+        [name, pytest.approx(1e3 * run.criteria["peak_base_displacement_m"]),
+         pytest.approx(run.criteria["peak_floor_acceleration_m_s2"])]
+        for name, run in runs.items()
+    ]  # fmt: skip
+
+
+def test_a_dark_page_has_light_lines_and_paper_stays_light(report, opened, until):
+    page = opened(report, color_scheme="dark")
+    bright = """(colour) => { const [r, g, b] = colour.match(/[\\d.]+/g).map(Number);
+      return 0.299 * r + 0.587 * g + 0.114 * b; }"""
+    body = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert page.evaluate(bright, body) < 40
+    until(page, f"{LINKED}.every((plot) => plot._fullLayout.paper_bgcolor === '#15191d')")
+    strokes = page.evaluate(
+        f"{LINKED}.flatMap((plot) => [...plot.querySelectorAll('.js-line')].map("
+        "(line) => getComputedStyle(line).stroke))"
+    )
+    assert len(strokes) > 6
+    assert all(page.evaluate(bright, stroke) > 60 for stroke in strokes)
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    until(page, f"{LINKED}.every((plot) => plot._fullLayout.paper_bgcolor === '#fff')")
+    first = page.evaluate("document.querySelectorAll('.plot')[2].data[0].line.color")
+    assert first == "#000000"
+
+
+def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, opened, runs):
+    import csv
+    import io
+
+    page = opened(report)
+    figure = page.locator("figure.chart", has_text="Base displacement relative to the ground")
+    figure.locator("summary").click()
+    with page.expect_download() as waited:
+        figure.get_by_role("button", name="data (CSV)").click()
+    assert waited.value.suggested_filename == "base_displacement_relative_to_the_ground_mm.csv"
+    rows = list(csv.reader(io.StringIO(waited.value.path().read_text())))
+    assert rows[0] == ["line", "Time (s)", "mm"]
+    for name, run in runs.items():
+        values = [float(y) for line, _, y in rows[1:] if line == name]
+        times = [float(x) for line, x, _ in rows[1:] if line == name]
+        assert max(map(abs, values)) == pytest.approx(
+            1e3 * abs(run.output("base_displacement_m")).max(), rel=1e-6
+        )
+        assert times[0] == 0.0 and times[-1] == pytest.approx(run.time[-1], rel=1e-5)
+    with page.expect_download() as waited:
+        figure.get_by_role("button", name="figure (SVG)").click()
+    assert waited.value.path().read_text().startswith("<svg")
+
+
+def test_toolbars_are_no_stops_of_the_keyboard(report, opened):
+    page = opened(report)
+    assert page.locator(".modebar-btn").count() > 10
+    assert page.evaluate(
+        "[...document.querySelectorAll('.modebar-btn')].every((each) => each.tabIndex === -1)"
+    )
+    plot = page.locator(".plot[data-link='time']").first
+    plot.get_by_role("button", name="Zoom in").first.focus()
+    page.keyboard.press("Enter")
+    page.wait_for_timeout(300)
+    assert page.evaluate(
+        "[...document.querySelectorAll('.modebar-btn')].every((each) => each.tabIndex === -1)"
+    )
+
+
+def test_hover_texts_have_units_and_few_digits(report, opened):
+    page = opened(report)
+    texts = page.evaluate(f"{LINKED}.map((plot) => plot.data[0].hovertemplate)")
+    assert texts[0] == "%{x:.4g} s, %{y:.4g} m/s²<extra>ground</extra>"
+    assert texts[1] == "%{x:.4g} s, %{y:.4g} mm<extra>passive_off</extra>"
+    assert all(".4g" in text for text in texts)

@@ -40,8 +40,9 @@ def test_a_law_that_blows_up_is_diverged_with_time_and_cause(numbers, unbounded,
             simulate(unbounded(**numbers), el_centro, held())
 
 
-def test_a_strong_motion_ends_at_a_hundred_times_what_was_tested(stiffening, el_centro, held):
-    with pytest.raises(Diverged, match="deformed a hundred times further than it was tested"):
+def test_a_strong_motion_ends_at_fifty_times_what_was_tested(stiffening, el_centro, held):
+    told = r"deform 50 times further than they were tested; the ground motion peaks at .* its unit"
+    with pytest.raises(Diverged, match=told):
         simulate(stiffening, el_centro.scaled(1e3), held())
 
 
@@ -53,7 +54,7 @@ def test_time_of_divergence_is_when_the_limit_was_passed(stiffening, el_centro, 
     element = stiffening.elements[0]
     tougher = replace(element, device=replace(element.device, tested_deformation=1.0))
     run = simulate(replace(stiffening, elements=(tougher,)), el_centro.scaled(100.0), held())
-    passed = run.time[np.argmax(np.abs(run.output("isolator_deformation_m")) > 8.0)]
+    passed = run.time[np.argmax(np.abs(run.output("isolator_deformation_m")) > 4.0)]
     assert abs(t - passed) <= 0.081  # to a window of four samples
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,57 @@ _POINTS_OVER_TIME = 30_000
 _POINTS_OF_LOOPS = 15_000
 # light to dark, so that the order survives without colour
 _BY_CURRENT = [[0, "#e8a33d"], [0.5, "#b5367a"], [1, "#1b0c42"]]
+
+
+def trade_off(
+    criteria: Mapping[str, Mapping[str, float]],
+    looks: Mapping[str, Look],
+    optima: Collection[str] = (),
+) -> Chart:
+    """Peak floor acceleration over peak base displacement, a point a run.
+
+    Parameters
+    ----------
+    criteria : mapping of str to mapping
+        Criteria of each run by its name, SI units.
+    looks : mapping of str to Look
+        Look of each run; a run without one is drawn grey.
+    optima : collection of str
+        Runs that are no controllers but bounds of what one may reach; drawn open.
+
+    Returns
+    -------
+    Chart
+    """
+    traces = []
+    values = {
+        name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])
+        for name, each in criteria.items()
+    }
+    widest, highest = (max(each[k] for each in values.values()) for k in (0, 1))
+    # labels of neighbours above and below in turn; at the left edge beside the point
+    ranks = {name: rank for rank, name in enumerate(sorted(values, key=lambda one: values[one]))}
+    for name, (x, y) in values.items():
+        side = "middle right" if x < 0.1 * widest else "top center" if ranks[name] % 2 else ""
+        symbol = looks[name].symbol if name in looks else "star"
+        colour = looks[name].colour if name in looks else "#666666"
+        shown = f"{name.replace('_', ' ')}{' (full-information optimum)' * (name in optima)}"
+        traces.append({
+            "type": "scatter", "mode": "markers+text", "name": name, "meta": name,
+            "x": [x], "y": [y], "text": [shown], "textposition": side or "bottom center",
+            "cliponaxis": False,
+            "marker": {"symbol": symbol + "-open" * (name in optima), "size": 11, "color": colour},
+            "hovertemplate": f"{shown}<br>%{{x:.4g}} mm, %{{y:.4g}} m/s²<extra></extra>",
+        })  # fmt: skip
+    axes = layout(
+        "Peak base displacement (mm)", "Peak floor acceleration (m/s²)", hovermode="closest",
+        xaxis={"range": [-0.02 * widest, 1.15 * widest]}, yaxis={"range": [0.0, 1.15 * highest]},
+    )
+    told = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
+    return Chart(
+        "Trade-off: the lower left is better", {"data": traces, "layout": axes}, f"{told}.",
+        height=340,
+    )
 
 
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,7 @@ from .page import (
     Table,
     TimeRange,
 )
-from .run_charts import energies, envelopes, loops, time_histories
+from .run_charts import energies, envelopes, loops, time_histories, trade_off
 from .verdict import verdict
 
 if TYPE_CHECKING:
@@ -55,9 +55,11 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
     look = looks(list(runs))
     left, right = _sides(comparison)
     key, ledgers = energies(runs)
+    points = comparison.criteria | comparison.baseline
     warnings = (*comparison.failures(), *comparison.warnings())
     sections = [
         Section("Verdict", [
+            *([trade_off(points, look, comparison.optima)] if len(points) > 1 else []),
             Prose(verdict(comparison), "verdict"),
             *([Prose(tuple(f"Read with care: {each}." for each in warnings), "warning")]
               if warnings else []),
@@ -102,7 +104,8 @@ def criteria_table(comparison: Comparison) -> Table:
     Table
     """
     rows = []
-    for group, lines in criteria_lines(comparison.criteria, comparison.energy).items():
+    baseline = comparison.baseline
+    for group, lines in _lines(comparison):
         rows.append(Row(group))
         rows += [
             Row(label, tuple(Cell(text, "best" if best else "") for text, best in cells))
@@ -111,10 +114,16 @@ def criteria_table(comparison: Comparison) -> Table:
     against = f" J1 to J9 refer to {comparison.reference}." if comparison.reference else ""
     return Table(
         caption="Criteria and energies of each run, with units",
-        headings=("Quantity", *comparison.runs),
+        headings=("Quantity", *comparison.runs, *baseline),
         rows=tuple(rows),
         note=("* best of the row." * (len(comparison.runs) > 1) + against).strip(),
     )
+
+
+def _lines(comparison: Comparison) -> Iterable[tuple[str, list[Any]]]:
+    return criteria_lines(
+        comparison.criteria, comparison.energy, comparison.baseline, comparison.optima
+    ).items()
 
 
 def _sides(comparison: Comparison) -> tuple[str, str]:
@@ -145,6 +154,7 @@ def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
         f"{isolated.structure.name}, {isolated.structure.n_dofs} degrees of freedom, "
         f"{1e-3 * isolated.structure.total_mass:.5g} t"
     )
+    facts |= {key: value for key, value in isolated.facts().items() if key != "Mass"}
     facts["Ground motion"] = "; ".join(
         f"{record.name}: {record.source or 'no source given'}; {len(record)} points at "
         f"{record.dt:g} s, peak {record.pga:.4g} m/s²"

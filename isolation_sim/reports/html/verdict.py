@@ -30,6 +30,8 @@ def verdict(comparison: Comparison) -> tuple[str, str]:
         peaks and the energy of the run, or of the one that moves the base least.
     """
     values, reference = comparison.criteria, comparison.reference
+    # an optimum that knows the whole motion is a bound, not a controller
+    values = {name: values[name] for name in values if name not in comparison.optima} or values
     best = min(values, key=lambda name: values[name][_BASE])
     others = [name for name in values if name != reference]
     if reference is None or not others:

@@ -1,0 +1,84 @@
+"""A function of what is measured, such as a policy that was trained in an environment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from isolation_sim.simulation.control import Situation
+from isolation_sim.structures import IsolatedStructure
+
+from .controller import Controller
+
+
+class Policy(Controller):
+    """A function from what is measured to the currents.
+
+    Parameters
+    ----------
+    act : callable
+        ``act(observation)``: coil current, or one a coil, A; the observation, an array of float32,
+        holds what is measured, then the coil currents, as in `isolation_sim.environments`.
+        What it gives is clamped to the supply's limits.
+    measures : sequence of str
+        Outputs to measure, in the observation's order.
+    period : float, optional, s
+        Interval between decisions; the ground motion's sampling interval by default.
+    """
+
+    name = "policy"
+    title = "Policy"
+
+    def __init__(
+        self,
+        act: Callable[[NDArray], ArrayLike],
+        measures: Sequence[str],
+        period: float | None = None,
+    ) -> None:
+        super().__init__(period=period)
+        self._act, self._measures = act, tuple(measures)
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """Return the outputs that the function takes.
+
+        Parameters
+        ----------
+        belief : IsolatedStructure
+            Not needed.
+
+        Returns
+        -------
+        tuple of str
+        """
+        return self._measures
+
+    def reset(self, situation: Situation) -> None:
+        """Note the supply's limits.
+
+        Parameters
+        ----------
+        situation : Situation
+            With the limits.
+        """
+        self._low, self._high = situation.low, situation.high
+
+    def current(self, t: float, measurement: Any) -> NDArray:
+        """Ask the function.
+
+        Parameters
+        ----------
+        t : float, s
+            Not needed.
+        measurement : named tuple of float
+            What is measured, then the coil currents.
+
+        Returns
+        -------
+        numpy.ndarray, shape (1,) or (n_channels,), A
+            What the function gives, within the supply's limits.
+        """
+        given = self._act(np.array(measurement, np.float32))
+        return np.clip(np.asarray(given, float).ravel(), self._low, self._high)

@@ -1,0 +1,234 @@
+"""Suites of records: a folder, a list of files, or a download of PEER NGA-West2."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from ground_motions.errors import InputError
+from ground_motions.readers import READERS, read
+from ground_motions.readers.csv_file import acceleration_columns
+from ground_motions.readers.lines import read_lines
+from ground_motions.record import Record
+
+_SEARCH_RESULTS = "_SearchResults.csv"
+_SECTION = "-- Summary of Metadata of Selected Records --"
+_NUMBER, _FACTOR = "Record Sequence Number", "Scale Factor"
+_HORIZONTAL = ("Horizontal-1 Acc. Filename", "Horizontal-2 Acc. Filename")
+_VERTICAL = "Vertical Acc. Filename"
+
+
+@dataclass(frozen=True, eq=False)
+class SuiteRecord:
+    """A ground motion of a suite: one or two horizontal components of one recording.
+
+    Parameters
+    ----------
+    name : str
+        Short name, for tables.
+    components : tuple of Record
+        One horizontal component or two.
+    vertical : Record, optional
+        The vertical component, where there is one.
+    scale_factor : float
+        Factor that the search which found the record gives it, dimensionless.
+    """
+
+    name: str
+    components: tuple[Record, ...]
+    vertical: Record | None = None
+    scale_factor: float = 1.0
+
+    def scaled(self, factor: float) -> SuiteRecord:
+        """Return the record with all components times a factor.
+
+        Parameters
+        ----------
+        factor : float
+            Factor on the accelerations, dimensionless.
+
+        Returns
+        -------
+        SuiteRecord
+        """
+        vertical = None if self.vertical is None else self.vertical.scaled(factor)
+        scaled = tuple(each.scaled(factor) for each in self.components)
+        return SuiteRecord(self.name, scaled, vertical, self.scale_factor)
+
+
+def read_folder(folder: str | Path) -> list[SuiteRecord]:
+    """Read every record in a folder.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Unpacked download of PEER NGA-West2, with its ``_SearchResults.csv``; or files of records,
+        each a record of its own: AT2, and CSV whose one or two columns of acceleration are its
+        components.
+
+    Returns
+    -------
+    list of SuiteRecord
+        In the order of the search results, else by name.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, no record in it, or a file cannot be used.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(str(folder), "no folder", "a folder with files of records")
+    if (folder / _SEARCH_RESULTS).is_file():
+        return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name)
+    suffixes = {f".{name}" for name in READERS} - {".txt", ".dat"}
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in suffixes)
+    if not files:
+        raise InputError(
+            str(folder), "no file of a record", f"files {', '.join(sorted(suffixes))}"
+        )
+    return read_files(files)
+
+
+def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[SuiteRecord]:
+    """Read a list of records.
+
+    Parameters
+    ----------
+    files : sequence
+        A file for each record, or two files for its two horizontal components.
+
+    Returns
+    -------
+    list of SuiteRecord
+
+    Raises
+    ------
+    InputError
+        If a file cannot be used, or a record has more than two components.
+    """
+    records = []
+    for entry in files:
+        if isinstance(entry, str | Path):
+            path = Path(entry)
+            records.append(SuiteRecord(path.stem, _components(path)))
+        else:
+            if not 1 <= len(entry) <= 2:
+                raise InputError("files of a record", f"{len(entry)}", "1 or 2")
+            records.append(
+                SuiteRecord(Path(entry[0]).stem, tuple(read(each) for each in entry))
+            )
+    names = [record.name for record in records]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("records", f"two called {name}", "files with different names")
+    return records
+
+
+def read_peer(path: str | Path) -> list[SuiteRecord]:
+    """Read a download of the PEER NGA-West2 ground motion database.
+
+    Parameters
+    ----------
+    path : str or Path
+        The zip file: AT2 files and ``_SearchResults.csv``, which pairs the components and gives
+        the scale factors of the search.
+
+    Returns
+    -------
+    list of SuiteRecord
+        Named by their record sequence number, in the order of the search.
+
+    Raises
+    ------
+    InputError
+        If the file is no such download, or lacks a file that its search results name.
+    """
+    path = Path(path)
+    accepted = f"a zip file of PEER NGA-West2 with {_SEARCH_RESULTS}"
+    try:
+        archive = zipfile.ZipFile(path)
+    except FileNotFoundError:
+        raise InputError(str(path), "a file that does not exist", accepted) from None
+    except (OSError, zipfile.BadZipFile) as error:
+        raise InputError(str(path), f"no zip file ({error})", accepted) from None
+    with archive, tempfile.TemporaryDirectory() as folder:
+        # by their names alone: an archive cannot write outside the folder
+        inside = {PurePosixPath(name).name: name for name in archive.namelist()}
+        if _SEARCH_RESULTS not in inside:
+            raise InputError(str(path), f"no {_SEARCH_RESULTS} in it", accepted)
+
+        def unpacked(name: str) -> Path:
+            if name not in inside:
+                raise InputError(
+                    f"{path}, {_SEARCH_RESULTS}", f"{name}, which is not in the zip file",
+                    "the zip file with the time series",
+                )  # fmt: skip
+            file = Path(folder) / name
+            file.write_bytes(archive.read(inside[name]))
+            return file
+
+        return _search_results(unpacked(_SEARCH_RESULTS), unpacked)
+
+
+def _components(path: Path) -> tuple[Record, ...]:
+    """One component, or both columns of a CSV file with two."""
+    columns = acceleration_columns(path) if path.suffix.lower() == ".csv" else []
+    if len(columns) != 2:
+        return (read(path),)
+    return tuple(read(path, column=name) for name in columns)
+
+
+def _search_results(path: Path, found: Callable[[str], Path]) -> list[SuiteRecord]:
+    records = []
+    for place, row in _summary(path):
+        names = [row[key] for key in _HORIZONTAL]
+        vertical = row.get(_VERTICAL, "")
+        try:
+            factor = float(row[_FACTOR])
+        except ValueError:
+            raise InputError(f"{place}, {_FACTOR}", repr(row[_FACTOR]), "a number") from None
+        records.append(
+            SuiteRecord(
+                f"RSN{row[_NUMBER]}",
+                tuple(read(found(name)) for name in names if _is_file(name)),
+                read(found(vertical)) if _is_file(vertical) else None,
+                factor,
+            )
+        )
+    if not records:
+        raise InputError(f"{path}", "no record", f"rows below {_SECTION!r}")
+    return records
+
+
+def _is_file(name: str) -> bool:
+    """Whether a cell names a file; PEER writes dashes where a component is missing."""
+    return name.strip("- ") != ""
+
+
+def _summary(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Rows of the summary of a search, each with its place."""
+    lines = read_lines(path)
+    start = next((k for k, line in enumerate(lines) if _SECTION in line), None)
+    if start is None or start + 1 >= len(lines):
+        raise InputError(str(path), f"no section {_SECTION!r}", "search results of PEER NGA-West2")
+    names = [cell.strip() for cell in lines[start + 1].split(",")]
+    for key in (_NUMBER, _FACTOR, *_HORIZONTAL):
+        if key not in names:
+            raise InputError(f"{path}, line {start + 2}", f"no column {key!r}", "such a column")
+    for number, line in enumerate(lines[start + 2 :], start=start + 3):
+        if not line.strip():
+            return
+        (cells,) = csv.reader([line], skipinitialspace=True)
+        if len(cells) != len(names):
+            raise InputError(
+                f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
+            )
+        yield (
+            f"{path}, line {number}",
+            {name: cell.strip() for name, cell in zip(names, cells, strict=True)},
+        )

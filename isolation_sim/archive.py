@@ -1,0 +1,197 @@
+"""Results as one file of plain data: a tree in JSON and arrays, in a NumPy ``.npz`` file.
+
+Nothing in such a file is run when it is read: it names classes of this project, whose fields it
+gives, and laws and effects by their registered names. The same reductions serve ``pickle``.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import json
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .effects.effect import Effect
+from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
+from .effects.registry import EFFECTS, effect
+from .errors import Diverged, InputError
+from .io.atomic_write import atomic_write
+from .laws.law import Law
+from .laws.passive_switching import PassiveLaw, _passive_law
+from .laws.registry import LAWS
+from .version import __version__
+
+FILE = "result.npz"
+"""Name of the file in a folder of results."""
+_TREE = "tree.json"
+_PACKAGES = ("isolation_sim", "ground_motions", "controllers")
+_ERRORS: dict[str, type[Exception]] = {"Diverged": Diverged, "InputError": InputError}
+
+
+def save_archive(result: Any, path: str | Path) -> Path:
+    """Write a result, completely or not at all; return the file."""
+    arrays: dict[int, tuple[str, np.ndarray]] = {}
+    tree = {"software": f"isolation-sim {__version__}", "result": _encode(result, arrays)}
+    with atomic_write(path) as unfinished, unfinished.open("wb") as file:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            archive.writestr(_TREE, json.dumps(tree))
+            for name, array in arrays.values():
+                buffer = BytesIO()
+                np.lib.format.write_array(buffer, np.asarray(array), allow_pickle=False)
+                archive.writestr(f"{name}.npy", buffer.getvalue())
+    return Path(path)
+
+
+def load_archive(path: str | Path) -> Any:
+    """Read what `save_archive` wrote."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            tree = json.loads(archive.read(_TREE))
+            arrays: dict[str, np.ndarray] = {}
+            for name in archive.namelist():
+                if name.endswith(".npy"):
+                    array = np.lib.format.read_array(
+                        BytesIO(archive.read(name)), allow_pickle=False
+                    )
+                    array.flags.writeable = False
+                    arrays[name.removesuffix(".npy")] = array
+        return _decode(tree["result"], arrays)
+    except (OSError, KeyError, TypeError, AttributeError, ValueError, zipfile.BadZipFile) as error:
+        if isinstance(error, InputError):
+            raise InputError(f"{path}: {error}") from None
+        reason = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
+        raise InputError(
+            f"{path}: not a saved result ({reason}); expected: {FILE} of a results folder"
+        ) from None
+
+
+def _encode(value: Any, arrays: dict[int, tuple[str, np.ndarray]]) -> Any:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        # one that occurs twice is written once
+        name, _ = arrays.setdefault(id(value), (f"array_{len(arrays)}", value))
+        return {"$array": name}
+    if isinstance(value, list):
+        return [_encode(each, arrays) for each in value]
+    if isinstance(value, Mapping):
+        return {"$dict": [[_encode(k, arrays), _encode(v, arrays)] for k, v in value.items()]}
+    if isinstance(value, Path):
+        return {"$path": str(value)}
+    if isinstance(value, Diverged | InputError):
+        return {"$error": [type(value).__name__, str(value)]}
+    if isinstance(value, Law):
+        return {"$law": _encode(_law_recipe(value), arrays)}
+    if isinstance(value, Effect):
+        return {"$effect": [EFFECTS.called(value, value.cause), value.form]}
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return {"$tuple": [_encode(each, arrays) for each in value]}
+    kind = type(value)
+    if kind.__module__.partition(".")[0] not in _PACKAGES:
+        raise InputError(f"a result with {kind.__module__}.{kind.__name__} cannot be saved")
+    if isinstance(value, tuple):
+        state = value._asdict()  # type: ignore[attr-defined]
+    elif is_dataclass(value) and "__getstate__" not in vars(kind):
+        state = {each.name: getattr(value, each.name) for each in fields(value)}
+    else:
+        state = value.__getstate__()
+    return {
+        "$object": f"{kind.__module__}:{kind.__qualname__}",
+        "state": {key: _encode(each, arrays) for key, each in state.items()},
+    }
+
+
+def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    if isinstance(tree, list):
+        return [_decode(each, arrays) for each in tree]
+    if not isinstance(tree, dict):
+        return tree
+    if "$object" in tree:
+        return _object(tree["$object"], {k: _decode(v, arrays) for k, v in tree["state"].items()})
+    ((kind, content),) = tree.items()
+    if kind == "$array":
+        return arrays[content]
+    if kind == "$dict":
+        return {_decode(k, arrays): _decode(v, arrays) for k, v in content}
+    if kind == "$tuple":
+        return tuple(_decode(each, arrays) for each in content)
+    if kind == "$path":
+        return Path(content)
+    if kind == "$error":
+        return _ERRORS[content[0]](content[1])
+    if kind == "$law":
+        return law_of_recipe(*_decode(content, arrays))
+    if kind == "$effect":
+        return effect(*content)
+    raise KeyError(kind)
+
+
+def _object(place: str, state: dict[str, Any]) -> Any:
+    """An object of one of the project's classes, as it was when its state was taken."""
+    module, _, name = place.partition(":")
+    if module.partition(".")[0] not in _PACKAGES:
+        raise InputError(f"names {place}, which is none of the project's classes")
+    kind = getattr(import_module(module), name)
+    if not isinstance(kind, type):
+        raise InputError(f"names {place}, which is no class")
+    if hasattr(kind, "_fields"):
+        return kind(**state)
+    made: Any = object.__new__(kind)
+    if hasattr(kind, "__setstate__"):
+        made.__setstate__(state)
+        return made
+    for key, value in state.items():
+        object.__setattr__(made, key, value)
+    return made
+
+
+def _law_recipe(law: Law) -> tuple:
+    """How a law is found or made again: its kind, then what it takes."""
+    if isinstance(law, ExtendedLaw) and law.base is not None:
+        n_powers = 0
+        if law.breaks is not None:
+            n_inner = len(law.parameters) - len(_outer_parameters(law.effects))
+            n_powers = n_inner // (len(law.base.parameters) * (len(law.breaks) + 1))
+        return "extended", law.base, law.effects, law.breaks, n_powers
+    if isinstance(law, PassiveLaw) and law.plain is not None:
+        return "passive", law.plain, law.powers
+    own = law.name if law.name in LAWS and LAWS[law.name] is law else ""
+    name = LAWS.called(law, own)
+    if not name:
+        raise InputError(
+            f"law {law.name!r} has no name by which it is found again; expected: "
+            f"register('law', ...), or a place such as file.py:NAME"
+        )
+    return "named", name
+
+
+def law_of_recipe(kind: str, *parts: Any) -> Law:
+    """Find or make a law by what `_law_recipe` returned."""
+    makers: dict[str, Callable[..., Law]] = {
+        "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
+    }  # fmt: skip
+    return makers[kind](*parts)
+
+
+def _reduced_law(law: Law) -> tuple:
+    try:
+        return law_of_recipe, _law_recipe(law)
+    except InputError:  # a user's own: by its functions
+        return law.__reduce_ex__(2)  # type: ignore[return-value]
+
+
+copyreg.pickle(Law, _reduced_law)
+copyreg.pickle(ExtendedLaw, _reduced_law)
+copyreg.pickle(PassiveLaw, _reduced_law)
+copyreg.pickle(
+    Effect, lambda one: (effect, (EFFECTS.called(one, one.cause), one.form))
+)

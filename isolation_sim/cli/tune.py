@@ -1,0 +1,119 @@
+"""The command ``isolation-sim tune``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from .common_options import AsJson, Quiet, examples, progress
+
+EXAMPLES = examples(
+    "isolation-sim tune clipped_lqr --out my_tuning",
+    "isolation-sim tune clipped_lqr --out my_tuning --resume",
+    "isolation-sim tune my_controllers.py:Outwards --scenario my_scenario.toml",
+    "isolation-sim tune on_off --fix rule=skyhook --motions mixture:40 --unseen my_records",
+    "isolation-sim tune fuzzy --criterion peak_drift_m=1 --criterion rms_drift_m=0.5",
+)
+
+
+def tune(
+    controller: Annotated[
+        str, typer.Argument(help="isolation-sim list controllers, or file.py:CLASS.")
+    ],
+    scenario: Annotated[
+        Path | None,
+        typer.Option(help="Plant, driver and sensors: a scenario; the main job's by default."),
+    ] = None,
+    motions: Annotated[
+        str,
+        typer.Option(help="Tune on: mixture, mixture:COUNT, scenario, or a folder of records."),
+    ] = "mixture",
+    unseen: Annotated[
+        list[str] | None,
+        typer.Option(help="Judge by, as --motions; may be repeated. Another mixture by default."),
+    ] = None,
+    criterion: Annotated[
+        list[str] | None,
+        typer.Option(help="Criterion and weight, as peak_drift_m=1; may be repeated."),
+    ] = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option(help="Setting to tune; may be repeated. All with a search range by default."),
+    ] = None,
+    fix: Annotated[
+        list[str] | None,
+        typer.Option(help="Setting to hold, as rule=skyhook; may be repeated."),
+    ] = None,
+    evaluations: Annotated[int, typer.Option(help="Candidates at most.")] = 400,
+    seed: Annotated[int, typer.Option(help="Of search, mixtures and intervals.")] = 0,
+    pga_g: Annotated[
+        float | None, typer.Option(help="Peak to scale the records of folders to, g.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Results folder; results/tune-NAME if none.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with what was begun in the folder.")
+    ] = False,
+    threads: Annotated[
+        int | None, typer.Option(help="Threads; one a processor by default.")
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Tune a controller on some motions and judge it on others."""
+    from ..io.results_folder import file_name
+    from ..reports.console import standard_console
+    from ..tuning.tune import tune as run_tune
+
+    folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
+    given: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
+    try:
+        with progress(quiet, evaluations) as step:
+            result = run_tune(
+                controller, scenario, motions=motions, **given,
+                criteria=_weights(criterion) if criterion else None, settings=setting,
+                fixed=dict(_pair(text, "--fix", "rule=skyhook") for text in fix or ()),
+                evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,
+                threads=threads, progress=step,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)
+        raise typer.Exit(130) from None
+    if as_json:
+        print(json.dumps(result.report(), indent=2))
+    elif not quiet:
+        console = standard_console()
+        for table in result.tables():
+            console.print(table)
+        for line in result.verdict():
+            print(line)
+    where = sys.stderr if as_json else sys.stdout
+    print(f"tuned controller: {folder / 'controller.toml'}", file=where)
+    print(f"report: {folder / 'report.html'}", file=where)
+
+
+def _pair(text: str, option: str, example: str) -> tuple[str, Any]:
+    """A name and a value: a number, true or false where it looks like one, else a word."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise InputError(f"{option} {text}: accepted: a name and a value, such as {example}")
+    try:
+        return name, json.loads(value)
+    except ValueError:
+        return name, value
+
+
+def _weights(texts: list[str]) -> dict[str, float]:
+    pairs = dict(_pair(text, "--criterion", "peak_drift_m=1") for text in texts)
+    for name, weight in pairs.items():
+        if isinstance(weight, bool) or not isinstance(weight, int | float):
+            raise InputError(
+                f"--criterion {name}={weight}: accepted: a number, as {name}=1"
+            )
+    return pairs

@@ -1,0 +1,1 @@
+"""Written out for other programs: C for the laboratory."""

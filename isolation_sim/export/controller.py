@@ -1,0 +1,262 @@
+"""A controller in C99: decision, observer and current map, from the text that Numba compiles."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from dataclasses import dataclass
+from functools import partial
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError, unknown_name
+from ..simulation.control import CoilDriver, CompiledDecision, Sensors, Situation
+from ..simulation.run import prepared, simulate
+from .c_text import CText
+
+if TYPE_CHECKING:
+    from ..scenario.job import Job
+
+
+@dataclass(frozen=True)
+class Decided:
+    """A controller's compiled decision in a scenario, and what it was told.
+
+    Attributes
+    ----------
+    name : str
+        Of the controller, as an identifier of C.
+    title : str
+        What it is, for comments.
+    compiled : CompiledDecision
+        Constants, and memory at the start.
+    text : str
+        Source of the compiled module.
+    situation : Situation
+        With the measured outputs, the period and the limits of the currents.
+    """
+
+    name: str
+    title: str
+    compiled: CompiledDecision
+    text: str
+    situation: Situation
+
+    @property
+    def entered(self) -> str:
+        """Function of the module that decides."""
+        functions = [n for n in ast.parse(self.text).body if isinstance(n, ast.FunctionDef)]
+        call = functions[-1].body[-1]
+        assert isinstance(call, ast.Expr) and isinstance(call.value, ast.Call)
+        return ast.unparse(call.value.func)
+
+
+def decided(job: Job, label: str) -> Decided:
+    """Prepare a scenario's controller as for a run.
+
+    Parameters
+    ----------
+    job : Job
+        Of the scenario.
+    label : str
+        Controller, by the name to print.
+
+    Returns
+    -------
+    Decided
+
+    Raises
+    ------
+    InputError
+        If the scenario has no such controller, or it has no compiled decision.
+    """
+    if label not in job.controllers:
+        raise unknown_name("controller of the scenario", label, job.controllers)
+    controller, options = job.controllers[label], dict(job.options)
+    sensors = options.get("sensors") or Sensors()
+    lane = prepared(
+        job.isolated, job.records, controller, options.get("belief"),
+        options.get("driver") or CoilDriver(),
+        (sensors.delay, options.get("computation_delay", 0.0)),
+        partial(simulate, job.isolated, job.records, **options),
+    )  # fmt: skip
+    if lane.schedule is not None:
+        raise InputError(
+            f"{label} is an open loop, whose currents are known before; accepted: a controller "
+            "that decides by what it measures"
+        )
+    if lane.compiled is None or not isinstance(lane.compiled.keep, ModuleType):
+        raise InputError(
+            f"{label} has no compiled decision to write out; accepted: a "
+            "controllers.compiled.CompiledController, such as on_off or clipped_lqg"
+        )
+    name = re.sub(r"\W", "_", label)
+    name = f"_{name}" if name[0].isdigit() else name
+    title = f"{getattr(controller, 'title', '') or label}, {job.isolated.structure.name}"
+    text = inspect.getsource(lane.compiled.keep)
+    return Decided(name, title, lane.compiled, text, lane.situation)
+
+
+def controller_files(job: Job, label: str) -> dict[str, str]:
+    """Write a scenario's controller as C99.
+
+    Parameters
+    ----------
+    job : Job
+        Of the scenario.
+    label : str
+        Controller, by the name to print.
+
+    Returns
+    -------
+    dict of str to str
+        Text by file name: ``<name>.h`` and ``<name>.c``, and ``<name>_run.c``, a program that reads
+        measurements from standard input, writes commands, and says how long a step takes at most.
+
+    Raises
+    ------
+    InputError
+        If the scenario has no such controller, or it has no form in C.
+    """
+    found = decided(job, label)
+    return {
+        f"{found.name}.h": _header(found),
+        f"{found.name}.c": _source(found),
+        f"{found.name}_run.c": RUN.replace("NAME", found.name),
+    }
+
+
+def numbers(values: np.ndarray) -> str:
+    """Numbers as C text, a few a line; a zero where there are none, for C has no empty array."""
+    texts = [repr(float(v)).replace("inf", "INFINITY").replace("nan", "NAN") for v in values]
+    rows = [", ".join(texts[k : k + 4]) for k in range(0, len(texts), 4)]
+    return ",\n    ".join(rows) or "0.0"
+
+
+def _header(found: Decided) -> str:
+    name, situation = found.name, found.situation
+    low, high = situation.low, situation.high
+    n_outputs, n_coils = len(situation.outputs), len(low)
+    measured = [f" *   measured[{k}]: {output}" for k, output in enumerate(situation.outputs)]
+    commands = [
+        f" *   command[{c}]: current of coil {c}, A, {low[c]:g} to {high[c]:g}"
+        for c in range(n_coils)
+    ]
+    return "\n".join([
+        f"/* {found.title}. Written by isolation-sim; do not edit.",
+        " *",
+        f" * Call {name}_init once, then {name}_step every {situation.period:g} s, with the time",
+        " * in s from the first call, and:",
+        " *",
+        *measured,
+        *commands,
+        " *",
+        " * Nothing is allocated, and nothing is kept but in the state that you hand over. */",
+        f"#ifndef {name.upper()}_H",
+        f"#define {name.upper()}_H",
+        "",
+        f"#define {name}_PERIOD {situation.period!r}",
+        f"#define {name}_N_MEASURED {n_outputs}",
+        f"#define {name}_N_COMMANDS {n_coils}",
+        "",
+        f"typedef struct {{ double memory[{max(len(found.compiled.memory), 1)}]; }} {name}_state;",
+        "",
+        f"void {name}_init({name}_state *state);",
+        f"void {name}_step({name}_state *state, double t, const double *measured, "
+        "double *command);",
+        "",
+        "#endif",
+        "",
+    ])  # fmt: skip
+
+
+def _source(found: Decided) -> str:
+    name, compiled, situation = found.name, found.compiled, found.situation
+    module = CText(found.text, name)
+    decide, _ = module.function(found.entered, ["d", "a", "a", "a", "a"])
+    n_settings, n_memory, n_coils = len(compiled.settings), len(compiled.memory), len(situation.low)
+    arrays = {"SETTINGS": compiled.settings, "AT_REST": compiled.memory,
+              "LOW": situation.low, "HIGH": situation.high}  # fmt: skip
+    constants = [
+        f"static const double {key}[{max(len(values), 1)}] = {{\n    {numbers(values)}\n}};"
+        for key, values in arrays.items()
+    ]
+    return "\n".join([
+        f"/* {found.title}. Written by isolation-sim; do not edit. */",
+        f'#include "{name}.h"',
+        "",
+        "#include <math.h>",
+        "",
+        module.definitions(),
+        *constants,
+        "",
+        f"void {name}_init({name}_state *state)",
+        "{",
+        f"    for (int k = 0; k < {max(n_memory, 1)}; ++k)",
+        "        state->memory[k] = AT_REST[k];",
+        "}",
+        "",
+        "/* Settings and measurements are read only: the casts are for a type that serves all. */",
+        f"void {name}_step({name}_state *state, double t, const double *measured, double *command)",
+        "{",
+        f"    array seen = {{0, {len(situation.outputs)}}}, settings = {{0, {n_settings}}};",
+        f"    array memory = {{0, {n_memory}}}, wanted = {{0, {n_coils}}};",
+        "    seen.p = (double *)measured;",
+        "    settings.p = (double *)SETTINGS;",
+        "    memory.p = state->memory;",
+        "    wanted.p = command;",
+        f"    {decide}(t, seen, settings, memory, wanted);",
+        f"    for (int c = 0; c < {n_coils}; ++c) {{",
+        "        /* also of what is not a number */",
+        "        if (!(command[c] >= LOW[c]))",
+        "            command[c] = LOW[c];",
+        "        else if (command[c] > HIGH[c])",
+        "            command[c] = HIGH[c];",
+        "    }",
+        "}",
+        "",
+    ])  # fmt: skip
+
+
+RUN = """\
+/* Read the time (s) and the measurements of one step a line, write its commands (A), and say on
+ * standard error how long a step takes at most: the mean of REPEATS, at the worst line. */
+#include <stdio.h>
+#include <time.h>
+
+#include "NAME.h"
+
+#define REPEATS 100
+
+int main(void)
+{
+    NAME_state state, trial;
+    double t, measured[NAME_N_MEASURED], command[NAME_N_COMMANDS], worst = 0.0;
+    long steps = 0;
+
+    NAME_init(&state);
+    while (scanf("%lf", &t) == 1) {
+        clock_t begun;
+        double took;
+        for (int k = 0; k < NAME_N_MEASURED; ++k)
+            if (scanf("%lf", &measured[k]) != 1)
+                return 2;
+        begun = clock();
+        for (int k = 0; k < REPEATS; ++k) {
+            trial = state;
+            NAME_step(&trial, t, measured, command);
+        }
+        took = (double)(clock() - begun) / CLOCKS_PER_SEC / REPEATS;
+        worst = took > worst ? took : worst;
+        state = trial;
+        for (int c = 0; c < NAME_N_COMMANDS; ++c)
+            printf("%.17g%c", command[c], c + 1 < NAME_N_COMMANDS ? ' ' : '\\n');
+        ++steps;
+    }
+    fprintf(stderr, "%ld steps, at most %.3g us a step\\n", steps, 1e6 * worst);
+    return 0;
+}
+"""

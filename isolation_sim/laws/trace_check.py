@@ -1,0 +1,132 @@
+"""Whether a user's law can be traced, and which line stands in the way."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import linecache
+import textwrap
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .emit import symbols
+from .law import Law
+
+_INSTEAD = {
+    "if": "a comparison as a multiplier, such as (x > 0) * k * x",
+    "and, or, not": "products of comparisons, such as (x > 0) * (v > 0)",
+    "max": "np.fmax(a, b), or (a + b + np.fabs(a - b)) / 2",
+    "min": "np.fmin(a, b), or (a + b - np.fabs(a - b)) / 2",
+    "abs": "np.fabs(x)",
+    "math": "the NumPy function of the same name",
+    "where": "a comparison as a multiplier, such as (x > 0) * a + (x <= 0) * b",
+    "clip": "np.fmin(np.fmax(x, low), high)",
+}
+_CALLS = {
+    "max": "max", "maximum": "max", "min": "min", "minimum": "min", "abs": "abs",
+    "absolute": "abs", "where": "where", "clip": "clip",
+}  # fmt: skip
+_POINTS = 5
+
+
+@lru_cache(maxsize=256)
+def check_traceable(law: Law) -> None:
+    """Refuse a law outside this package whose functions CasADi cannot follow, naming the line."""
+    functions = {"force": law.force, "rates": law.rates, "stored_energy": law.stored_energy}
+    own = {name: f for name, f in functions.items() if f is not None and not _is_ours(f)}
+    for name, function in own.items():
+        _check(law, name, function)
+
+
+def _is_ours(function: Callable[..., Any]) -> bool:
+    return getattr(function, "__module__", "").partition(".")[0] == __name__.partition(".")[0]
+
+
+def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
+    import casadi
+
+    states, parameters = law.state_names, law.parameter_names
+    with_velocity = name != "stored_energy"
+    variables = symbols(["x", *["v"] * with_velocity, *states, *parameters])
+    n = 1 + with_velocity
+
+    def arguments(values: Any) -> tuple:
+        return *values[:n], tuple(values[n : n + len(states)]), tuple(values[n + len(states) :])
+
+    try:
+        traced = casadi.SX(casadi.vertcat(*_listed(function(*arguments(variables)))))
+        compiled = casadi.Function("law", variables, [traced])
+    except Exception as error:
+        raise _refused(law, name, function, error) from None
+    random = np.random.default_rng(0)
+    for _ in range(_POINTS):
+        point = random.uniform(-1, 1, len(variables))
+        point[n + len(states) :] = [_inside(q, random) for q in law.parameters]
+        with np.errstate(all="ignore"):
+            direct = np.array(_listed(function(*arguments([*point]))), float).ravel()
+        found = np.array(compiled(*point)).ravel()
+        if not np.allclose(found, direct, rtol=1e-9, atol=0.0, equal_nan=True):
+            raise _refused(law, name, function, None)
+
+
+def _inside(quantity: Any, random: np.random.Generator) -> float:
+    low = quantity.lower if np.isfinite(quantity.lower) else -1.0
+    high = quantity.upper if np.isfinite(quantity.upper) else low + 2.0
+    return float(random.uniform(low, high))
+
+
+def _listed(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, tuple | list) else [value]
+
+
+def _refused(
+    law: Law, name: str, function: Callable[..., Any], error: Exception | None
+) -> InputError:
+    """The line that cannot be traced, and what to write in its place."""
+    place, line, instead = _suspect(function)
+    if not place:
+        reason = "other numbers than with NumPy" if error is None else type(error).__name__
+        return InputError(
+            f"law {law.name!r}: {name} cannot be traced ({reason}); expected: + - * / **, "
+            "comparisons as multipliers and NumPy's elementary functions"
+        )
+    return InputError(
+        f"law {law.name!r}: {place}: {line!r} cannot be traced in {name}; expected: {instead}"
+    )
+
+
+def _suspect(function: Callable[..., Any]) -> tuple[str, str, str]:
+    """Place, text and remedy of the first line with something that cannot be traced."""
+    try:
+        text, first = inspect.getsourcelines(function)
+        tree = ast.parse(textwrap.dedent("".join(text)))
+    except (OSError, TypeError, SyntaxError):
+        return "", "", ""
+    file = inspect.getsourcefile(function) or "?"
+    for number, what in sorted(_found(tree)):
+        at = first + number - 1
+        return f"{file}:{at}", linecache.getline(file, at).strip(), _INSTEAD[what]
+    return "", "", ""
+
+
+def _found(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If | ast.IfExp | ast.While):
+            yield node.lineno, "if"
+        elif isinstance(node, ast.BoolOp) or (
+            isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
+        ):
+            yield node.lineno, "and, or, not"
+        elif isinstance(node, ast.Call):
+            called = node.func
+            if isinstance(called, ast.Name) and called.id in _CALLS:
+                yield node.lineno, _CALLS[called.id]
+            elif isinstance(called, ast.Attribute):
+                if isinstance(called.value, ast.Name) and called.value.id == "math":
+                    yield node.lineno, "math"
+                elif called.attr in _CALLS:
+                    yield node.lineno, _CALLS[called.attr]

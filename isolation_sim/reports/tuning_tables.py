@@ -1,0 +1,98 @@
+"""Tables of a tuning: its settings, and what they gain on each set of motions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ..tuning.tuning import Tuning
+
+Texts = tuple[list[str], list[list[str]]]
+"""Headings and rows."""
+
+
+def settings_texts(tuning: Tuning) -> Texts:
+    """Settings before and after the tuning, with their ranges and sensitivities.
+
+    Parameters
+    ----------
+    tuning : Tuning
+        A finished tuning.
+
+    Returns
+    -------
+    headings : list of str
+    rows : list of list of str
+        A row a setting.
+    """
+    headings = ["setting", "unit", "from", "to", "before", "tuned", "largest loss over the range"]
+    rows = []
+    for name, one in tuning.content["settings"].items():
+        scores = tuning.sensitivity[name][1]
+        tuned = tuning.best.settings.get(name, one["present"])
+        rows.append([
+            name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _told(one["present"]),
+            _told(tuned), f"{max(scores) - tuning.best.mean:.3f}",
+        ])  # fmt: skip
+    return headings, rows
+
+
+def gains_texts(tuning: Tuning) -> Texts:
+    """Mean scores before and after, and gains, with 95 % intervals.
+
+    Parameters
+    ----------
+    tuning : Tuning
+        A finished tuning.
+
+    Returns
+    -------
+    headings : list of str
+    rows : list of list of str
+        A row a set of motions.
+    """
+    headings = ["motions", "before", "tuned", "gain", "better than constant in"]
+    rows = []
+    for judged in tuning.judged:
+        means = judged.means
+        counted = f"{judged.better} of {len(judged.motions)}"
+        rows.append([judged.name, *(str(means[key]) for key in means), counted])
+    return headings, rows
+
+
+def tuning_tables(tuning: Tuning) -> list[Table]:
+    """Lay the tables out for the terminal.
+
+    Parameters
+    ----------
+    tuning : Tuning
+        A finished tuning.
+
+    Returns
+    -------
+    list of rich.table.Table
+    """
+    from rich.table import Table
+
+    tables = []
+    for title, (headings, rows) in (
+        (f"Settings of {tuning.controller}", settings_texts(tuning)),
+        ("Mean score, 95 % interval: J minus that of the best constant current",
+         gains_texts(tuning)),
+    ):  # fmt: skip
+        table = Table(
+            title=title, title_justify="left", title_style="bold", box=None,
+            header_style="bold", pad_edge=False,
+        )  # fmt: skip
+        for k, heading in enumerate(headings):
+            table.add_column(heading, justify="right" if k else "left", overflow="fold")
+        for row in rows:
+            table.add_row(*row)
+        tables.append(table)
+    return tables
+
+
+def _told(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, int | float) else "by itself"

@@ -1,0 +1,378 @@
+"""A plant that is driven step by step from outside: by a learner, a laboratory, another program."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ground_motions import Record
+
+from ..errors import InputError
+from ..structures import IsolatedStructure
+from . import kernel
+from .control import CoilDriver, Sensors, Situation
+from .outputs import output_names
+from .plan import Plan
+from .run import check_options, prepared
+
+
+class Outside:
+    """Stands where a run has its controller: the currents come from outside."""
+
+    name = "simulator"
+    foresight = 0.0
+
+    def __init__(self, period: float | None, measures: tuple[str, ...]):
+        self.period, self._measures = period, measures
+
+    def prepare(self, situation: Situation, trial: Any) -> None:
+        """Nothing to prepare."""
+
+    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+        """What the caller wants measured."""
+        return self._measures
+
+    def schedule(self, situation: Situation) -> None:
+        """Nothing is known before."""
+
+    def compiled(self, situation: Situation) -> None:
+        """The caller decides."""
+
+    def reset(self, situation: Situation) -> None:
+        """Nothing to forget."""
+
+    def current(self, t: float, measurement: Any) -> Any:
+        """Never called."""
+        raise NotImplementedError
+
+
+class Simulator:
+    """A plant that is simulated step by step.
+
+    It is `simulate` turned inside out: the same compiled integration, sensors, timing and coil
+    driver, and so the same bits, but the currents come from the caller, and the ground motion may.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    ground : Record or sequence of Record, optional
+        Ground acceleration, m/s^2, one record a direction; without it every step is given its
+        ground acceleration, and ``period`` and ``duration`` are needed.
+    period : float, optional
+        Length of a step, s; the record's sampling interval by default.
+    duration : float, optional
+        Longest simulated time without a record, s.
+    dt : float, optional
+        Sampling interval of the ground motion without a record, s; ``period`` by default, of which
+        it must be a whole part.
+    measures : sequence of str, optional
+        Outputs to measure, such as ``"base_displacement_m"``; all by default.
+    driver : CoilDriver, optional
+        Lag, slew, limits and step of the coils; ideal by default.
+    sensors : Sensors, optional
+        Noise, delay, dropout and sampling of the measurements; ideal by default.
+    computation_delay : float, default 0, s
+        Time from the start of a step to the beginning of its command.
+    tolerance : float, default 1e-6
+        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
+    current_outside : {"refuse", "clamp"}
+        What to do with a current outside the driver's limits: an error, or the nearest limit.
+
+    Attributes
+    ----------
+    isolated : IsolatedStructure
+        The plant.
+    measures : tuple of str
+        Names of what a measurement holds: the outputs, then the coil currents.
+    low, high : numpy.ndarray, shape (n_channels,), A
+        Limits of the coil currents.
+    period : float, s
+        Length of a step.
+    n_steps : int
+        Steps from the start to the end.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
+
+    Notes
+    -----
+    The memory for all steps, about a kilobyte a step for a building of six degrees of freedom, is
+    taken at the start, so that no step waits for any.
+
+    Examples
+    --------
+    >>> import isolation_sim as iso
+    >>> from ground_motions import el_centro_1940
+    >>> building = iso.reference_building().on(iso.reference_isolators())
+    >>> simulator = iso.Simulator(building, el_centro_1940(), measures=["base_velocity_m_s"])
+    >>> measurement = simulator.reset()
+    >>> while not simulator.done:
+    ...     measurement = simulator.step(1.0 if measurement.base_velocity_m_s > 0 else 0.0)
+    """
+
+    def __init__(
+        self,
+        isolated: IsolatedStructure,
+        ground: Record | Sequence[Record] | None = None,
+        *,
+        period: float | None = None,
+        duration: float | None = None,
+        dt: float | None = None,
+        measures: Sequence[str] | None = None,
+        driver: CoilDriver | None = None,
+        sensors: Sensors | None = None,
+        computation_delay: float = 0.0,
+        tolerance: float = 1e-6,
+        current_outside: str = "refuse",
+    ):
+        check_options(tolerance, current_outside, computation_delay)
+        self.isolated = isolated
+        self._given_ground = ground is None
+        if ground is None:
+            records: tuple[Record, ...] = still_ground(isolated, period, duration, dt)
+        else:
+            for name, value in (("duration", duration), ("dt", dt)):
+                if value is not None:
+                    raise InputError(f"{name} is {value} s; accepted: none beside a record")
+            records = (ground,) if isinstance(ground, Record) else tuple(ground)
+        first = records[0]
+        self.period = first.dt if period is None else float(period)
+        names = output_names(isolated) if measures is None else tuple(measures)
+        self._sensors, self._delay = sensors or Sensors(), computation_delay
+        self._tolerance, self._clamp = tolerance, current_outside == "clamp"
+        outside = Outside(self.period, names)
+        delays = self._sensors.delay, computation_delay
+        if self.period > 0:
+            self.n_steps = int(np.ceil(first.duration / self.period * (1 - 1e-12)))
+            # the ground rests behind the record: the last step ends in a measurement, too
+            rest = int(self.n_steps * self.period / first.dt * (1 + 1e-9)) + 2 - len(first)
+            records = tuple(
+                replace(r, acceleration=np.append(r.acceleration, np.zeros(max(rest, 0))))
+                for r in records
+            )
+        self._lane = prepared(
+            isolated, records, outside, None, driver or CoilDriver(), delays, None
+        )
+        situation = self._lane.situation
+        self.measures, self.low, self.high = situation.outputs, situation.low, situation.high
+        self._measurement: Any = namedtuple("Measurement", self.measures)  # type: ignore[misc]
+        self._width = len(self._lane.coils)
+        self._seed: int | None = None
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        """Time at the end of the last step, s."""
+        return self._k * self.period
+
+    @property
+    def done(self) -> bool:
+        """Whether the last step has been taken."""
+        return self._k >= self.n_steps
+
+    def reset(self, seed: int | None = None, ground_acceleration: ArrayLike = 0.0) -> Any:
+        """Put the plant to rest at time 0.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Seed of the sensors' noise and dropout; the last one by default, at first the sensors'.
+        ground_acceleration : float or array_like, shape (n_directions,), default 0, m/s^2
+            At time 0; only without a record.
+
+        Returns
+        -------
+        named tuple of float
+            The measurement at time 0; see ``measures``.
+
+        Raises
+        ------
+        InputError
+            If an argument cannot be used.
+        """
+        if seed is None:
+            seed = self._sensors.seed if self._seed is None else self._seed
+        if seed != self._seed:
+            self._seed = seed
+            sensors = replace(self._sensors, seed=seed)
+            self._plan = Plan([self._lane], sensors, self._delay, alike=True)
+            self._measured_for = self._plan.sensing.measured_for.tolist()
+        plan = self._plan
+        self._work = plan.workspace(self._tolerance, self._clamp, record_steps=False)
+        if self._given_ground:
+            self._work.ground[0, :, 0] = self._checked_ground(ground_acceleration, 1)
+        elif np.any(ground_acceleration):
+            raise InputError("ground_acceleration is given; accepted: none beside a record")
+        with kernel.compiling(plan.module):
+            self._integrate = self._work.integrator()
+            self._integrate()
+        # of each step: the grid points at its start and its end
+        decisions = np.flatnonzero(self._work.grid.events[:, 1] >= 0)
+        self._windows = decisions[: self.n_steps + 1]
+        self._points = self._work.grid.windows[self._windows, 0].tolist()
+        self._k = 0
+        return self._measure()
+
+    def step(self, current: ArrayLike, ground_acceleration: ArrayLike | None = None) -> Any:
+        """Simulate one period.
+
+        Parameters
+        ----------
+        current : float or array_like, shape (n_channels,), A
+            Command from now on: one current for all coils, or one a coil.
+        ground_acceleration : float or array_like, optional, m/s^2
+            Without a record: at the step's end, shape (n_directions,), or at all samples of the
+            ground motion after its start, shape (n_samples, n_directions). It is linear between.
+
+        Returns
+        -------
+        named tuple of float
+            The measurement at the end of the step; see ``measures``.
+
+        Raises
+        ------
+        InputError
+            If the last step has been taken, a current is refused, or an argument cannot be used.
+        Diverged
+            If the response leaves the range of numbers or of the law; with the time and the cause.
+        """
+        k, work = self._k, self._work
+        if k >= self.n_steps:
+            raise InputError(f"the last step, to {self.time:.4g} s, has been taken; reset() begins")
+        try:
+            work.chosen[k, 0, : self._width] = current
+        except (TypeError, ValueError):
+            raise InputError(
+                f"current is {current!r} A; accepted: one number, or {self._width}, one a coil"
+            ) from None
+        if self._given_ground:
+            self._put_ground(ground_acceleration)
+        elif ground_acceleration is not None:
+            raise InputError("ground_acceleration is given; accepted: none beside a record")
+        self._integrate()
+        if work.alive[0] != self._plan.module.ALIVE:
+            self._k = self.n_steps
+            fate = self._plan.fate(work, 0)
+            assert fate is not None
+            raise fate
+        # what is kept of short steps is read by nobody here
+        work.step_count[0] = 0
+        self._k = k + 1
+        return self._measure()
+
+    def _measure(self) -> Any:
+        row = self._work.measured[self._measured_for[self._k], 0, : len(self.measures)]
+        return self._measurement._make(row.tolist())
+
+    def _put_ground(self, given: ArrayLike | None) -> None:
+        """Write a step's ground acceleration to its grid points."""
+        if given is None:
+            raise InputError(
+                "ground_acceleration is missing; accepted: a number, m/s^2, as there is no record"
+            )
+        first, last = self._points[self._k], self._points[self._k + 1]
+        dt = self._lane.records[0].dt
+        n = round(self.period / dt)
+        ground, rows = self._work.ground[:, :, 0], self._checked_ground(given, n)
+        if last - first == n:
+            ground[first + 1 : last + 1] = rows
+            return
+        # instants between the samples: of sensors, of a delayed command
+        samples = (self._k * n + np.arange(n + 1)) * dt
+        for column, values in zip(ground.T, rows.T, strict=True):
+            known = np.append(column[first], values)
+            times = self._work.grid.time[first + 1 : last + 1]
+            column[first + 1 : last + 1] = np.interp(times, samples, known)
+        grid_samples = self._work.grid.samples
+        ground[grid_samples[self._k * n + 1 : (self._k + 1) * n + 1]] = rows
+
+    def _checked_ground(self, given: ArrayLike, n_samples: int) -> NDArray:
+        """Ground acceleration at a step's samples, (n_samples, n_directions)."""
+        n_directions = self._work.ground.shape[1]
+        rows = np.asarray(given, float)
+        if rows.size != n_samples * n_directions or not np.isfinite(rows).all():
+            raise InputError(
+                f"ground_acceleration is {given!r}; accepted: finite numbers, shape ({n_samples}, "
+                f"{n_directions}): one a sample and direction, m/s^2"
+            )
+        return rows.reshape(n_samples, n_directions)
+
+    @property
+    def state(self) -> dict[str, NDArray]:
+        """All that the next steps depend on; assigning it continues from there, to the same bits.
+
+        A dictionary of arrays, so that ``np.savez(path, **simulator.state)`` keeps it and
+        ``simulator.state = np.load(path)`` brings it back, in another process too. The other
+        simulator must be built from the same arguments.
+        """
+        work, grid = self._work, self._work.grid
+        window, point = self._windows[self._k], self._points[self._k]
+        taken, begun = self._so_far(window)
+        row = len(work.z) // (len(grid.time) + 2)
+        return {
+            "k": np.array([self._k, self._seed or 0, taken, begun]),
+            "grid": np.array([self.period, *grid.time[[-1]], len(grid.time)]),
+            "measured": work.measured[self._measured_for[self._k] : taken].copy(),
+            "chosen": work.chosen[begun : self._k].copy(),
+            "z": work.z[point * row : (point + 1) * row].copy(),
+            "states": work.states[point].copy(),
+            "command": work.command[point].copy(),
+            "ground": work.ground[point].copy(),
+            "position": work.position.copy(),
+            **{name: array.copy() for name, array in work.carried().items()},
+        }
+
+    @state.setter
+    def state(self, given: Mapping[str, NDArray]) -> None:
+        own = self.state
+        alike = set(own) == set(given) and np.array_equal(own["grid"], given["grid"])
+        free = ("measured", "chosen")
+        if not alike or any(own[n].shape[n in free :] != given[n].shape[n in free :] for n in own):
+            raise InputError(
+                "state is of another simulator; accepted: one that was built from the same "
+                "plant, ground motion and options"
+            )
+        k, seed, taken, begun = (int(number) for number in given["k"])
+        if seed != self._seed:
+            self.reset(seed)
+        self._k, work, point = k, self._work, self._points[k]
+        row = len(given["z"])
+        work.measured[self._measured_for[k] : taken] = given["measured"]
+        work.chosen[begun:k] = given["chosen"]
+        work.z[point * row : (point + 1) * row] = given["z"]
+        work.states[point], work.command[point] = given["states"], given["command"]
+        work.ground[point] = given["ground"]
+        work.step_count[0] = 0
+        work.position[:] = given["position"]
+        for name, array in work.carried().items():
+            array[...] = given[name]
+
+    def _so_far(self, window: int) -> tuple[int, int]:
+        """Measurements taken and commands begun when a decision is due at a window's start."""
+        events = self._work.grid.events
+        return int(events[: window + 1, 0].max()) + 1, int(events[:window, 2].max(initial=-1)) + 1
+
+
+def still_ground(
+    isolated: IsolatedStructure, period: float | None, duration: float | None, dt: float | None
+) -> tuple[Record, ...]:
+    """Records at rest, one a direction, whose place a caller's ground acceleration takes."""
+    for name, value in (("period", period), ("duration", duration)):
+        if value is None or not 0 < value < np.inf:
+            raise InputError(f"{name} is {value}; accepted without a record: a time above 0 s")
+    assert period is not None and duration is not None
+    dt = period if dt is None else dt
+    parts = round(period / dt) if dt > 0 else 0
+    if parts < 1 or abs(parts * dt - period) > 1e-9 * period:
+        raise InputError(f"dt is {dt} s; accepted: a whole part of the period, {period} s")
+    n = int(np.ceil(duration / period * (1 - 1e-12))) * parts + 1
+    still = Record(np.zeros(max(n, 2)), dt, name="given step by step")
+    return (still,) * len(isolated.structure.directions)

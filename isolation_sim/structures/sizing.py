@@ -1,0 +1,218 @@
+"""Periods, damping and scales of an isolated structure, and whether they can be right.
+
+``Structure`` and ``IsolatedStructure`` stand on this file and are not imported here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..laws.current_dependence import CurrentDependence
+from ..laws.device import Device
+from .modes import undamped_modes
+
+DISPLACEMENT_PER_PERIOD = 0.04
+"""Design displacement over target period where none is given, m/s: 80 mm at 2 s, as the reference
+isolators."""
+FIXED_BASE_PERIODS = (0.03, 10.0)
+"""First periods of buildings on a fixed base, s: from a stiff single storey to a tall tower."""
+ISOLATED_PERIODS = (0.15, 20.0)
+"""First periods of isolated buildings, s."""
+_MOST_REFINED = 50
+
+
+class ModalFacts(NamedTuple):
+    """Modes of an isolated structure for small vibrations about rest.
+
+    Attributes
+    ----------
+    periods : (n_modes,) array
+        s, decreasing.
+    damping_ratios : (n_modes,) array
+        Of critical damping: c_k / (2 omega_k), with c_k the diagonal of the modal damping matrix.
+    shapes : (n, n_modes) array
+        Undamped mode shapes as columns with unit modal mass, 1/sqrt(kg).
+    """
+
+    periods: NDArray
+    damping_ratios: NDArray
+    shapes: NDArray
+
+
+def modal_facts(isolated: Any, currents: float | Sequence[float]) -> ModalFacts:
+    """Modes with each element linearised at the first mode's own frequency."""
+    frequency = 1.0
+    for _ in range(_MOST_REFINED):
+        found = _modes_of(isolated.linearised(currents, frequency))
+        first = 1 / found.periods[0]
+        if abs(first - frequency) <= 1e-10 * frequency:
+            break
+        frequency = first
+    return found
+
+
+def _modes_of(structure: Any) -> ModalFacts:
+    try:
+        omega, shapes = undamped_modes(structure.mass, structure.stiffness)
+    except InputError:
+        raise InputError(
+            f"{structure.name}: its isolators do not hold every motion, so that it has a mode "
+            "without a period; accepted: elements that restore"
+        ) from None
+    damping = np.einsum("ik,ij,jk->k", shapes, structure.damping, shapes)
+    return ModalFacts(2 * np.pi / omega, damping / (2 * omega), shapes)
+
+
+def middle_current(device: Device) -> float:
+    """Middle of a device's currents, A: of the tested ones where they are known; 0 without any."""
+    low, high = device.current_range
+    high = max(low, min(high, device.tested_current))
+    return (low + high) / 2 if np.isfinite(high - low) else 0.0
+
+
+def sized(
+    structure: Any,
+    device: Device,
+    target_period: float,
+    displacement: float | None,
+) -> Device:
+    """Scale a device so that the first mode has a period at the middle of its range of current."""
+    from scipy.optimize import brentq
+
+    if not (np.isfinite(target_period) and target_period > 0):
+        raise InputError(f"target_period_s is {target_period!r}; accepted: a number above 0")
+    if displacement is not None and not (np.isfinite(displacement) and displacement > 0):
+        raise InputError(f"design_displacement_m is {displacement!r}; accepted: a number above 0")
+    if displacement is None and device.length == 1.0:
+        displacement = DISPLACEMENT_PER_PERIOD * target_period
+    if displacement is not None and np.isfinite(device.tested_deformation):
+        device = device.scaled(displacement / (device.length * device.tested_deformation))
+    current = middle_current(device)
+
+    def period(force: float) -> float:
+        isolated = structure.on(device.scaled(force=force))
+        return float(_modes_of(isolated.linearised(current, 1 / target_period)).periods[0])
+
+    # a rigid structure: whole mass on the storage stiffness
+    stiffness = device.linearised(current, 1 / target_period).real
+    if not stiffness > 0:
+        raise InputError(
+            f"{device.name}: no stiffness about rest at {current:.3g} A; accepted with "
+            "target_period_s: a device that restores"
+        )
+    rigid = structure.total_mass * (2 * np.pi / target_period) ** 2 / stiffness
+    # where the superstructure is flexible, the isolators are stiffer
+    stiffest = 1e4 * rigid
+    if period(stiffest) >= target_period:
+        raise InputError(
+            f"target_period_s is {target_period:g}; accepted: above {period(stiffest):.3g} s, the "
+            f"period of {structure.name} on isolators that hardly move"
+        )
+    logarithm = brentq(
+        lambda at: period(np.exp(at)) - target_period,
+        np.log(0.5 * rigid), np.log(stiffest), xtol=1e-12,
+    )  # fmt: skip
+    return device.scaled(force=float(np.exp(logarithm)))
+
+
+def with_damping(isolated: Any, device: Device, damping: float) -> Any:
+    """Add dashpots between ground and base that raise the first mode's damping ratio to a value."""
+    from ..laws.kelvin_voigt import LAW
+
+    if not (np.isfinite(damping) and 0 <= damping < 1):
+        raise InputError(f"damping is {damping!r}; accepted: a ratio, 0 or more and below 1")
+    found = modal_facts(isolated, middle_current(device))
+    own = float(found.damping_ratios[0])
+    if damping < own:
+        raise InputError(
+            f"damping is {damping:g}; accepted: {own:.4g} or more, which building and isolators "
+            "have by themselves"
+        )
+    moved = isolated.element_rows @ found.shapes[:, 0]
+    omega = 2 * np.pi / found.periods[0]
+    coefficient = 2 * omega * (damping - own) / float(moved @ moved)
+    for element in isolated.elements:
+        numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
+        damper = Device(LAW, numbers, name="damper", source="added for a damping ratio")
+        name = element.name.replace("isolator", "damper")
+        isolated = isolated.with_element(damper, element.direction, None, name)
+    return isolated
+
+
+def facts(isolated: Any) -> dict[str, str]:
+    """Masses, periods and tested range to print; what cannot be computed is left out."""
+    structure = isolated.structure
+    found = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
+    if structure.base and structure.superstructure:
+        with suppress(InputError):
+            found["Fixed-base period"] = f"{structure.fixed_base_periods()[0]:.3g} s"
+    currents = [0.0]
+    for channel in range(isolated.n_channels):
+        low, high = isolated.current_range(channel)
+        currents = [low if low > 0 else 0.0, high]
+    told = []
+    for current in dict.fromkeys(currents):
+        with suppress(InputError, ArithmeticError, ValueError):
+            modes = modal_facts(isolated, current)
+            at = f" at {current:.3g} A" if isolated.n_channels else ""
+            told.append(
+                f"{modes.periods[0]:.3g} s{at} (damping {100 * modes.damping_ratios[0]:.2g} %)"
+            )
+    if told and structure.base:
+        found["Isolated period"] = ", ".join(told)
+    tested = [
+        f"{element.name} {1e3 * element.device.length * element.device.tested_deformation:.3g} mm"
+        for element in isolated.elements
+        if np.isfinite(element.device.tested_deformation)
+    ]
+    if tested:
+        found["Tested deformation"] = ", ".join(tested)
+    amperes = [
+        f"{isolated.tested_current(channel):.3g} A"
+        for channel in range(isolated.n_channels)
+        if np.isfinite(isolated.tested_current(channel))
+    ]
+    if amperes:
+        found["Tested current"] = ", ".join(amperes)
+    return found
+
+
+def implausible(isolated: Any, isolated_period: float) -> list[str]:
+    """Lines about periods that no building has; ``isolated_period``: of the first mode, s."""
+    structure = isolated.structure
+    fixed = 0.0
+    if structure.base and structure.superstructure:
+        try:
+            fixed = float(structure.fixed_base_periods()[0])
+        except InputError:
+            return []
+    low, high = FIXED_BASE_PERIODS
+    if fixed and not low <= fixed <= high:
+        short, long = "masses in t (expected: kg)", "stiffnesses in kN/m (expected: N/m)"
+        unit = short if fixed < low else long
+        return [
+            f"{structure.name} has a fixed-base period of {fixed:.3g} s; buildings have "
+            f"{low:g} to {high:g} s: were {unit} given?"
+        ]
+    if not structure.base or not isolated.elements:
+        return []
+    low, high = ISOLATED_PERIODS
+    if not low <= isolated_period <= high:
+        return [
+            f"{structure.name} has an isolated period of {isolated_period:.3g} s; isolated "
+            f"buildings have {low:g} to {high:g} s: check length_scale and force_scale, or give "
+            "target_period_s"
+        ]
+    if fixed > isolated_period:
+        return [
+            f"{structure.name} has an isolated period of {isolated_period:.3g} s, below its "
+            f"fixed-base period of {fixed:.3g} s: check the units of masses (kg) and stiffnesses "
+            "(N/m), and the isolators' scale"
+        ]
+    return []

@@ -1,0 +1,107 @@
+"""The motions that a controller is tuned on or judged by, by where they come from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from ground_motions import STANDARD_GRAVITY, Record, motion_mixture, read_folder
+
+from ..errors import InputError
+from ..scenario.job import Job
+
+MIXTURE = "mixture"
+SCENARIO = "scenario"
+COUNT = 32
+"""Motions of a mixture unless a number is given."""
+
+Motions: TypeAlias = str | Path | Sequence[Record | Sequence[Record]]
+"""``"mixture"`` or ``"mixture:40"``, ``"scenario"``, a folder, or records."""
+
+_ACCEPTED = f"{MIXTURE}, {MIXTURE}:COUNT, {SCENARIO}, a folder of ground motions, or records"
+
+
+@dataclass(frozen=True)
+class MotionSet:
+    """Ground motions under one name.
+
+    Attributes
+    ----------
+    name : str
+        Where they come from.
+    records : tuple of tuple of Record
+        One record a direction, motion by motion.
+    """
+
+    name: str
+    records: tuple[tuple[Record, ...], ...]
+
+    @property
+    def names(self) -> list[str]:
+        """Name of each motion."""
+        return [", ".join(record.name for record in each) for each in self.records]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all samples: equal for the same motions alone."""
+        digest = hashlib.sha256()
+        for record in (record for each in self.records for record in each):
+            digest.update(f"{record.dt!r} {len(record)} ".encode())
+            digest.update(record.acceleration.tobytes())
+        return digest.hexdigest()
+
+
+def motion_set(given: Motions, job: Job, seed: int = 0, pga_g: float | None = None) -> MotionSet:
+    """Get motions ready for the plant of a scenario.
+
+    Parameters
+    ----------
+    given : str, pathlib.Path or sequence
+        See ``Motions``.
+    job : Job
+        The plant, and its scenario's own motion.
+    seed : int
+        Of a mixture.
+    pga_g : float or None, g
+        Peak to which the motions of a folder are scaled; None for as they are.
+
+    Returns
+    -------
+    MotionSet
+
+    Raises
+    ------
+    InputError
+        If there are no such motions, or they do not suit the plant's directions.
+    """
+    n = len(job.isolated.structure.directions)
+    if isinstance(given, str | Path):
+        kind, colon, count = str(given).partition(":")
+        if kind == MIXTURE and (count.isdigit() and int(count) > 0 if colon else True):
+            drawn = motion_mixture(int(count or COUNT) * n, seed)
+            name = f"mixture of {len(drawn) // n} motions, seed {seed}"
+            return MotionSet(name, tuple(zip(*(iter(drawn),) * n, strict=True)))
+        if str(given) == SCENARIO:
+            return MotionSet("the scenario's motion", (job.records,))
+        if not Path(given).is_dir():
+            raise InputError("motions", str(given), _ACCEPTED)
+        records = tuple(one for record in read_folder(given) for one in record.components)
+        if pga_g is not None:
+            records = tuple(record.scaled_to_pga(pga_g * STANDARD_GRAVITY) for record in records)
+        name = Path(given).name
+        each: tuple[tuple[Record, ...], ...] = tuple((record,) for record in records)
+    else:
+        each = tuple((one,) if isinstance(one, Record) else tuple(one) for one in given)
+        name = f"{len(each)} records"
+    if not each:
+        raise InputError("motions", "none", _ACCEPTED)
+    for records in each:
+        if len(records) != n:
+            raise InputError(
+                f"motions, {records[0].name}", f"{len(records)} directions",
+                f"{n}, one record a direction of {job.isolated.structure.name}",
+            )  # fmt: skip
+    return MotionSet(name, each)

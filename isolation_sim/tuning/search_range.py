@@ -1,0 +1,84 @@
+"""Where a setting is searched: its bounds, and whether its ratios or its differences count."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from ..errors import InputError
+
+DIGITS = 4
+"""Significant digits of a tuned value: more would not be told apart, and must be written down."""
+
+
+@dataclass(frozen=True)
+class SearchRange:
+    """Bounds and scale of a setting that may be tuned.
+
+    Attributes
+    ----------
+    low, high : float
+        Bounds, in the setting's unit.
+    scale : {"log", "linear"}
+        Whether ratios or differences of the setting count; bounds of "log" are above 0.
+
+    Raises
+    ------
+    InputError
+        If the bounds do not increase, are not finite, or do not suit the scale.
+    """
+
+    low: float
+    high: float
+    scale: Literal["log", "linear"] = "log"
+
+    def __post_init__(self) -> None:
+        least = 0.0 if self.scale == "log" else -math.inf
+        if self.scale not in ("log", "linear") or not least < self.low < self.high < math.inf:
+            raise InputError(
+                f"search range from {self.low} to {self.high}, scale {self.scale!r}; accepted: "
+                "finite bounds that increase, scale 'log' (bounds above 0) or 'linear'"
+            )
+
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g}, {self.scale}"
+
+    def value(self, place: float) -> float:
+        """Return the setting at a place of its range.
+
+        Parameters
+        ----------
+        place : float, dimensionless
+            0 at the lower bound, 1 at the upper one.
+
+        Returns
+        -------
+        float
+            In the setting's unit, rounded to ``DIGITS`` significant digits.
+        """
+        if self.scale == "log":
+            exact = self.low * (self.high / self.low) ** place
+        else:
+            exact = self.low + place * (self.high - self.low)
+        return float(f"{exact:.{DIGITS}g}")
+
+    def place(self, value: float | None) -> float:
+        """Return the place of a value in the range.
+
+        Parameters
+        ----------
+        value : float or None
+            In the setting's unit.
+
+        Returns
+        -------
+        float, dimensionless
+            From 0 to 1; that of the nearest bound outside, 1/2 for what is not a finite number.
+        """
+        if value is None or not math.isfinite(value):
+            return 0.5
+        inside = min(max(value, self.low), self.high)
+        if self.scale == "log":
+            return math.log(inside / self.low) / math.log(self.high / self.low)
+        return (inside - self.low) / (self.high - self.low)

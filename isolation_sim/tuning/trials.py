@@ -1,0 +1,167 @@
+"""Runs of candidate controllers under some motions, scored beside the best constant current."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, unknown_name
+from ..registry import controller
+from ..scenario.job import Job
+from ..simulation.batch import Batch, Case, simulate_many
+from ..simulation.control import Control
+from ..simulation.run import simulate
+from .motions import MotionSet
+
+CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 1.0}
+"""Weights of the criteria by default: J is both peaks over those without current, added."""
+
+FAILED = 100.0
+"""Score of a run that diverged or was refused: far above any other, yet a number to rank by."""
+
+_CURRENTS = 13
+_REFINEMENTS = 3
+"""Constant currents of the first scan; each refinement scans 7 currents between the best one's
+neighbours, a quarter of the step apart."""
+
+
+class Trials:
+    """Runs under one set of motions, and how they are scored.
+
+    A run's score is the weighted sum of its criteria, each over its value without current, minus
+    the least such sum of any constant current under the same motion.
+
+    Parameters
+    ----------
+    job : Job
+        Plant and options.
+    motions : MotionSet
+        Ground motions.
+    criteria : mapping of str to float
+        Weights by criterion.
+    threads : int or None
+        Threads; as many as there are processors by default.
+
+    Raises
+    ------
+    InputError
+        If there is no such criterion, it has no value without current, or no element is driven.
+    """
+
+    def __init__(
+        self, job: Job, motions: MotionSet, criteria: Mapping[str, float], threads: int | None
+    ):
+        self.job, self.motions, self.criteria, self.threads = job, motions, criteria, threads
+        self._options = {key: value for key, value in job.options.items() if key != "belief"}
+        off = self._run([controller("passive_off")] * len(motions.records))
+        for name in criteria:
+            if name not in off.criteria:
+                raise unknown_name("criterion", name, off.criteria)
+        for name, reason in zip(motions.names, off.failure, strict=True):
+            if reason is not None:
+                raise InputError(f"{name}: without current: {reason}")
+        self._off = {name: off.criteria[name] for name in criteria}
+        for name, values in self._off.items():
+            if not np.all(values > 0):
+                raise InputError(
+                    f"criterion {name}", "0 or no number without current", "one that is above 0"
+                )
+
+    def _run(self, controllers: Sequence[Control]) -> Batch:
+        """Run controllers, one or several under each motion, motion by motion within each."""
+        records = self.motions.records
+        belief = self.job.options.get("belief")
+        cases = [
+            Case(self.job.isolated, records[k % len(records)], one, belief)
+            for k, one in enumerate(controllers)
+        ]
+        return simulate_many(cases, threads=self.threads, **self._options)
+
+    def sums(self, controllers: Sequence[Control]) -> NDArray:
+        """Weighted sums of criteria over those without current.
+
+        Parameters
+        ----------
+        controllers : sequence of Control
+            As many as there are motions, one a motion, or a multiple of that.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_controllers / n_motions, n_motions)
+            ``FAILED`` for a run without a result.
+
+        Raises
+        ------
+        InputError
+            If the runs of a single candidate all fail.
+        """
+        n = len(self.motions.records)
+        try:
+            batch = self._run(controllers)
+        except InputError:
+            # a design that fails takes the others with it
+            if len(controllers) > n:
+                alone = (controllers[k : k + n] for k in range(0, len(controllers), n))
+                return np.vstack([self._sums_or_failed(each) for each in alone])
+            raise
+        if len(controllers) == n and None not in batch.failure:
+            raise InputError(f"every run fails, the first one: {batch.failure[0]}")
+        total = sum(
+            weight * batch.criteria[name].reshape(-1, n) / self._off[name]
+            for name, weight in self.criteria.items()
+        )
+        return np.where(np.isfinite(total), total, FAILED)
+
+    def _sums_or_failed(self, controllers: Sequence[Control]) -> NDArray:
+        try:
+            return self.sums(controllers)
+        except InputError:
+            return np.full((1, len(controllers)), FAILED)
+
+    def scores(self, controllers: Sequence[Control]) -> NDArray:
+        """Scores of controllers under every motion.
+
+        Parameters
+        ----------
+        controllers : sequence of Control
+            Candidates.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_controllers, n_motions)
+            Below 0 where it does better than every constant current.
+        """
+        every = [one for one in controllers for _ in self.motions.records]
+        return self.sums(every) - self.constant[1]
+
+    @cached_property
+    def constant(self) -> tuple[NDArray, NDArray]:
+        """Best constant current of each motion, A, and its weighted sum, (n_motions,) each."""
+        low, high = self._current_range()
+        n = len(self.motions.records)
+        currents = np.repeat(np.linspace(low, high, _CURRENTS)[:, np.newaxis], n, axis=1)
+        best, least = np.zeros(n), np.full(n, np.inf)
+        step = (high - low) / (_CURRENTS - 1)
+        for _ in range(1 + _REFINEMENTS):
+            held: list[Any] = [controller("constant", amperes=i) for i in currents.ravel()]
+            sums = self.sums(held)
+            k = np.argmin(sums, axis=0), np.arange(n)
+            best, least = np.where(sums[k] < least, currents[k], best), np.minimum(least, sums[k])
+            step /= 4
+            steps = step * np.arange(-3.0, 4.0)[:, np.newaxis]
+            currents = np.clip(best + steps, low, high)
+        return best, least
+
+    def _current_range(self) -> tuple[float, float]:
+        """Currents that the controllers passive_off and passive_on hold, A."""
+        limits = [
+            simulate(
+                self.job.isolated, self.motions.records[0], controller(name), **self.job.options
+            ).command[-1]
+            for name in ("passive_off", "passive_on")
+        ]
+        return float(limits[0].max()), float(limits[1].min())

@@ -1,0 +1,232 @@
+"""Tune a controller on some motions and judge it on others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions.registry import code_files
+
+from ..errors import InputError, unknown_name
+from ..registry import CONTROLLERS, controller
+from ..scenario import Scenario
+from ..version import __version__
+from .motions import MIXTURE, Motions, motion_set
+from .search import Settings, Trial, search
+from .search_range import SearchRange
+from .trials import CRITERIA, Trials
+from .tuning import Judgement, Tuning, begin
+
+EVALUATIONS = 400
+_PROFILE = 7
+"""Values of a setting, over its whole range, that its sensitivity is drawn from."""
+
+
+def tune(
+    name: str,
+    scenario: Scenario | str | Path | None = None,
+    *,
+    motions: Motions = MIXTURE,
+    unseen: Motions | Mapping[str, Motions] = MIXTURE,
+    criteria: Mapping[str, float] | None = None,
+    settings: Sequence[str] | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    evaluations: int = EVALUATIONS,
+    seed: int = 0,
+    pga_g: float | None = None,
+    out: str | Path | None = None,
+    resume: bool = False,
+    threads: int | None = None,
+    progress: Callable[[str, int], None] = lambda what, done: None,
+) -> Tuning:
+    """Find the settings of a controller that do best on some motions, and judge them on others.
+
+    The score of a run is J: its criteria, each over its value without current, weighted and added,
+    minus the least such sum of any constant current under the same motion. The mean score over the
+    motions is minimised by CMA-ES over the search ranges that the controller declares.
+
+    Parameters
+    ----------
+    name : str
+        Name of a controller, or a place such as ``"my_controllers.py:Outwards"``.
+    scenario : Scenario, str or pathlib.Path, optional
+        Plant, nominal model, sensors and driver; the main job's by default. Its controllers are not
+        used, its ground motion only where it is asked for.
+    motions : str, pathlib.Path or sequence of Record, default "mixture"
+        What to tune on: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
+        ``"scenario"``; a folder of records; or records, each one a direction.
+    unseen : as ``motions``, or a mapping of names to such
+        What to judge by. A mixture is drawn by another seed than that of ``motions``.
+    criteria : mapping of str to float, optional
+        Weights by criterion; 1 for the peaks of base displacement and floor acceleration by
+        default.
+    settings : sequence of str, optional
+        Which settings to tune; all with a search range by default.
+    fixed : mapping of str to object, optional
+        Settings to hold at other values than their defaults.
+    evaluations : int, default 400
+        Candidates at most, each run under all motions.
+    seed : int, default 0
+        Of the search, the mixtures and the intervals.
+    pga_g : float, optional
+        Peak ground acceleration to scale a folder's motions to, g.
+    out : str or pathlib.Path, optional
+        Folder for the results: the state after every generation, then scenario section and report.
+        None keeps nothing.
+    resume : bool, default False
+        Whether to go on with what was begun in ``out``.
+    threads : int, optional
+        Threads; as many as there are processors by default.
+    progress : callable, optional
+        Called with what is being done and the number of candidates that have just been run.
+
+    Returns
+    -------
+    Tuning
+
+    Raises
+    ------
+    InputError
+        If something that was given cannot be used, every candidate of the start fails, or the
+        folder holds another tuning.
+
+    Notes
+    -----
+    Controllers in compiled code run side by side in vector lanes, on all threads; a decision in
+    plain Python runs one run after the other.
+    """
+    scenario_file = scenario
+    if not isinstance(scenario, Scenario):
+        scenario = Scenario() if scenario is None else Scenario.read(scenario)
+    job, held = scenario.build(), dict(fixed or {})
+    weights = dict(CRITERIA if criteria is None else criteria)
+    _check(weights, evaluations, seed)
+    ranges, present = search_space(name, settings, held)
+    tuned_on = motion_set(motions, job, 2 * seed, pga_g)
+    groups = unseen if isinstance(unseen, Mapping) else {"": unseen}
+    judged_by = {tuned_on.name: tuned_on}
+    for key, each in groups.items():
+        group = motion_set(each, job, 2 * seed + 1, pga_g)
+        if group.digest == tuned_on.digest:
+            raise InputError(f"unseen motions, {key or group.name}", "those tuned on", "others")
+        judged_by[f"unseen: {key or group.name}"] = group
+    declared = CONTROLLERS[name].settings  # type: ignore[attr-defined]
+    tuning = begin(out, {
+        "isolation_sim": __version__,
+        "command": _command(name, scenario_file, motions, groups, weights, settings, held,
+                            evaluations, seed, pga_g), "controller": name, "fixed": held,
+        "scenario": scenario.to_toml(), "criteria": weights, "evaluations": evaluations,
+        "seed": seed, "motions": {key: each.digest for key, each in judged_by.items()},
+        "settings": {
+            key: asdict(one) | {"present": present[key], "unit": declared[key].unit,
+                                "meaning": declared[key].meaning}
+            for key, one in ranges.items()
+        },
+        "code": code_files([name]),
+    }, resume)  # fmt: skip
+    progress("constant currents", 0)
+    trials = Trials(job, tuned_on, weights, threads)
+
+    def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
+        return on.scores([controller(name, **(held | each)) for each in candidates])
+
+    def save(found: list[Trial]) -> None:
+        progress("searching", len(found) - len(tuning.trials))
+        tuning.trials = list(found)
+        if out is not None:
+            tuning.save_state(out)
+
+    progress("searching", len(tuning.trials))
+    tuning.trials = search(ranges, present, evaluate, evaluations, seed, tuning.trials, save)
+    best = tuning.best.settings
+    progress("sensitivity", 0)
+    for key, one in ranges.items():
+        values = [one.value(place) for place in np.linspace(0, 1, _PROFILE)]
+        scores = evaluate([best | {key: value} for value in values]).mean(axis=1)
+        tuning.sensitivity[key] = values, scores.tolist()
+    progress("judging", 0)
+    for key, group in judged_by.items():
+        on = trials if group is tuned_on else Trials(job, group, weights, threads)
+        before, after = evaluate([{}, best], on).tolist()
+        current, constant = (values.tolist() for values in on.constant)
+        tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
+    if out is not None:
+        tuning.save(out)
+    return tuning
+
+
+def search_space(
+    name: str, wanted: Sequence[str] | None, held: Mapping[str, Any]
+) -> tuple[dict[str, SearchRange], dict[str, Any]]:
+    """Search ranges of a controller's settings, and their present values.
+
+    Parameters
+    ----------
+    name : str
+        Controller.
+    wanted : sequence of str or None
+        Settings to tune; None for all with a search range.
+    held : mapping of str to object
+        Settings that are held.
+
+    Returns
+    -------
+    ranges : dict of str to SearchRange
+    present : dict of str to object
+
+    Raises
+    ------
+    InputError
+        If there is no such controller or setting, or nothing to search.
+    """
+    one = controller(name, **held)
+    ranges = {
+        key: declared.search
+        for key, declared in getattr(one, "settings", {}).items()
+        if getattr(declared, "search", None) is not None
+    }
+    if not ranges:
+        raise InputError(
+            f"{name}: no setting has a search range; accepted: a controller that declares one, as "
+            "setting(default, meaning, accepts, unit, SearchRange(low, high))"
+        )
+    for key in wanted or ():
+        if key not in ranges:
+            raise unknown_name(f"setting of {name} with a search range", key, ranges)
+    chosen = [key for key in ranges if (not wanted or key in wanted) and key not in held]
+    if not chosen:
+        raise InputError(f"{name}: every setting is held; accepted: one or more to tune")
+    return {key: ranges[key] for key in chosen}, {key: getattr(one, key) for key in chosen}
+
+
+def _command(
+    name: str, scenario: Any, motions: Motions, unseen: Mapping[str, Motions],
+    criteria: Mapping[str, float], settings: Sequence[str] | None, held: Mapping[str, Any],
+    evaluations: int, seed: int, pga_g: float | None,
+) -> str:  # fmt: skip
+    """The command that tunes the same; what was given in Python stands in angle brackets."""
+    words = ["isolation-sim tune", name]
+    if scenario is not None:
+        words.append(f"--scenario {scenario if isinstance(scenario, str | Path) else '<scenario>'}")
+    for option, each in (("motions", motions), *(("unseen", one) for one in unseen.values())):
+        words.append(f"--{option} {each if isinstance(each, str | Path) else '<records>'}")
+    if criteria != CRITERIA:
+        words += [f"--criterion {key}={weight:g}" for key, weight in criteria.items()]
+    words += [f"--setting {key}" for key in settings or ()]
+    words += [f"--fix {key}={value}" for key, value in held.items()]
+    words += [] if pga_g is None else [f"--pga-g {pga_g:g}"]
+    return " ".join([*words, f"--evaluations {evaluations} --seed {seed}"])
+
+
+def _check(criteria: Mapping[str, float], evaluations: int, seed: int) -> None:
+    """Refuse numbers that cannot be used."""
+    if not criteria or not all(0 < weight < np.inf for weight in criteria.values()):
+        raise InputError("criteria", repr(dict(criteria)), "finite weights above 0 by criterion")
+    for what, value, least in (("evaluations", evaluations, 1), ("seed", seed, 0)):
+        if value != int(value) or value < least:
+            raise InputError(what, repr(value), f"a whole number, {least} or more")

@@ -1,0 +1,324 @@
+"""What a tuning found: saved after every generation, loaded again, reported."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError
+from ..io.atomic_write import write_text
+from ..io.results_folder import write_contents
+from ..rendering import render
+from .intervals import MeanInterval, mean_interval
+from .search import Trial
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+_STATE = "tuning.json"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Scores under one set of motions, a number a motion.
+
+    Attributes
+    ----------
+    name : str
+        Of the set.
+    motions : list of str
+        Names of its motions.
+    current : list of float, A
+        Best constant current of each.
+    constant : list of float
+        Weighted sum of criteria under it, each over that without current.
+    before, after : list of float
+        That sum minus the best constant current's, before and after the tuning.
+    """
+
+    name: str
+    motions: list[str]
+    current: list[float]
+    constant: list[float]
+    before: list[float]
+    after: list[float]
+
+    @property
+    def means(self) -> dict[str, MeanInterval]:
+        """Means before and after, and of the gain from one to the other, with 95 % intervals."""
+        gain = [a - b for a, b in zip(self.before, self.after, strict=True)]
+        found = {"before": self.before, "after": self.after, "gain": gain}
+        return {name: mean_interval(values) for name, values in found.items()}
+
+    @property
+    def better(self) -> int:
+        """Motions under which the tuned controller does better than every constant current."""
+        return sum(score < 0 for score in self.after)
+
+
+@dataclass
+class Tuning:
+    """What a tuning found.
+
+    Attributes
+    ----------
+    content : dict
+        What decides it: controller, scenario, motions, criteria, settings with their ranges, seed.
+    trials : list of Trial
+        Candidates with their scores, in the order of evaluation; the first one is the controller
+        as it was.
+    sensitivity : dict of str to tuple
+        By setting: values over its range, and the mean score of each with the others as tuned.
+    judged : list of Judgement
+        By the motions tuned on, then by the unseen ones; empty while the search goes on.
+    """
+
+    content: dict[str, Any]
+    trials: list[Trial] = field(default_factory=list)
+    sensitivity: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
+    judged: list[Judgement] = field(default_factory=list)
+
+    @property
+    def controller(self) -> str:
+        """Name of the controller."""
+        return str(self.content["controller"])
+
+    @property
+    def best(self) -> Trial:
+        """Candidate with the least mean score; the first of equal ones."""
+        return min(self.trials, key=lambda trial: trial.mean)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Settings that were held, then those tuned; these are absent if none was better."""
+        return {**self.content["fixed"], **self.best.settings}
+
+    def verdict(self) -> list[str]:
+        """Say what was gained.
+
+        Returns
+        -------
+        list of str
+            A sentence or two for each set of motions.
+        """
+        if not self.best.settings:
+            first = "No candidate did better than the controller as it was."
+        else:
+            first = f"Tuned on the {self.judged[0].name}, in {len(self.trials)} trials."
+        return [first, *map(_told, self.judged)]
+
+    def report(self) -> dict[str, Any]:
+        """Report that JSON can hold.
+
+        Returns
+        -------
+        dict
+            Controller, settings, command and, for each set of motions, mean score before and after
+            and gain, each with its interval.
+        """
+        return {
+            "controller": self.controller,
+            "settings": self.settings,
+            "trials": len(self.trials),
+            "command": self.content["command"],
+            "judged": [
+                {"motions": judged.name, "count": len(judged.motions), "better": judged.better}
+                | {name: mean._asdict() for name, mean in judged.means.items()}
+                for judged in self.judged
+            ],
+        }
+
+    def scenario_section(self) -> str:
+        """Write the tuned controller as a scenario's section.
+
+        Returns
+        -------
+        str
+            TOML with the command that finds it again, and what it achieves, as comments.
+        """
+        from ..scenario.control import ControllerEntry
+        from ..scenario.fields import Section
+        from ..scenario.writer import written
+
+        class Written(Section):
+            controller: list[ControllerEntry]
+
+        entry = ControllerEntry(name=self.controller, settings=self.settings)
+        told = [
+            *self.verdict(),
+            f"isolation-sim {self.content['isolation_sim']}: {self.content['command']}",
+        ]
+        return "".join(f"# {line}\n" for line in told) + written(Written(controller=[entry]), False)
+
+    def to_html(self, path: str | Path) -> Path:
+        """Write the report.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        return render("html.tuning_report:tuning_report", self).write(path)
+
+    def tables(self) -> list[Table]:
+        """Build the tables of settings and of gains.
+
+        Returns
+        -------
+        list of rich.table.Table
+        """
+        return render("tuning_tables:tuning_tables", self)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write state, scenario section and report.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Made where it is absent.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+        """
+        folder = self.save_state(folder)
+        write_text(self.scenario_section(), folder / "controller.toml")
+        self.to_html(folder / "report.html")
+        write_contents(folder, f"Tuning of {self.controller}")
+        return folder
+
+    def save_state(self, folder: str | Path) -> Path:
+        """Write what is known so far, whole or not at all.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Made where it is absent.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        InputError
+            If nothing can be written there.
+        """
+        folder = Path(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_text(json.dumps(asdict(self), indent=1), folder / _STATE)
+        except OSError as error:
+            raise InputError(
+                f"{folder}: results cannot be written there ({error.strerror}); accepted: a folder "
+                "that you may write to"
+            ) from None
+        return folder
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Tuning:
+        """Read what was saved.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path
+            Folder of a tuning, finished or not.
+
+        Returns
+        -------
+        Tuning
+
+        Raises
+        ------
+        InputError
+            If there is none that can be read.
+        """
+        path = Path(folder) / _STATE
+        try:
+            data = json.loads(path.read_bytes())
+            return cls(
+                data["content"],
+                [Trial(*each) for each in data["trials"]],
+                {name: (x, y) for name, (x, y) in data["sensitivity"].items()},
+                [Judgement(**each) for each in data["judged"]],
+            )
+        except (FileNotFoundError, NotADirectoryError):
+            raise InputError(
+                f"{folder}: no tuning there; accepted: a folder that isolation-sim tune made"
+            ) from None
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(
+                f"{path}: cannot be read ({error}); accepted: as isolation-sim tune wrote it"
+            ) from None
+
+
+def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -> Tuning:
+    """Begin a tuning, or go on with the one in a folder.
+
+    Parameters
+    ----------
+    folder : str, pathlib.Path or None
+        Where it is saved; None for nowhere.
+    content : mapping of str to object
+        What decides it.
+    resume : bool
+        Whether to go on with what was begun there.
+
+    Returns
+    -------
+    Tuning
+        With the trials known so far.
+
+    Raises
+    ------
+    InputError
+        If the folder holds something else, or something at all without ``resume``.
+    """
+    # what JSON makes of it can be compared with what is read
+    new = Tuning(json.loads(json.dumps(content)))
+    if folder is None:
+        return new
+    folder = Path(folder)
+    there = folder / _STATE
+    if resume and there.exists():
+        kept = Tuning.read(folder)
+        for key, value in new.content.items():
+            # the same motions and scenario may be named in another way
+            if key != "command" and kept.content.get(key) != value:
+                raise InputError(
+                    f"{there}: {key} differs from what was begun there; accepted: the same "
+                    "arguments and files, or another folder"
+                )
+        return Tuning(kept.content, kept.trials)
+    if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
+        remedy = ", or --resume to go on with the tuning there" if there.exists() else ""
+        raise InputError(f"{folder}: holds something already; accepted: a new folder{remedy}")
+    new.save_state(folder)
+    return new
+
+
+def _told(judged: Judgement) -> str:
+    """What one set of motions says, in one or two sentences."""
+    before, after, gain = judged.means.values()
+    if after.high < 0:
+        beats = "It beats the best constant current of each motion"
+    elif after.low > 0:
+        beats = "It does not beat the best constant current of each motion"
+    else:
+        beats = "It is not told apart from the best constant current of each motion"
+    name = judged.name[:1].upper() + judged.name[1:]
+    return (
+        f"{name}: mean score {before} before, {after} after, gain {gain}. "
+        f"{beats}; it is better in {judged.better} of {len(judged.motions)}."
+    )
+

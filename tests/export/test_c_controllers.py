@@ -1,0 +1,201 @@
+"""Controllers in C: gcc takes them without a warning, and they decide as Python does."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.cli import main
+from isolation_sim.errors import InputError
+from isolation_sim.export.c_text import CText
+from isolation_sim.export.controller import controller_files
+from isolation_sim.scenario.job import Job
+
+GCC = shutil.which("gcc")
+pytestmark = pytest.mark.skipif(GCC is None, reason="needs gcc")
+STRICT = ["-std=c99", "-Wall", "-Werror", "-pedantic", "-O2"]
+
+CASES = {
+    "on_off": {},
+    "on_off skyhook": {"rule": "skyhook", "dead_band": 0.01},
+    "fuzzy": {},
+    "frequency_tracking": {},
+    "lyapunov": {},
+    "sliding_mode": {},
+    "clipped_lqr": {},
+    "clipped_lqg": {},
+    "clipped_lqg extended": {"filter": "extended"},
+    "h2": {},
+}
+
+
+@pytest.fixture(scope="module")
+def job():
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    controllers = {
+        label: iso.controller(label.split()[0], **settings) for label, settings in CASES.items()
+    }
+    controllers |= {name: iso.controller(name) for name in ("mpc", "passive_on")}
+    record = el_centro_1940().cut(1.0, 3.0)
+    return Job("", isolated, (record,), controllers, {"driver": iso.CoilDriver(lag=0.02)})
+
+
+def compiled_program(files, folder):
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    sources = [name for name in files if name.endswith(".c")]
+    done = subprocess.run(
+        [GCC, *STRICT, "-o", "program", *sources, "-lm"], cwd=folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "program"
+
+
+@pytest.mark.parametrize("label", CASES)
+def test_c_decides_as_python_does(label, job, tmp_path):
+    """The same measurements, decision by decision."""
+    program = compiled_program(controller_files(job, label), tmp_path)
+    controller = job.controllers[label].in_python()
+    rows, commands, decide = [], [], controller.current
+
+    def watched(t, measurement):
+        rows.append([t, *measurement])
+        commands.append(decide(t, measurement))
+        return commands[-1]
+
+    controller.current = watched
+    iso.simulate(job.isolated, job.records, controller, **job.options)
+    given = "\n".join(" ".join(map(repr, row)) for row in rows)
+    done = subprocess.run([program], input=given, capture_output=True, text=True, check=True)
+    found = np.array([line.split() for line in done.stdout.splitlines()], float)
+    wanted = np.array(commands)
+    assert len(np.unique(wanted.round(6))) > 1
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 * 3.0)
+    assert "us a step" in done.stderr
+    print(f"{label}: {done.stderr.strip()}")
+
+
+def test_c_starts_anew_and_keeps_within_the_limits(job, tmp_path):
+    """Two states side by side; a measurement that is not a number."""
+    files = controller_files(job, "clipped_lqr")
+    main_text = """
+#include <math.h>
+#include <stdio.h>
+#include "clipped_lqr.h"
+int main(void)
+{
+    clipped_lqr_state a, b;
+    double measured[clipped_lqr_N_MEASURED] = {0}, of_a[1], of_b[1], wild[1];
+    measured[1] = 0.1;
+    clipped_lqr_init(&a);
+    clipped_lqr_step(&a, 0.0, measured, of_a);
+    clipped_lqr_step(&a, clipped_lqr_PERIOD, measured, of_a);
+    clipped_lqr_init(&b);
+    clipped_lqr_step(&b, 0.0, measured, of_b);
+    measured[0] = NAN;
+    clipped_lqr_step(&a, 2 * clipped_lqr_PERIOD, measured, wild);
+    measured[0] = 0.0;
+    clipped_lqr_step(&b, clipped_lqr_PERIOD, measured, of_b);
+    printf("%.17g %.17g %.17g", of_a[0], of_b[0], wild[0]);
+    return 0;
+}
+"""
+    files["clipped_lqr_run.c"] = main_text
+    program = compiled_program(files, tmp_path)
+    done = subprocess.run([program], capture_output=True, text=True, check=True)
+    of_a, of_b, wild = map(float, done.stdout.split())
+    assert of_a == of_b
+    low, high = job.isolated.current_range(0)
+    assert low <= wild <= high
+
+
+def test_the_command_writes_the_files(tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "c", "--controller", "on_off", "--out", str(tmp_path)])
+    assert stop.value.code == 0
+    files = ["on_off.c", "on_off.h", "on_off_run.c"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == files
+    assert "measured[0]: isolator_deformation_m" in (tmp_path / "on_off.h").read_text()
+    assert "malloc" not in (tmp_path / "on_off.c").read_text()
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "c", "--controller", "on_of", "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert "on_off" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("label", "said"), [("mpc", "has no compiled decision"), ("passive_on", "is an open loop")]
+)
+def test_what_has_no_form_in_c_is_refused(label, said, job):
+    with pytest.raises(InputError, match=said):
+        controller_files(job, label)
+
+
+PYTHON = '''
+TABLE = ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
+WHOLE = -7
+@plain
+def swapped(a: float, b: float):
+    """Both, the other way round."""
+    a, b = b, a
+    return a, b
+@plain
+def f(x, out):
+    n = 0
+    for k in range(len(x) - 1, -1, -1):
+        if x[k] > 2.0 and not x[k] > 5.0:
+            continue
+        n += 1
+    i = j = 1
+    first, second = swapped(n, x[1])
+    total = 0
+    total += TABLE[i][j + 1] / 4
+    out[0] = n
+    out[1], out[2] = first, second
+    out[3] = WHOLE // 2 + WHOLE % 3 + 2 ** 5 + (1 << 3) + 2.0 ** 0.5
+    out[4] = max(x[0], 1, n) + min(3, n) + abs(WHOLE) + abs(x[2])
+    out[5] = len(x[2:100]) + len(x[3:1]) + x[1:][1]
+    out[6] = 1.0 if 0.0 < x[0] < 2.0 else total
+    while n > 0:
+        n -= 2
+        if n == 1:
+            break
+    out[7] = n + int(-2.7) + total
+    out[8] = out[9] = np.nextafter(1.0, 2.0)
+'''
+
+
+def test_the_language_means_the_same_in_c(tmp_path):
+    """Each construct, against Python itself."""
+    names = {"plain": lambda function: function, "np": np}
+    exec(PYTHON, names)
+    x, out = np.array([1.5, -2.0, 3.5, 6.0]), np.zeros(10)
+    names["f"](x, out)
+    module = CText(PYTHON, "m")
+    name, kind = module.function("f", ["a", "a"])
+    assert kind == "v"
+    text = f"""#include <math.h>
+#include <stdio.h>
+{module.definitions()}
+int main(void)
+{{
+    double x[4] = {{1.5, -2.0, 3.5, 6.0}}, y[10] = {{0}};
+    array a = {{x, 4}}, b = {{y, 10}};
+    {name}(a, b);
+    for (int k = 0; k < 10; ++k)
+        printf("%.17g ", y[k]);
+    return 0;
+}}
+"""
+    program = compiled_program({"main.c": text}, tmp_path)
+    done = subprocess.run([program], capture_output=True, text=True, check=True)
+    np.testing.assert_array_equal(np.array(done.stdout.split(), float), out)
+
+
+def test_what_the_language_lacks_is_named():
+    module = CText("def f(x):\n    return [v for v in x]\n", "m")
+    with pytest.raises(InputError, match=r"f has no form in C: it uses '\[v for v in x\]'"):
+        module.function("f", ["a"])

@@ -1,0 +1,222 @@
+"""Suites of records: reading, spectra of pairs, scaling, selection, spectral matching."""
+
+import math
+import zipfile
+
+import numpy as np
+import pytest
+from scipy.signal import StateSpace, lsim
+
+from ground_motions import (
+    STANDARD_GRAVITY,
+    SUITE_RULES,
+    InputError,
+    Record,
+    asce7_22_two_period,
+    combined_spectrum,
+    el_centro_1940,
+    match_spectrum,
+    read_files,
+    read_folder,
+    read_peer,
+    scale_suite,
+    select_best,
+    write_csv,
+)
+
+G = STANDARD_GRAVITY
+TARGET = asce7_22_two_period(G, 0.6 * G, 8.0)
+
+
+def lsim_displacement(record, period, damping=0.05):
+    """Relative displacement by SciPy's lsim, a period of free vibration included."""
+    w = 2 * math.pi / period
+    system = StateSpace([[0, 1], [-(w**2), -2 * damping * w]], [[0], [-1]], [[1, 0]], [[0]])
+    motion = record.padded(after=period).resampled(record.dt / 4)
+    return lsim(system, motion.acceleration, motion.time, interp=True)[1]
+
+
+def a_pair():
+    first = el_centro_1940().cut(0.0, 15.0)
+    time = first.time
+    turned = 0.6 * np.roll(first.acceleration, 7) + 0.3 * np.sin(4 * time) * np.exp(-0.3 * time)
+    return first, Record(turned, first.dt, "second")
+
+
+def test_rotd100_against_every_degree_by_lsim():
+    first, second = a_pair()
+    for period in (0.4, 1.1, 2.5):
+        x, y = lsim_displacement(first, period), lsim_displacement(second, period)
+        angles = np.radians(np.arange(180))
+        peaks = np.abs(np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y)).max(axis=1)
+        expected = (2 * math.pi / period) ** 2 * peaks.max()
+        (found,) = combined_spectrum((first, second), [period], "rotd100")
+        assert found == pytest.approx(expected, rel=2e-3)
+
+
+def test_rotd100_of_a_motion_along_one_line_is_its_own_spectrum():
+    first, _ = a_pair()
+    periods = [0.0, 0.3, 1.0, 3.0]
+    (own,) = (combined_spectrum((first,), periods),)
+    pair = first.scaled(0.8), first.scaled(0.6)
+    np.testing.assert_allclose(combined_spectrum(pair, periods, "rotd100"), own, rtol=1e-4)
+    np.testing.assert_allclose(combined_spectrum(pair, periods, "srss"), own, rtol=1e-12)
+    np.testing.assert_allclose(combined_spectrum(pair, periods, "mean"), 0.7 * own, rtol=1e-12)
+    np.testing.assert_allclose(
+        combined_spectrum(pair, periods, "geometric_mean"), math.sqrt(0.48) * own, rtol=1e-12
+    )
+
+
+def test_scaling_finds_known_factors_and_lifts_the_mean_to_the_floor():
+    rule = SUITE_RULES["asce7_22_16"]
+    periods = rule.periods(2.0)
+    assert (periods[0], periods[-1]) == pytest.approx((0.4, 3.0))
+    target = TARGET.psa(periods)
+    factors = np.array([0.5, 1.0, 2.5])
+    found = scale_suite(target / factors[:, None], target, rule.floors, (0.1, 10.0))
+    np.testing.assert_allclose(found.factors, factors)
+    assert found.common == 1.0
+    # a record that is low somewhere: the common factor brings the mean to 0.9 there
+    dented = target / factors[:, None]
+    dented[:, 30] *= 0.6
+    lifted = scale_suite(dented, target, rule.floors, (0.1, 10.0))
+    assert lifted.mean_ratio.min() == pytest.approx(0.9)
+    np.testing.assert_allclose(lifted.factors / lifted.common * lifted.common, lifted.factors)
+    # the largest factor stays within its limit
+    held = scale_suite(dented, target, rule.floors, (0.1, 2.6))
+    assert held.factors.max() <= 2.6
+    assert held.mean_ratio.min() == pytest.approx(0.9, rel=1e-6)
+    with pytest.raises(InputError, match=r"upper limit 0.3"):
+        scale_suite(dented, target, rule.floors, (0.1, 0.3))
+
+
+def test_zero_period_of_en1998_1_is_checked():
+    rule = SUITE_RULES["en1998_1_2004"]
+    periods = rule.periods(1.0)
+    target = TARGET.psa(periods)
+    low_at_zero = target.copy()
+    low_at_zero[0] *= 0.5
+    found = scale_suite(low_at_zero[None], target, rule.floors, (0.1, 10.0))
+    assert periods[0] == 0.0
+    assert found.common == pytest.approx(2.0)
+
+
+def test_selection_takes_the_best_shapes_within_the_limits():
+    periods = np.geomspace(0.4, 3.0, 100)
+    target = TARGET.psa(periods)
+    wave = np.sin(np.linspace(0, 6, 100))
+    spectra = np.array([target * np.exp(0.3 * wave), target / 3, target / 20,
+                        target * np.exp(0.1 * wave)])  # fmt: skip
+    # the third has the shape of the target, but needs a factor of 20
+    assert select_best(spectra, target, 2, (0.25, 4.0)).tolist() == [1, 3]
+    with pytest.raises(InputError, match="1 to 4"):
+        select_best(spectra, target, 5, (0.25, 4.0))
+
+
+def test_a_matched_record_fits_and_keeps_its_baseline():
+    record = el_centro_1940()
+    matched = match_spectrum(record, TARGET, 1.0, 4.0)
+    motion = matched.record
+    assert matched.largest_misfit <= 0.05
+    for period in (1.03, 1.37, 1.9, 2.6, 3.3, 3.97):  # none of those that were matched
+        peak = np.abs(lsim_displacement(motion, period)).max() * (2 * math.pi / period) ** 2
+        assert peak == pytest.approx(TARGET.psa(period)[0], rel=0.05)
+    # the wavelets add neither velocity nor displacement at the end
+    length = (len(motion) - 1) * motion.dt
+    original = record.scaled(matched.scale_factor).resampled(motion.dt)
+    before = (length - original.duration) / 2
+    original = original.padded(before, before)
+    n = min(len(motion), len(original))
+    added = Record(motion.acceleration[:n] - original.acceleration[:n], motion.dt)
+    assert abs(added.velocity[-1]) < 1e-8 * added.pgv
+    assert abs(added.displacement[-1]) < 1e-6 * added.pgd
+    assert matched.arias_ratio == pytest.approx(
+        motion.arias_intensity() / record.scaled(matched.scale_factor).arias_intensity()
+    )
+
+
+def test_a_match_that_fails_says_how_far_it_came():
+    pulse = Record(np.concatenate((np.zeros(50), [1.0], np.zeros(200))), 0.02, "pulse")
+    with pytest.raises(InputError, match=r"match of record pulse: given .*% from the target"):
+        match_spectrum(pulse, TARGET, 0.5, 0.8, tolerance=0.0001)
+
+
+AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
+Somewhere, 1/1/2000, {name}
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=      4, DT=   .0100 SEC
+  .1000000E+00  {second}  .3000000E-01  .0000000E+00
+"""
+SEARCH = """
+ PEER Ground Motion Database, Time Series Search Report -- NGA-West2 -- 2025-12-30
+
+ -- Summary of Metadata of Selected Records --
+Result ID, Spectral Ordinate, Record Sequence Number, Mean Squared Error, Scale Factor, \
+Earthquake Name, Year, Horizontal-1 Acc. Filename, Horizontal-2 Acc. Filename, Vertical Acc. Filename
+1, SRSS, 6, 0.4768, 1.5, "Imperial Valley-02", 1940, RSN6_A-180.AT2, RSN6_A-270.AT2 , RSN6_A-UP.AT2  
+2, SRSS, 78, 2.5232, 0.8, "San Fernando, again", 1971, RSN78_B.AT2, RSN78_C.AT2 ,  -----   
+
+ These records were obtained from the NGA-West2 On-Line Ground-Motion Database Tool
+"""  # noqa: E501
+FILES = ("RSN6_A-180", "RSN6_A-270", "RSN6_A-UP", "RSN78_B", "RSN78_C")
+
+
+def peer_download(path, leave_out=""):
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("_SearchResults.csv", SEARCH)
+        for k, name in enumerate(FILES):
+            if name != leave_out:
+                archive.writestr(f"{name}.AT2", AT2.format(name=name, second=f"{k + 2}.0E-02"))
+            archive.writestr(f"{name}.VT2", "not wanted")
+    return path
+
+
+def test_a_peer_download_gives_pairs_and_factors(tmp_path):
+    first, second = read_peer(peer_download(tmp_path / "peer.zip"))
+    assert (first.name, second.name) == ("RSN6", "RSN78")
+    assert (first.scale_factor, second.scale_factor) == (1.5, 0.8)
+    assert [each.name for each in first.components] == ["RSN6_A-180", "RSN6_A-270"]
+    assert first.vertical.name == "RSN6_A-UP"
+    assert second.vertical is None
+    np.testing.assert_allclose(first.components[1].acceleration[:2], [0.1 * G, 0.03 * G])
+    # unpacked, it is the same
+    with zipfile.ZipFile(tmp_path / "peer.zip") as archive:
+        archive.extractall(tmp_path / "unpacked")
+    again = read_folder(tmp_path / "unpacked")
+    assert [record.components for record in again] != []
+    np.testing.assert_array_equal(
+        again[0].components[1].acceleration, first.components[1].acceleration
+    )
+
+
+def test_bad_downloads_are_refused_by_name(tmp_path):
+    with pytest.raises(InputError, match=r"RSN6_A-270.AT2, which is not in the zip file"):
+        read_peer(peer_download(tmp_path / "lacks.zip", leave_out="RSN6_A-270"))
+    (tmp_path / "no.zip").write_text("no zip file")
+    with pytest.raises(InputError, match=r"no.zip: given no zip file"):
+        read_peer(tmp_path / "no.zip")
+    with pytest.raises(InputError, match="no folder"):
+        read_folder(tmp_path / "missing")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="no file of a record"):
+        read_folder(tmp_path / "empty")
+
+
+def test_a_folder_and_a_list(tmp_path):
+    first, second = a_pair()
+    write_csv(first, tmp_path / "one.csv")
+    rows = "\n".join(
+        f"{t!r},{a!r},{b!r}" for t, a, b in zip(
+            first.time.tolist(), first.acceleration.tolist(), second.acceleration.tolist(),
+            strict=True,
+        )
+    )  # fmt: skip
+    (tmp_path / "two.csv").write_text(f"time_s,normal_m_s2,parallel_m_s2\n{rows}\n")
+    one, two = read_folder(tmp_path)
+    assert (one.name, len(one.components)) == ("one", 1)
+    assert (two.name, len(two.components)) == ("two", 2)
+    np.testing.assert_array_equal(two.components[1].acceleration, second.acceleration)
+    (pair,) = read_files([[tmp_path / "one.csv", tmp_path / "one.csv"]])
+    assert len(pair.components) == 2
+    with pytest.raises(InputError, match="two called one"):
+        read_files([tmp_path / "one.csv", tmp_path / "one.csv"])

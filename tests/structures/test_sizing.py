@@ -1,0 +1,112 @@
+"""Periods, damping and scales of isolated structures, against closed forms."""
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.errors import InputError
+from isolation_sim.structures.sizing import implausible
+
+MASS, STIFFNESS, DAMPING = 3e5, 4e6, 2e5
+
+
+@pytest.fixture(scope="module")
+def slab():
+    """A rigid mass: one degree of freedom once it stands on isolators."""
+    return iso.from_matrices([[MASS]], [[0.0]], [[0.0]], name="slab")
+
+
+def test_periods_and_damping_of_one_degree_of_freedom(slab):
+    isolated = slab.on(iso.law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}))
+    omega = np.sqrt(STIFFNESS / MASS)
+    assert isolated.periods() == pytest.approx([2 * np.pi / omega], rel=1e-9)
+    assert isolated.effective_damping() == pytest.approx(DAMPING / (2 * MASS * omega), rel=1e-9)
+
+
+def test_modes_are_those_of_the_eigenvalue_problem():
+    """Against SciPy on the assembled matrices."""
+    from scipy.linalg import eigh
+
+    isolated = iso.reference_building().on(iso.law("kelvin_voigt", {"k": 2e7, "c": 1e6}))
+    structure = isolated.structure
+    stiffness = structure.stiffness.copy()
+    stiffness[0, 0] += 2e7
+    squares, shapes = eigh(stiffness, structure.mass)
+    found = isolated.modes()
+    np.testing.assert_allclose(found.periods, 2 * np.pi / np.sqrt(squares), rtol=1e-9)
+    np.testing.assert_allclose(np.abs(found.shapes), np.abs(shapes), atol=1e-9)
+
+
+@pytest.mark.parametrize("target", [1.5, 2.0, 3.2])
+def test_a_target_period_is_met_at_the_middle_current(target):
+    isolated = iso.reference_building().on(iso.law("strain_stiffening"), target_period_s=target)
+    assert isolated.periods(1.5)[0] == pytest.approx(target, rel=1e-6)
+    device = isolated.elements[0].device
+    assert device.length * device.tested_deformation == pytest.approx(0.04 * target)
+
+
+def test_a_design_displacement_and_a_damping_ratio_are_met(slab):
+    device = iso.law("strain_stiffening")
+    isolated = slab.on(device, target_period_s=2.5, design_displacement_m=0.2, damping=0.4)
+    scaled = isolated.elements[0].device
+    assert scaled.length * scaled.tested_deformation == pytest.approx(0.2)
+    assert isolated.effective_damping(1.5) == pytest.approx(0.4, rel=1e-6)
+    assert isolated.element_names == ("isolator", "damper")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"target_period_s": 0.4}, "target_period_s is 0.4; accepted: above 0.5"),
+        ({"target_period_s": -1.0}, "target_period_s is -1.0; accepted: a number above 0"),
+        ({"target_period_s": 2.0, "damping": 0.01}, "damping is 0.01; accepted: 0."),
+        ({"target_period_s": 2.0, "count": 3}, "count is 3 beside target_period_s"),
+        ({"design_displacement_m": 0.1}, "needs target_period_s"),
+    ],
+)
+def test_what_cannot_be_reached_is_refused(options, told):
+    with pytest.raises(InputError, match=told):
+        iso.reference_building().on(iso.law("strain_stiffening"), **options)
+
+
+def test_a_scenario_takes_a_target_period():
+    text = (
+        "[isolator]\ntarget_period_s = 2.5\ndamping_ratio = 0.35\n"
+        "[belief]\nforce_factor = 2.0\n[simulation]\nfixed_base = true\n"
+    )
+    job = iso.Scenario.from_toml(text).build()
+    assert job.isolated.periods(1.5)[0] == pytest.approx(2.5, rel=1e-6)
+    assert job.isolated.effective_damping(1.5) == pytest.approx(0.35, rel=1e-6)
+    true, believed = (each.elements[0].device for each in (job.isolated, job.options["belief"]))
+    assert believed.force_scale == pytest.approx(2 * true.force_scale)
+    assert job.fixed_base
+    with pytest.raises(InputError, match="force_scale is given beside target_period_s"):
+        iso.Scenario.from_toml(
+            "[isolator]\ntarget_period_s = 2.0\nforce_scale = 9.0\n"
+        ).build()
+
+
+def test_the_repr_names_masses_periods_and_the_tested_range():
+    told = repr(iso.reference_building().on(iso.reference_isolators()))
+    for part in ("1550 t", "fixed-base period 0.5 s", "at 0 A", "80 mm", "tested current 3 A"):
+        assert part in told
+
+
+@pytest.mark.parametrize(
+    ("masses", "stiffnesses", "period", "told"),
+    [
+        ([250.0], [1e9], 2.0, "were masses in t"),
+        ([2.5e5], [2e3], 2.0, "were stiffnesses in kN/m"),
+        ([2.5e5], [1e8], 50.0, "isolated period of 50 s"),
+        ([2.5e5], [1e7], 0.9, "below its fixed-base period of 0.993 s"),
+    ],
+)
+def test_a_wrong_unit_is_told_with_the_period(masses, stiffnesses, period, told):
+    building = iso.shear_building(masses, stiffnesses, base_mass=1e5)
+    isolated = building.on(iso.law("linear", {"k": 1.0}))
+    (line,) = implausible(isolated, period)
+    assert told in line
+
+
+def test_the_reference_building_is_plausible():
+    assert implausible(iso.reference_building().on(iso.reference_isolators()), 2.05) == []

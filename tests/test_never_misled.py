@@ -1,0 +1,330 @@
+"""Nothing of a user's is lost, and nothing goes wrong without a word."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.cli import main
+from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, TestedRangeWarning
+from isolation_sim.io.output_place import check_new_files, check_writable
+from isolation_sim.io.results_folder import ResultsFolder, write_contents
+from isolation_sim.reports.tables import CriteriaTables, as_text
+from isolation_sim.simulation.batch import Case
+
+ROOT = Path(__file__).resolve().parents[1]
+SHORT = '[ground]\nstop_s = 2.0\n[[controller]]\nname = "passive_off"\n'
+
+
+@pytest.fixture(scope="module")
+def shake():
+    return el_centro_1940().cut(0, 4)
+
+
+@pytest.fixture(scope="module")
+def isolated():
+    return iso.reference_building().on(iso.reference_isolators())
+
+
+def told(kind, call):
+    """Warnings of a kind that a call gives, and what it returns."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = call()
+    return [str(each.message) for each in caught if issubclass(each.category, kind)], result
+
+
+def command(capsys, *arguments):
+    code = 0
+    try:
+        main([str(each) for each in arguments])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, *capsys.readouterr()
+
+
+def test_deformation_beyond_the_tests_is_told_once_in_python(shake, isolated):
+    strong = shake.scaled(3.0)
+    lines, run = told(TestedRangeWarning, lambda: iso.simulate(isolated, strong))
+    peak = 1e3 * run.criteria["peak_base_displacement_m"]
+    assert lines == run.warnings()
+    assert lines == [f"isolator deforms further than its law was tested, 80 mm at this scale: "
+                     f"passive_off {peak:.0f} mm"]
+    lines, _ = told(
+        TestedRangeWarning, lambda: iso.compare(isolated, strong, ["passive_off", "passive_on"])
+    )
+    assert len(lines) == 1
+    # a weak motion and a controller's own trials are silent
+    assert told(TestedRangeWarning, lambda: iso.simulate(isolated, shake.scaled(0.2)))[0] == []
+
+
+def test_current_beyond_the_tests_is_told(shake, isolated):
+    lines, run = told(
+        TestedRangeWarning,
+        lambda: iso.simulate(isolated, shake.scaled(0.2), iso.controller("constant", amperes=4.0)),
+    )
+    assert lines == ["coil 0 carries more current than its devices were tested with, 3 A: "
+                     "constant 4 A"]
+    assert run.reached_of_tests.current_ratio == pytest.approx(4 / 3)
+
+
+def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
+    """Ratios equal those of single runs, for an element in a storey too."""
+    braced = isolated.with_element(
+        iso.law("strain_stiffening").scaled(force=10.0), "storey1", 0, "brace"
+    )
+    cases = [
+        Case(plant, shake.scaled(factor), iso.controller("constant", amperes=2.0))
+        for factor in (0.1, 1.0, 2.0, 3.0)
+        for plant in (isolated, braced)
+    ] * 2
+    lines, batch = told(TestedRangeWarning, lambda: iso.simulate_many(cases))
+    assert len(lines) == 1 and " of 16 runs deform an isolator or element further" in lines[0]
+    for k in (0, 3, 6, 7):
+        case = cases[k]
+        _, run = told(
+            TestedRangeWarning,
+            lambda case=case: iso.simulate(case.isolated, case.ground, case.controller),
+        )
+        assert batch.deformation_over_tested[k] == pytest.approx(
+            run.reached_of_tests.deformation_ratio, rel=1e-6
+        )
+        deformed = run.output("isolator_deformation_m")
+        assert run.reached_of_tests.deformation[0] == pytest.approx(
+            np.abs(deformed).max(), rel=2e-3
+        )
+
+
+def test_fifty_times_the_tests_ends_the_run_and_names_the_scale(shake):
+    """A laboratory device that was not scaled, and one whose tests are said to reach further."""
+    unscaled = iso.reference_building().on(iso.law("strain_stiffening").scaled(force=30.0))
+    with pytest.raises(Diverged, match=r"50 times further .* check length_scale and force_scale"):
+        iso.simulate(unscaled, shake.scaled(3.0))
+
+
+def test_a_motion_out_of_scale_is_blamed_and_not_the_controller(shake, isolated):
+    with pytest.raises(Diverged, match=r"ground motion peaks at \d+ m/s\^2 .*check its unit"):
+        iso.simulate(isolated, shake.scaled(100.0))
+
+
+def test_a_wrong_unit_of_masses_is_told_with_the_period(shake):
+    building = iso.shear_building([250.0] * 3, [5e8] * 3, base_mass=300.0)
+    lines, run = told(
+        PlausibilityWarning,
+        lambda: iso.simulate(building.on(iso.reference_isolators()), shake.scaled(0.1)),
+    )
+    assert len(lines) == 1
+    assert "fixed-base period of 0.00998 s" in lines[0] and "masses in t" in lines[0]
+    assert lines[0] in iso.Comparison({"passive_off": run}).warnings()
+
+
+@pytest.mark.parametrize(
+    ("call", "part"),
+    [
+        (lambda record: record.padded(after=1e9), "5e+10 samples; accepted: up to 20,000,000"),
+        (lambda record: record.resampled(1e-7), "resampled to 1e-07 s"),
+        (lambda record: Case and _with_period(record), "period is 1e-09 s, 4e+09 decisions"),
+    ],
+)
+def test_what_does_not_fit_into_memory_is_refused(shake, call, part):
+    with pytest.raises(InputError) as caught:
+        call(shake)
+    assert part in str(caught.value) and "\n" not in str(caught.value)
+
+
+def _with_period(record):
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    return iso.simulate(isolated, record, iso.controller("on_off", period=1e-9))
+
+
+@pytest.mark.parametrize(
+    ("vary", "part"),
+    [
+        ([{"field": "isolator.count", "low": 1.0, "high": 2.0, "count": 10**8}], "makes 1e+08"),
+        ([{"field": "isolator.count", "low": 0.1, "high": 2.0, "step": 1e-9}], "makes 1.9e+09"),
+        ([{"field": f, "low": 0.1, "high": 2.0, "count": 10**4}
+          for f in ("isolator.count", "ground.scale_factor")], "100,000,000 cases (10000 x 10000)"),
+    ],
+)  # fmt: skip
+def test_a_sweep_of_endless_cases_is_refused(tmp_path, vary, part):
+    with pytest.raises(InputError) as caught:
+        iso.sweep({"vary": vary}, tmp_path / "out", workers=1)
+    assert part in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_files_are_new_and_places_can_be_written(tmp_path):
+    old = tmp_path / "old.toml"
+    old.write_text("mine")
+    with pytest.raises(InputError, match="exists; expected: a new name, or --force"):
+        check_new_files(False, None, old)
+    check_new_files(True, old)
+    check_new_files(False, tmp_path / "new" / "file.toml")
+    with pytest.raises(InputError, match="a folder; expected: a file"):
+        check_new_files(True, tmp_path)
+    with pytest.raises(InputError, match=r"old\.toml is a file; expected: a folder"):
+        check_writable(old / "below")
+
+
+def test_fit_refuses_its_output_place_before_the_work(tmp_path, capsys):
+    """Before the campaign is looked at, which is not there."""
+    for name, options in (("a.toml", ["--out"]), ("a.html", ["--report"]), ("a.svg", ["--figure"])):
+        (tmp_path / name).write_text("mine")
+        given = tmp_path / ("a" if options == ["--figure"] else name)
+        code, out, err = command(
+            capsys, "fit", tmp_path / "none", "--law", "bouc_wen", *options, given
+        )
+        assert (code, out) == (2, "")
+        assert "exists; expected: a new name, or --force" in err and len(err.splitlines()) == 1
+        assert (tmp_path / name).read_text() == "mine"
+    code, _, err = command(capsys, "fit", tmp_path / "none", "--law", "bouc_wen", "--out",
+                           tmp_path / "b.toml", "--report", tmp_path / "a.html")
+    assert code == 2 and "a.html: exists" in err
+
+
+def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("job.toml").write_text(SHORT)
+    for _ in range(2):
+        code, out, err = command(capsys, "run", "job.toml", "--out", "out", "--quiet",
+                                 "--no-figures")
+        assert code == 0
+    assert out == "results: out-2\n" and "--overwrite" in err
+    Path("out/mine.txt").write_text("mine")
+    code, out, _ = command(capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures",
+                           "--overwrite")
+    assert (code, out) == (0, "results: out\n")
+    assert not Path("out/mine.txt").exists() and Path("out/criteria.csv").exists()
+    Path("other").mkdir()
+    Path("other/thesis.txt").write_text("mine")
+    code, _, err = command(capsys, "run", "job.toml", "--out", "other", "--overwrite")
+    assert code == 2 and "other: holds something other than results" in err
+    assert Path("other/thesis.txt").read_text() == "mine"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["job.toml", "other", "out", "out-2"]
+
+
+def test_a_failure_while_overwriting_keeps_the_old_results(tmp_path):
+    with ResultsFolder(tmp_path / "out") as folder:
+        (folder.unfinished / "criteria.csv").write_text("old")
+        write_contents(folder.unfinished, "old")
+    with pytest.raises(RuntimeError), ResultsFolder(tmp_path / "out", overwrite=True):
+        raise RuntimeError
+    assert (tmp_path / "out" / "criteria.csv").read_text() == "old"
+    assert [each.name for each in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_terminated_command_leaves_nothing_behind(tmp_path):
+    """SIGTERM while results are being written."""
+    script = """
+        import os, signal, sys
+        from isolation_sim.reports import comparison_files
+        import isolation_sim.comparison as module
+        def stop(*_):
+            os.kill(os.getpid(), signal.SIGTERM)
+            import time; time.sleep(10)
+        module.simulated = stop
+        from isolation_sim.cli import main
+        main(["run", "--out", "results/deep/out"])
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)], cwd=tmp_path, capture_output=True,
+        text=True, timeout=60, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 128 + signal.SIGTERM, done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_of_ones_own_that_hides_a_package_is_told(tmp_path):
+    """A controllers.py beside a script, and a ground_motions.py."""
+    code = "import isolation_sim as iso; iso.controller('passive_off')"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    for name, kind in (("controllers", "InputError"), ("ground_motions", "ImportError")):
+        (tmp_path / f"{name}.py").write_text("")
+        (tmp_path / "script.py").write_text(code)
+        done = subprocess.run(
+            [sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True,
+            env=environment, timeout=60,
+        )  # fmt: skip
+        last = done.stderr.strip().splitlines()[-1]
+        assert kind in last and f"{name}.py hides the package '{name}' of isolation-sim" in last
+        (tmp_path / f"{name}.py").unlink()
+
+
+def test_workers_find_the_projects_packages_first(tmp_path, monkeypatch):
+    from isolation_sim.sweeps import workers
+
+    (tmp_path / "controllers.py").write_text("raise RuntimeError")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(workers, "_COMMAND", "import controllers; print(controllers.__file__)")
+    process = workers._started()
+    assert process.stdout is not None
+    assert str(ROOT) in process.stdout.read().decode()
+    process.kill()
+    process.wait()
+
+
+def test_a_home_that_cannot_be_written_is_replaced(tmp_path, monkeypatch, capsys):
+    from isolation_sim import generated
+
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.delenv("ISOLATION_SIM_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    monkeypatch.setattr(generated.tempfile, "gettempdir", lambda: str(tmp_path))
+    generated._writable.cache_clear()
+    found = generated.cache_folder()
+    assert found.parent == tmp_path and found.is_dir()
+    assert "set ISOLATION_SIM_CACHE" in capsys.readouterr().err
+    generated.cache_folder()
+    assert capsys.readouterr().err == ""  # once
+    monkeypatch.setenv("ISOLATION_SIM_CACHE", str(blocked / "below"))
+    with pytest.raises(InputError, match=r"ISOLATION_SIM_CACHE=.*cannot be written"):
+        generated.cache_folder()
+    generated._writable.cache_clear()
+
+
+def test_numbers_of_eleven_controllers_stay_whole():
+    names = [f"model_predictive_{k}" for k in range(11)]
+    criteria = {name: {"peak_drift_m": 1e-3 * (k + 1.2721)} for k, name in enumerate(names)}
+    table = CriteriaTables(criteria, {name: {} for name in names})
+    for width in (60, 80, 100, 200):
+        text = as_text(table, width)
+        assert max(map(len, text.splitlines())) <= width and "…" not in text
+        for k in range(11):
+            assert f"{k + 1.2721:#.4g}" in text
+        assert text.count("*") == 1 + text.count("* best of the row")
+
+
+def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
+    """Its response is that of SciPy's integration of the building alone."""
+    from scipy.integrate import solve_ivp
+
+    _, found = told(
+        TestedRangeWarning,
+        lambda: iso.compare(isolated, shake, ["passive_off", "passive_on"], fixed_base=True),
+    )
+    building = isolated.structure.fixed_base()
+    inverse = np.linalg.inv(building.mass)
+    n = building.n_dofs
+
+    def rates(t, y):
+        ground = np.interp(t, shake.time, shake.acceleration)
+        forces = building.damping @ y[n:] + building.stiffness @ y[:n]
+        return np.concatenate([y[n:], -inverse @ forces - building.influence[:, 0] * ground])
+
+    exact = solve_ivp(rates, (0, 4), np.zeros(2 * n), t_eval=np.linspace(0, 4, 4001), rtol=1e-8,
+                      atol=1e-10, max_step=0.02)
+    drift = np.abs(building.drift_rows @ exact.y[:n]).max()
+    assert found.fixed_base.criteria["peak_drift_m"] == pytest.approx(drift, rel=2e-3)
+    text = str(found)
+    assert "fixed" in text and f"{1e3 * found.fixed_base.criteria['peak_drift_m']:#.4g}" in text
+    assert "J1" in str(iso.Comparison(found.runs)) and "fixed base" not in found.criteria

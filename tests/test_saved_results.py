@@ -1,0 +1,246 @@
+"""Results of all five verbs: saved, loaded as what they were, drawn and reported again."""
+
+import json
+import pickle
+import zipfile
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import isolation_sim as iso
+from isolation_sim.archive import FILE, load_archive, save_archive
+from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
+from isolation_sim.effects import effect, extend
+from isolation_sim.errors import Diverged, InputError
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws.law import Law, Quantity
+
+pytestmark = pytest.mark.filterwarnings("ignore::isolation_sim.errors.TestedRangeWarning")
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    found = iso.compare(
+        isolated, iso.el_centro_1940().cut(0, 3), ["passive_off", "clipped_lqr"], fixed_base=True
+    )
+    return iso.Comparison(
+        found.runs, diverged={"mpc": Diverged("at t = 1 s")}, fixed_base=found.fixed_base
+    )
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    time = np.arange(0, 3, 1 / 128)
+    w = 2 * np.pi
+    x, v = 4e-3 * np.sin(w * time), 4e-3 * w * np.cos(w * time)
+    noise = np.random.default_rng(0).normal(0, 1.0, time.size)
+    runs = tuple(
+        TestRun(f"run{k}", time, x, v, 2e4 * x + 300 * v + noise, np.zeros(time.size), bool(k))
+        for k in range(2)
+    )
+    return iso.fit(Campaign("spring", "made for a test", runs), "kelvin_voigt", starts=2)
+
+
+@pytest.fixture(scope="module")
+def diagnosis():
+    t = np.linspace(0, 1, 50)
+    device = iso.law("bouc_wen", {"k": 1e4, "c": 10.0} | _others())
+    return Diagnosis(
+        data="tests", model="bouc_wen", verdict="explained", noise_floor=0.01,
+        error_before=Errors(0.2, float("nan")), error_after=Errors(0.02, float("nan")),
+        causes=(Cause("coulomb_friction", 0.9, 1e-6, {"F": Interval(1.0, 0.9, 1.1, "N")}, "It."),),
+        unexplained_share=0.05, depends_on=("velocity",), next_test=None,
+        steps=(Step("Fit", "It fits.", ("a",), (("1",),)),), judged=device,
+        extended=extend(device, [(effect("coulomb_friction"), _numbers("coulomb_friction"))]),
+        traces=(Trace("run", False, t, t, "x, mm", "F, N", np.sin(t), np.cos(t), np.sin(t)),),
+        details={"seed": 0},
+    )  # fmt: skip
+
+
+def _others():
+    law = iso.law.__globals__["LAWS"]["bouc_wen"]
+    known = {"k", "c"}
+    return {q.name: max(1.0, q.lower if np.isfinite(q.lower) else 1.0)
+            for q in law.parameters if q.name not in known}  # fmt: skip
+
+
+def _numbers(cause):
+    return {q.name: max(1e-3, q.lower if np.isfinite(q.lower) else 0) + 1e-3
+            for q in effect(cause).parameters}  # fmt: skip
+
+
+def same(a, b):
+    """Whether two results hold the same data, looked at field by field."""
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    if isinstance(a, float):
+        return a == b or (a != a and b != b)
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return list(a) == list(b) and all(same(a[k], b[k]) for k in a)
+    if isinstance(a, Law):
+        return a is b
+    if hasattr(a, "__dataclass_fields__"):
+        return type(a) is type(b) and all(
+            same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a)
+        )
+    if isinstance(a, Exception):
+        return str(a) == str(b)
+    if isinstance(a, iso.Run | iso.Comparison):
+        return type(a) is type(b) and same(a.__getstate__(), b.__getstate__())
+    return a == b
+
+
+def test_a_comparison_comes_back(comparison, tmp_path):
+    found = iso.load(comparison.save(tmp_path / "out"))
+    assert isinstance(found, iso.Comparison) and same(found, comparison)
+    assert str(found) == str(comparison)
+    assert found.warnings() == comparison.warnings()
+    for kind in ("time_histories", "loops", "currents", "floor_envelopes", "energy"):
+        assert isinstance(found.plot(kind), Figure)
+    again = found.save(tmp_path / "again")
+    for name in ("report.html", "table.txt", "criteria.csv", "criteria.json"):
+        assert (again / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
+
+
+def test_a_run_comes_back(comparison, tmp_path):
+    run = comparison.runs["clipped_lqr"]
+    found = iso.load(run.save(tmp_path / "run"))
+    assert isinstance(found, iso.Run) and same(found, run)
+    assert found.history.identical(run.history)
+    assert isinstance(found.plot(), Figure)
+    with pytest.raises(InputError, match="unknown output"):
+        found.output("floor9_acceleration_m_s2")
+
+
+def test_a_fit_comes_back(fitted, tmp_path):
+    found = iso.load(fitted.save(tmp_path / "fit"))
+    assert isinstance(found, iso.Fit) and same(found, fitted)
+    assert found.report() == fitted.report() and isinstance(found.plot(), Figure)
+    assert iso.Scenario.read(tmp_path / "fit" / "fitted.toml").isolator.law == "kelvin_voigt"
+
+
+def test_a_diagnosis_comes_back(diagnosis, tmp_path, capsys):
+    diagnosis.save(tmp_path / "diagnosis")
+    found = iso.load(tmp_path / "diagnosis")
+    assert isinstance(found, Diagnosis) and same(found, diagnosis)
+    assert found.extended.law is diagnosis.extended.law
+    assert found.to_json() == diagnosis.to_json() and isinstance(found.plot(), Figure)
+    found.report()
+    assert "coulomb_friction" in capsys.readouterr().out
+
+
+def test_a_sweep_comes_back(tmp_path):
+    plan = {
+        "scenario": {"ground": {"stop_s": 1.0}, "controller": [{"name": "passive_off"}]},
+        "vary": [{"field": "isolator.count", "values": [1.0, 1.2]}],
+    }
+    made = iso.sweep(plan, tmp_path / "sweep", workers=1)
+    found = iso.load(tmp_path / "sweep")
+    assert isinstance(found, iso.Sweep) and isinstance(found.plot(), Figure)
+    assert found.to_pandas().equals(made.table)
+    assert pickle.loads(pickle.dumps(found)).table.equals(made.table)
+    assert "2 runs" in repr(found) and "<pre" in found._repr_html_()
+
+
+def test_results_pickle(comparison, fitted, diagnosis):
+    for result in (comparison, *comparison.runs.values(), fitted, diagnosis):
+        assert same(pickle.loads(pickle.dumps(result)), result)
+
+
+@pytest.mark.parametrize("make", [
+    lambda device: device,
+    iso.passive,
+    lambda device: extend(device, [(effect("current_lag"), _numbers("current_lag"))]),
+])  # fmt: skip
+def test_every_kind_of_law_is_found_again(make, tmp_path):
+    device = make(iso.law("strain_stiffening"))
+    save_archive(device, tmp_path / FILE)
+    for found in (load_archive(tmp_path / FILE), pickle.loads(pickle.dumps(device))):
+        assert found.law is device.law and same(found, device)
+
+
+def test_a_law_without_a_name_says_what_to_do(tmp_path):
+    own = Law("own", "Own", (Quantity("k", "N/m", "stiffness"),), lambda x, v, s, p: p[0] * x)
+    device = iso.law(own, {"k": 1.0})
+    with pytest.raises(InputError, match=r"law 'own' has no name .*register\('law'"):
+        save_archive(device, tmp_path / FILE)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("tree", [
+    {"$object": "os:system", "state": {}},
+    {"$object": "isolation_sim.io.atomic_write:write_text", "state": {}},
+    {"$object": "isolation_sim.simulation.result:Ruin", "state": {}},
+    {"$array": "none"}, {"$unknown": 1}, [{"$law": {"$tuple": ["named", "no_such_law"]}}],
+])  # fmt: skip
+def test_a_file_that_is_no_result_is_refused_and_nothing_is_run(tree, tmp_path):
+    path = tmp_path / FILE
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("tree.json", json.dumps({"result": tree}))
+    with pytest.raises(InputError, match=str(path)) as told:
+        iso.load(path)
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("content", [None, b"", b"PK\x03\x04", b"text"])
+def test_what_cannot_be_loaded_is_told(content, tmp_path):
+    if content is not None:
+        (tmp_path / FILE).write_bytes(content)
+    with pytest.raises(InputError, match="saved result"):
+        iso.load(tmp_path)
+    with pytest.raises(InputError, match="saved result"):
+        iso.load(tmp_path / "nowhere")
+
+
+def test_a_repr_is_one_short_line(comparison, fitted, diagnosis):
+    results = [comparison, *comparison.runs.values(), fitted, fitted.campaign,
+               comparison.runs["passive_off"].isolated]
+    for result in results:
+        assert len(repr(result)) < 300 and "\n" not in repr(result)
+    for result in (comparison, fitted, comparison.runs["passive_off"]):
+        assert "<pre" in result._repr_html_() and len(str(result)) < 6000
+
+
+def test_tables_and_arrays_for_other_tools(comparison, fitted):
+    run = comparison.runs["clipped_lqr"]
+    table = run.to_pandas()
+    np.testing.assert_array_equal(table["floor5_acceleration_m_s2"], run.output(
+        "floor5_acceleration_m_s2"))
+    assert table.index.name == "time_s" and "coil0_current_A" in table
+    assert comparison.to_pandas().loc["clipped_lqr", "J1"] == comparison.criteria["clipped_lqr"][
+        "J1"]
+    both = comparison.to_xarray()
+    np.testing.assert_array_equal(
+        both.sel(controller="clipped_lqr").current.values, run.history.current.values
+    )
+    assert list(fitted.to_pandas()["name"]) == ["k", "c"]
+
+
+def test_the_public_names_alone_are_listed():
+    assert set(dir(iso)) == {"__version__", *iso.__all__}
+    assert {"Record", "read_record", "load", "Batch", "Sweep"} <= set(dir(iso))
+    for name in iso.__all__:
+        assert getattr(iso, name) is not None
+
+
+def test_editors_show_every_option():
+    import inspect
+
+    for verb in (iso.simulate, iso.compare, iso.simulate_many):
+        kinds = {p.kind for p in inspect.signature(verb).parameters.values()}
+        assert inspect.Parameter.VAR_KEYWORD not in kinds
+    assert "computation_delay" in inspect.signature(iso.compare).parameters
+
+
+def test_dataclasses_are_replaced_as_before(comparison):
+    """A loaded plant is as good as the first one: it simulates to the same numbers."""
+    run = pickle.loads(pickle.dumps(comparison.runs["passive_off"]))
+    plant = replace(run.isolated, elements=run.isolated.elements)
+    again = iso.simulate(plant, run.records[0], "passive_off")
+    assert again.criteria == run.criteria

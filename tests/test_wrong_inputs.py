@@ -1,0 +1,343 @@
+"""Wrong inputs of every kind, each answered in one clear line; on the command line with exit 2.
+
+The table is the specification: what a user may get wrong, and the part of the answer that names
+it. Nothing of it reaches a simulation.
+"""
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import Record, el_centro_1940, read
+from isolation_sim.cli import main
+from isolation_sim.errors import InputError
+from isolation_sim.laws.law import Law, Quantity
+from isolation_sim.simulation.control import CoilDriver, Sensors
+
+CSV = "time_s,ground_acceleration_m_s2\n0.00,0.1\n0.01,-0.2\n0.02,0.1\n"
+SHEAR = "[structure]\nfloor_masses_kg = {m}\nstorey_stiffnesses_N_per_m = {k}\nbase_mass_kg = {b}\n"
+
+# a scenario's text, and what the answer says
+SCENARIOS = [
+    ("name = 3", "name is 3; accepted: text"),
+    ("name = ''", "name is ''; accepted: text that is not empty"),
+    ("nme = 'a'", "unknown key 'nme'; did you mean 'name'?"),
+    ("ground = 1", "ground"),
+    ("ground = []", "ground"),
+    ("[ground]\nname = 'el_centro'", "el_centro_1940_ns"),
+    ("[ground]\nnam = 'el_centro_1940_ns'", "unknown key 'nam'; did you mean 'name'?"),
+    ("[ground]\nkind = 'recrd'", "ground.kind is 'recrd'; did you mean 'record'?"),
+    ("[ground]\nstart_s = -1.0", "ground.start_s is -1.0; accepted: 0 or more"),
+    ("[ground]\nstop_s = 0.0", "ground.stop_s is 0.0; accepted: a number above 0"),
+    ("[ground]\nstart_s = 5.0\nstop_s = 4.0", "ground"),
+    ("[ground]\nstart_s = 100.0", "ground"),
+    ("[ground]\nstop_s = '4'", "ground.stop_s is '4'; accepted: a number"),
+    ("[ground]\nstop_s = nan", "ground.stop_s is nan"),
+    ("[ground]\nscale_factor = inf", "ground.scale_factor is inf; accepted: a finite number"),
+    ("[ground]\nscale_factor = 1.0\nscale_to_pga_g = 0.3", "accepted: one of them at most"),
+    ("[ground]\nscale_to_sa_g = 0.3", "scale_to_sa_g and sa_period_s belong together"),
+    ("[ground]\nhighpass_Hz = 0.1", "highpass_Hz needs baseline_order"),
+    ("[ground]\nbaseline_order = 99", "ground"),
+    ("[ground]\nresample_to_s = 1e-7", "up to 20,000,000 samples"),
+    ("[ground]\nresample_to_s = 100.0", "at most half the duration"),
+    ("[ground]\nquiet_after_s = 1e9", "up to 20,000,000 samples"),
+    ("[ground]\nquiet_before_s = -1.0", "ground.quiet_before_s is -1.0; accepted: 0 or more"),
+    ("[ground]\nfile = 'none.at2'", "none.at2: given a file that does not exist"),
+    ("[ground]\nfile = 3", "ground.file is 3; accepted: a path, as text"),
+    ("[ground]\nfile = 'short.at2'", "short.at2"),
+    ("[ground]\nfile = 'motion.xyz'", "motion.xyz"),
+    ("[ground]\nfile = 'empty.csv'", "empty.csv"),
+    ("[ground]\nfile = 'text.csv'", "text.csv"),
+    ("[ground]\nfile = 'motion.csv'\ncolumn = 'acc'", "given column 'acc'"),
+    ("[ground]\nfile = 'motion.txt'\ndt_s = 0.01", "unit"),
+    ("[ground]\nfile = 'motion.txt'\nunit = 'g'", "motion.txt"),
+    ("[ground]\nfile = 'motion.txt'\nunit = 'ft/s2'\ndt_s = 0.01", "given unit 'ft/s2'"),
+    ("[ground]\nfile = 'motion.csv'\nreader = 'cvs'", "unknown reader 'cvs'; did you mean 'csv'?"),
+    ("[ground]\nkind = 'kanai_tajimi'", "ground"),
+    ("[ground]\nkind = 'band_limited_noise'\nlow_Hz = 1.0", "is missing; it has no default"),
+    ("[ground]\nkind = 'band_limited_noise'\nlow_Hz = 1.0\nhigh_Hz = 0.5\nduration_s = 5.0\n"
+     "rms_m_s2 = 1.0", "ground"),
+    ("[ground]\nkind = 'band_limited_noise'\nlow_Hz = 1.0\nhigh_Hz = 5.0\nduration_s = 1e9\n"
+     "rms_m_s2 = 1.0", "up to 20,000,000 samples"),
+    ("[[ground]]\n[[ground]]", "takes 1 ground motions"),
+    ("structure = 'reference'", "structure"),
+    ("[structure]\nkind = 'sheer'", "structure.kind is 'sheer'; did you mean 'shear'?"),
+    ("[structure]\nfloor_masses_kg = [1e5]", "is missing; it has no default"),
+    (SHEAR.format(m="[]", k="[]", b=1e5), "a list of 1 or more"),
+    (SHEAR.format(m="[0.0]", k="[1e8]", b=1e5), "floor_masses_kg[0] is 0.0; accepted: a number"),
+    (SHEAR.format(m="[1e5]", k="[-1.0]", b=1e5), "N_per_m[0] is -1.0; accepted: a number above 0"),
+    (SHEAR.format(m="[1e5]", k="['a']", b=1e5), "N_per_m[0] is 'a'; accepted: a number"),
+    (SHEAR.format(m="[1e5, 1e5]", k="[1e8]", b=1e5), "2 masses, 1 stiffnesses"),
+    (SHEAR.format(m="[1e5]", k="[1e8]", b="'x'"), "base_mass_kg is 'x'; accepted: a number"),
+    (SHEAR.format(m="[1e5]", k="[1e8]", b=1e5) + "damping = 'raleigh'", "'rayleigh'"),
+    (SHEAR.format(m="[1e5]", k="[1e8]", b=1e5) + "damping_ratio = 2.0", "a number below 1"),
+    (SHEAR.format(m="[1e5,1e5]", k="[1e8,1e8]", b=1e5) + "rayleigh_modes = [1, 3]", "1 to 2"),
+    (SHEAR.format(m="[1e5]", k="[1e8]", b=1e5), "length_scale is missing"),
+    (SHEAR.format(m="[1e5]", k="[1e8]", b=1e5) + "storey_heights_m = [3.0, 3.0]\n[isolator]\n"
+     "target_period_s = 2.0", "heights"),
+    ("[structure]\nfile = 'none.npz'", "none.npz"),
+    ("[structure]\nfile = 'motion.csv'", "motion.csv"),
+    ("[structure]\nfile = 'lacking.npz'", "array 'K' is missing"),
+    ("[structure]\nfile = 'uneven.npz'", "has shape (2, 3); accepted: (2, 2)"),
+    ("[structure]\nfile = 'massless.npz'", "mass of"),
+    ("[isolator]\nlaw = 'bouc_wenn'", "unknown law 'bouc_wenn'; did you mean 'bouc_wen'?"),
+    ("[isolator]\nlaw = 'none.py:LAW'", "cannot be read"),
+    ("[isolator]\nlaw = 'own.py:NOTHING'", "own.py:NOTHING"),
+    ("[isolator]\nlaw = 'own.py:NUMBER'", "is of type int"),
+    ("[isolator]\nlaw = 'own.py:BRANCH'\nparameters = { k = 1e6 }\nlength_scale = 1.0\n"
+     "force_scale = 1.0", "own.py:7: 'if x > 0:' cannot be traced in force"),
+    ("[isolator]\nparameters = 'genralised'", "unknown parameter set of strain_stiffening"),
+    ("[isolator]\nparameters = { q = 1.0 }", "q"),
+    ("[isolator]\nlaw = 'kelvin_voigt'\nparameters = { k = -1.0, c = 1.0 }", "parameter 'k' is -1"),
+    ("[isolator]\nlaw = 'kelvin_voigt'\nparameters = { k = 1.0 }", "c"),
+    ("[isolator]\nlaw = 'kelvin_voigt'", "no published set; parameters needed: k, c"),
+    ("[isolator]\ncurrent_range_A = [3.0]", "a list of 2 or more"),
+    ("[isolator]\ncurrent_range_A = [3.0, 1.0]", "current_range is (3.0, 1.0)"),
+    ("[isolator]\ntested_deformation_m = 0.0", "a number above 0"),
+    ("[isolator]\nlength_scale = -10.0", "isolator.length_scale is -10.0"),
+    ("[isolator]\nforce_scale = true", "isolator.force_scale is True; accepted: a number"),
+    ("[isolator]\ncount = 0.0", "isolator.count is 0.0; accepted: a number above 0"),
+    ("[isolator]\nswitching = 'active'", "isolator.switching is 'active'"),
+    ("[isolator]\ntarget_period_s = 0.3", "target_period_s is 0.3; accepted: above 0.5"),
+    ("[isolator]\ntarget_period_s = 2.0\nlength_scale = 9.0", "length_scale is given beside"),
+    ("[isolator]\ntarget_period_s = 2.0\ndamping_ratio = 0.001", "damping is 0.001; accepted"),
+    ("[isolator]\ndesign_displacement_m = 0.1", "needs target_period_s"),
+    ("[[isolator.effect]]\nname = 'frction'", "unknown effect 'frction'"),
+    ("[[isolator.effect]]\nname = 'coulomb_friction'\nform = 'x'", "unknown form"),
+    ("[[isolator.effect]]\nname = 'coulomb_friction'", "is missing; needed"),
+    ("[[element]]\ndirection = 'storey1'\nlaw = 'linear'\nparameters = { k = 1.0 }\n"
+     "dirction = 1", "unknown key 'dirction'; did you mean 'direction'?"),
+    ("[[element]]\ndirection = 'storey9'\nlaw = 'linear'\nparameters = { k = 1.0 }",
+     "unknown storey or dof 'storey9'"),
+    ("[[element]]\ndirection = [1.0]\nlaw = 'linear'\nparameters = { k = 1.0 }", "has shape (1,)"),
+    ("[[element]]\ndirection = 'storey1'", "has no channel"),
+    ("[[element]]\ndirection = 'storey1'\nchannel = 5", "without gaps"),
+    ("[[controller]]\nname = 'clipped_lqrr'", "unknown controller 'clipped_lqrr'"),
+    ("[[controller]]\namperes = 1.0", "controller[0].name is missing"),
+    ("[[controller]]\nname = 'constant'\namperes = 'high'", "amperes"),
+    ("[[controller]]\nname = 'constant'\nampere = 1.0", "did you mean 'amperes'?"),
+    ("[[controller]]\nname = 'on_off'\nperiod = -1.0", "period"),
+    ("[[controller]]\nname = 'on_off'\nperiod = 1e-9", "period is 1e-09 s, "),
+    ("[[controller]]\nname = 'on_off'\n[[controller]]\nname = 'on_off'", "two controllers are"),
+    ("controller = []", "controller"),
+    ("[driver]\nlag_s = -0.1", "driver.lag_s is -0.1; accepted: 0 or more"),
+    ("[driver]\nslew_A_per_s = 0.0", "driver.slew_A_per_s is 0.0; accepted: a number above 0"),
+    ("[driver]\nlow_A = 2.0\nhigh_A = 1.0", "high"),
+    ("[driver]\nlag = 0.1", "unknown key 'lag'; did you mean 'lag_s'?"),
+    ("[sensors]\ndropout = 1.0", "sensors.dropout is 1.0; accepted: a number below 1"),
+    ("[sensors]\nseed = -1", "sensors.seed is -1; accepted: 0 or more"),
+    ("[sensors]\nseed = 1.5", "sensors.seed is 1.5; accepted: a whole number"),
+    ("[simulation]\ntolerance = 1.0", "simulation.tolerance is 1.0; accepted: 0.01 or less"),
+    ("[simulation]\ncurrent_outside = 'clip'", "did you mean 'clamp'?"),
+    ("[simulation]\nfixed_base = 1", "simulation.fixed_base is 1; accepted: true or false"),
+    ("[belief]\nlaw = 'lineer'", "unknown law 'lineer'"),
+    ("[belief]\nforce_factor = 0.0", "belief.force_factor is 0.0; accepted: a number above 0"),
+    ("[belif]\nforce_factor = 1.0", "unknown key 'belif'; did you mean 'belief'?"),
+    ("name = 'a'\nname = 'b'", "job.toml: not TOML"),
+]
+
+# a plan's text, and what the answer says
+VARY = "[[vary]]\nfield = 'isolator.count'\n"
+PLANS = [
+    ("vary = 1", "vary is 1; accepted: a list"),
+    ("[[vary]]\nvalues = [1.0]", "vary[0].field is missing"),
+    (VARY, "accepted: values, or low and high"),
+    (VARY + "values = []", "a list of 1 or more"),
+    (VARY + "low = 2.0\nhigh = 1.0\ncount = 3", "low is 2, high 1; accepted: low below"),
+    (VARY + "low = 1.0\nhigh = 2.0\ncount = 1", "count is 1; accepted: 2 or more"),
+    (VARY + "low = 1.0\nhigh = 2.0\ncount = 3\nstep = 0.1", "one of them at most"),
+    (VARY + "low = 0.0\nhigh = 2.0\ncount = 3\nspacing = 'log'", "with log spacing: above 0"),
+    (VARY + "low = 1.0\nhigh = 2.0\ncount = 3\nspacing = 'logarithmic'", "'log'"),
+    (VARY + "low = 1.0\nhigh = 2.0", "isolator.count has limits but no count"),
+    (VARY + "low = 1.0\nhigh = 2.0\nstep = 1e-12", "makes 1e+12 values"),
+    (VARY + "values = [1.0]\nnames = ['a', 'b']", "names and values differ in number"),
+    (VARY + "values = [-1.0]", "isolator.count"),
+    (VARY + "values = ['many']", "isolator.count"),
+    ("[[vary]]\nfield = 'isolator.cuont'\nvalues = [1.0]", "count"),
+    ("[[vary]]\nfield = 'isolator..count'\nvalues = [1.0]", "cannot be read"),
+    ("[[vary]]\nfield = 'controller[9].amperes'\nvalues = [1.0]", "controller"),
+    (VARY + "values = [1.0]\n" + VARY + "values = [2.0]", "is varied twice"),
+    (VARY + "low = 1.0\nhigh = 2.0\n[sample]\ncount = 0", "sample.count is 0"),
+    (VARY + "low = 1.0\nhigh = 2.0\n[sample]\ncount = 4\nmethod = 'soboll'", "'sobol'"),
+    (VARY + "low = 1.0\nhigh = 2.0\n[sample]\ncount = 3\nmethod = 'sobol'", "a power of 2"),
+    (VARY + "low = 1.0\nhigh = 2.0\n[sample]\ncount = 1000000000", "makes 1e+09 values"),
+    ("[cases]\nfile = 'none.csv'", "none.csv: cannot be read"),
+    ("[cases]\nfile = 'empty.csv'", "empty.csv: empty"),
+    ("[seeds]\ncount = 0", "seeds.count is 0"),
+    ("scenario = 'none.toml'", "none.toml: no such file"),
+    ("[scenario.isolator]\ncuont = 1.0", "unknown key 'cuont'; did you mean 'count'?"),
+    ("histories = 'all'", "histories"),
+]
+
+# a command line, and what the answer says
+COMMANDS = [
+    ("rnu", "No such command 'rnu'"),
+    ("run --jsn", "No such option: --jsn"),
+    ("run none.toml", "none.toml: no such file"),
+    ("run a.toml b.toml", "unexpected extra argument"),
+    ("run motion.csv", "motion.csv: not TOML"),
+    ("run --out motion.csv/out", "motion.csv/out: results cannot be written there"),
+    ("run --overwrite --out .", "holds something other than results"),
+    ("new motion.csv", "motion.csv: exists; expected: a new name, or --force"),
+    ("list", "Missing argument"),
+    ("list lawz", "unknown subject 'lawz'; did you mean 'laws'?"),
+    ("fit", "Missing argument"),
+    ("fit .", "Missing option '--law'"),
+    ("fit none --law linear", "none: a folder that does not exist"),
+    ("fit . --law linear --starts few", "Invalid value for '--starts'"),
+    ("fit . --law linear --fix k", "--fix k"),
+    ("fit . --law linear --out motion.csv", "motion.csv: exists; expected: a new name, or --force"),
+    ("fit . --law linear --report motion.csv", "motion.csv: exists"),
+    ("fit . --law linear --out motion.csv/a.toml", "motion.csv is a file; expected: a folder"),
+    ("diagnose none.csv", "none.csv"),
+    ("diagnose motion.csv", "motion.csv: a building record needs the building"),
+    ("sweep none.toml", "none.toml: no such file"),
+    ("sweep plan.toml --workers 0", "workers is 0; accepted: 1 or more"),
+    ("sweep plan.toml --workers two", "Invalid value for '--workers'"),
+    ("sweep plan.toml --out .", ": holds something already; accepted: a new folder"),
+    ("sweep show .", "no sweep there"),
+    ("sweep new motion.csv", "motion.csv: exists"),
+    ("study no_such_study", "no_such_study"),
+    ("cite none.toml", "none.toml"),
+]
+
+
+def isolated():
+    return iso.reference_building().on(iso.reference_isolators())
+
+
+MOTION = Record([0.0, 0.1, 0.0], 0.01)
+BRANCH = Law(
+    "branch", "Branch", (Quantity("k", "N/m", "stiffness"),),
+    lambda x, v, s, p: p[0] * x if x > 0 else 0.0,
+)
+
+# a call in Python, and what the answer says
+CALLS = [
+    (lambda: iso.simulate(iso.reference_building(), MOTION), "without isolators; expected: struct"),
+    (lambda: iso.simulate(None, MOTION), "isolated is None; expected: an IsolatedStructure"),
+    (lambda: iso.simulate(isolated(), "motion.csv"), "ground is the path 'motion.csv'; expected"),
+    (lambda: iso.simulate(isolated(), 3.0), "ground is 3.0; expected: a Record"),
+    (lambda: iso.simulate(isolated(), [1.0, 2.0]), "ground[0] is 1.0; expected: a Record"),
+    (lambda: iso.simulate(isolated(), [MOTION, MOTION]), "takes 1 ground motions"),
+    (lambda: iso.simulate(isolated(), MOTION, "clipped_lqrr"), "unknown controller"),
+    (lambda: iso.simulate(isolated(), MOTION, type(iso.controller("on_off"))), "is the class"),
+    (lambda: iso.simulate(isolated(), MOTION, 1.5), "controller is 1.5; expected"),
+    (lambda: iso.simulate(isolated(), MOTION, None), "controller is None; expected"),
+    (lambda: iso.simulate(isolated(), MOTION, tolerance=1.0), "tolerance is 1.0; accepted"),
+    (lambda: iso.simulate(isolated(), MOTION, tolerance="fine"), "tolerance is 'fine'; expected"),
+    (lambda: iso.simulate(isolated(), MOTION, current_outside="clip"), "current_outside is 'clip'"),
+    (lambda: iso.simulate(isolated(), MOTION, computation_delay=-1), "computation_delay is -1 s"),
+    (lambda: iso.simulate(isolated(), MOTION, driver=Sensors()), "driver is of type Sensors"),
+    (lambda: iso.simulate(isolated(), MOTION, sensors=CoilDriver()), "sensors is of type Coil"),
+    (lambda: iso.simulate(isolated(), MOTION, belief=iso.reference_building()), "belief is 'refe"),
+    (lambda: iso.simulate(iso.reference_building().on(iso.law(BRANCH, {"k": 1.0})), MOTION),
+     "cannot be traced in force; expected: a comparison as a multiplier"),
+    (lambda: iso.compare(isolated(), MOTION, "on_off"), "accepted: a list of names"),
+    (lambda: iso.compare(isolated(), MOTION, None), "controllers is None"),
+    (lambda: iso.compare(isolated(), MOTION, ["on_off", "on_off"]), "different names"),
+    (lambda: iso.compare(isolated(), MOTION, []), "a comparison needs one run or more"),
+    (lambda: iso.Case(isolated(), MOTION, "on_off"), "controller is 'on_off'; expected: contr"),
+    (lambda: iso.Case(iso.reference_building(), MOTION, iso.controller("on_off")), "without isol"),
+    (lambda: iso.simulate_many([isolated()]), "cases[0] is of type IsolatedStructure"),
+    (lambda: iso.simulate_many([], threads=0), "threads is 0; accepted: 1 or more"),
+    (lambda: iso.reference_building().on("bouc_wen"), "needs a Device"),
+    (lambda: iso.reference_building().on(iso.law("strain_stiffening"), count=0), "force is 0"),
+    (lambda: iso.shear_building([1e5], [1e8], base_mass=0.0), "base_mass[0] is 0 kg; accepted"),
+    (lambda: iso.shear_building([1e5], [1e8], base_mass=1.0, damping="none"), "unknown damping"),
+    (lambda: iso.from_matrices(1.0, 1.0, 1.0), "mass must be a square matrix"),
+    (lambda: iso.from_matrices(np.eye(2), np.eye(2), np.eye(3)), "stiffness has shape (3, 3)"),
+    (lambda: iso.read_matrices("none.npz"), "none.npz"),
+    (lambda: isolated().periods(99.0), "current 99 A is outside"),
+    (lambda: iso.law("bouc_wenn"), "unknown law 'bouc_wenn'; did you mean 'bouc_wen'?"),
+    (lambda: iso.law("strain_stiffening").scaled(length=-1), "length is -1; accepted: a number ab"),
+    (lambda: iso.controller("constant", ampers=1.0), "did you mean 'amperes'?"),
+    (lambda: iso.fit("none", "bouc_wen"), "none: a folder that does not exist"),
+    (lambda: iso.sweep({"vry": []}), "unknown key 'vry'; did you mean 'vary'?"),
+    (lambda: iso.load("none"), "none: no saved result"),
+    (lambda: iso.register("low", None), "unknown kind 'low'; did you mean 'law'?"),
+    (lambda: iso.Comparison({}), "a comparison needs one run or more"),
+    (lambda: read("none.at2"), "none.at2: given a file that does not exist"),
+    (lambda: el_centro_1940().cut(50, 60), "start"),
+    (lambda: el_centro_1940().resampled(0.0), "dt (s)"),
+    (lambda: Record([0.0, np.nan], 0.01), "nan at sample 1"),
+    (lambda: Record([[0.0]], 0.01), "acceleration"),
+    (lambda: Record([0.0, 1.0], -0.01), "dt (s): given -0.01"),
+    (lambda: CoilDriver(lag=-1.0), "lag"),
+    (lambda: Sensors(dropout=2.0), "dropout is 2.0; accepted: 0 or more, below 1"),
+]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("given")
+    eye = np.eye(2)
+    (folder / "motion.csv").write_text(CSV)
+    (folder / "empty.csv").write_text("")
+    (folder / "text.csv").write_text("time_s,ground_acceleration_m_s2\n0,a\n1,b\n")
+    (folder / "motion.txt").write_text("0.1\n0.2\n")
+    (folder / "motion.xyz").write_text("0.1\n0.2\n")
+    (folder / "short.at2").write_text("PEER\n")
+    (folder / "plan.toml").write_text(VARY + "values = [1.0]\n")
+    (folder / "own.py").write_text(
+        "from isolation_sim.laws.law import Law, Quantity\n\n"
+        "NUMBER = 3\n\n\n"
+        "def force(x, v, states, parameters):\n    if x > 0:\n        return parameters[0] * x\n"
+        "    return 0.0\n\n\n"
+        "BRANCH = Law('branch', 'Branch', (Quantity('k', 'N/m', 'stiffness'),), force)\n"
+    )
+    np.savez(folder / "lacking.npz", M=eye, C=eye)
+    np.savez(folder / "uneven.npz", M=eye, C=np.ones((2, 3)), K=eye)
+    np.savez(folder / "massless.npz", M=0 * eye, C=eye, K=eye)
+    return folder
+
+
+@pytest.fixture
+def answer(files, monkeypatch, capsys):
+    """Run a command in the folder; return its one line of answer."""
+
+    def run(*arguments):
+        monkeypatch.chdir(files)
+        before = {path: path.read_bytes() for path in files.rglob("*") if path.is_file()}
+        with pytest.raises(SystemExit) as ended:
+            main([str(each) for each in arguments])
+        told = capsys.readouterr()
+        assert ended.value.code == 2, told.err
+        assert told.out == ""
+        assert told.err.startswith("isolation-sim: ") and told.err.count("\n") == 1
+        after = {path: path.read_bytes() for path in files.rglob("*") if path.is_file()}
+        assert after == before
+        return told.err
+
+    return run
+
+
+@pytest.mark.parametrize(("text", "told"), SCENARIOS)
+def test_a_scenario(answer, files, text, told):
+    (files / "job.toml").write_text(text)
+    line = answer("run", "job.toml", "--no-figures")
+    assert "job.toml" in line and told in line
+
+
+@pytest.mark.parametrize(("text", "told"), PLANS)
+def test_a_plan(answer, files, text, told):
+    (files / "varied.toml").write_text(text)
+    assert told in answer("sweep", "varied.toml", "--workers", "1")
+
+
+@pytest.mark.parametrize(("command", "told"), COMMANDS)
+def test_a_command(answer, command, told):
+    assert told in answer(*command.split())
+
+
+@pytest.mark.parametrize(("call", "told"), CALLS, ids=range(len(CALLS)))
+def test_a_call(tmp_path, monkeypatch, call, told):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        call()
+    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_list_is_long_enough():
+    assert len(SCENARIOS) + len(PLANS) + len(COMMANDS) + len(CALLS) >= 150

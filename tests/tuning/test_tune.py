@@ -1,0 +1,199 @@
+"""Tuning: a known optimum, a search that goes on after a kill, input refused in one line."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import controllers
+import isolation_sim as iso
+from controllers import setting
+from controllers.settings import Number, SearchRange
+from ground_motions import el_centro_1940, write_csv
+from isolation_sim.cli import main
+from isolation_sim.tuning.trials import Trials
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "outwards.py"
+CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 0.4}
+"""Weights under which neither end of the range of current is best."""
+PLANT = "[driver]\nlag_s = 0.05\nhigh_A = 3.0\n[ground]\nstop_s = 8.0\n"
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return iso.Scenario.from_toml(PLANT)
+
+
+@pytest.fixture(scope="module")
+def strong():
+    """The strong part of El Centro, and another motion to judge by."""
+    record = el_centro_1940()
+    return [record.cut(0.0, 8.0)], [record.cut(0.0, 6.0)]
+
+
+@pytest.fixture(scope="module")
+def tuned(scenario, strong, tmp_path_factory):
+    """A constant current, tuned on one motion."""
+    folder = tmp_path_factory.mktemp("tuned") / "out"
+    return tune_constant(scenario, strong, folder), folder
+
+
+def tune_constant(scenario, strong, folder, **options):
+    given = {"motions": strong[0], "unseen": strong[1], "criteria": CRITERIA} | options
+    return iso.tune("constant", scenario, evaluations=50, out=folder, threads=1, **given)
+
+
+def weighted(scenario, record, current):
+    """The criterion of one run by ``simulate``, without the tuning's own code."""
+    job = scenario.build()
+    run, off = (
+        iso.simulate(job.isolated, record, iso.controller("constant", amperes=i), **job.options)
+        for i in (current, 0.0)
+    )
+    return sum(weight * run.criteria[key] / off.criteria[key] for key, weight in CRITERIA.items())
+
+
+def test_a_constant_current_is_tuned_to_the_least_of_a_scan(scenario, strong, tuned):
+    tuning, _ = tuned
+    currents = np.linspace(0.0, 3.0, 25)
+    scan = [weighted(scenario, strong[0][0], i) for i in currents]
+    best = int(np.argmin(scan))
+    assert 0 < best < 24, "the optimum must be inside"
+    found = tuning.settings["amperes"]
+    assert currents[best - 1] < found < currents[best + 1]
+    (judged, unseen) = tuning.judged
+    assert judged.constant[0] <= scan[best] + 1e-9
+    assert judged.current[0] == pytest.approx(found, abs=0.05)
+    # one motion's best constant current is what it is measured by
+    assert judged.after[0] == pytest.approx(0.0, abs=1e-3)
+    start = weighted(scenario, strong[0][0], 1.5)
+    assert judged.before[0] == pytest.approx(start - judged.constant[0], abs=1e-9)
+    after = weighted(scenario, strong[1][0], found)
+    assert unseen.after[0] == pytest.approx(after - unseen.constant[0], abs=1e-9)
+
+
+def test_the_sensitivity_is_that_of_runs_over_the_range(scenario, strong, tuned):
+    values, scores = tuned[0].sensitivity["amperes"]
+    assert values == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    least = tuned[0].judged[0].constant[0]
+    for k in (0, 4):
+        expected = weighted(scenario, strong[0][0], values[k]) - least
+        assert scores[k] == pytest.approx(expected, abs=1e-9)
+
+
+def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned, monkeypatch):
+    whole, folder = tuned
+    other = folder.parent / "interrupted"
+
+    def kill(what, done):
+        if what == "searching" and done == 8:
+            (other / "tuning.json").rename(other / "kept.json")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tune_constant(scenario, strong, other, progress=kill)
+    # the state of a generation is there before anybody is told of the next one
+    state = json.loads((other / "kept.json").read_text())
+    shutil.copy(other / "kept.json", other / "tuning.json")
+    kept = len(state["trials"])
+    assert 0 < kept < len(whole.trials) and state["judged"] == []
+    run = []
+    genuine = Trials.scores
+    monkeypatch.setattr(
+        Trials, "scores", lambda self, each: run.append(len(each)) or genuine(self, each)
+    )
+    resumed = tune_constant(scenario, strong, other, resume=True)
+    assert resumed == whole
+    assert sum(run) == len(whole.trials) - kept + 7 + 2 * 2
+    for name in ("tuning.json", "controller.toml", "report.html"):
+        assert (other / name).read_bytes() == (folder / name).read_bytes()
+    with pytest.raises(iso.InputError, match=r"seed differs from what was begun there; accepted"):
+        tune_constant(scenario, strong, other, resume=True, seed=1)
+    with pytest.raises(iso.InputError, match=r"holds something already; .* --resume"):
+        tune_constant(scenario, strong, other)
+
+
+def test_what_was_saved_is_read_again_and_runs(scenario, tuned):
+    tuning, folder = tuned
+    assert iso.Tuning.read(folder) == tuning
+    text = (folder / "controller.toml").read_text()
+    assert "isolation-sim tune constant" in text and "--evaluations 50 --seed 0" in text
+    (entry,) = iso.Scenario.from_toml(text).controller
+    assert entry.build().amperes == tuning.settings["amperes"]
+    report = (folder / "report.html").read_text()
+    for words in ("Progress of the search", "Current to hold", "el_centro_1940_ns"):
+        assert words in report
+
+
+def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(EXAMPLE, tmp_path)
+    (tmp_path / "plant.toml").write_text(PLANT)
+    (tmp_path / "records").mkdir()
+    write_csv(el_centro_1940().cut(1.0, 5.0), tmp_path / "records" / "short.csv")
+    with pytest.raises(SystemExit, match="0"):
+        main([
+        "tune", "outwards.py:Outwards", "--scenario", "plant.toml", "--motions", "records",
+        "--unseen", "scenario", "--pga-g", "0.3", "--evaluations", "9", "--json", "--fix",
+        "highest=2.0",
+        ])  # fmt: skip
+    report = json.loads(capsys.readouterr().out)
+    assert report["trials"] == 9 and set(report["settings"]) <= {"highest", "full_speed"}
+    assert [judged["motions"] for judged in report["judged"]] == ["records", "unseen: scenario"]
+    assert report["judged"][0]["gain"]["mean"] >= 0
+    toml = (tmp_path / "results/tune-Outwards/controller.toml").read_text()
+    assert "highest = 2.0" in toml and "outwards.py, SHA-256" in toml
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("clipped_lqx", "did you mean 'clipped_lqr'? accepted: "),
+        ("passive_off", "passive_off: no setting has a search range; accepted: "),
+        ("fuzzy --setting fats", "did you mean 'fast'? accepted: fast, large_deformation"),
+        ("fuzzy --fix fast=1 --fix large_deformation=1", "every setting is held; accepted: one"),
+        ("fuzzy --fix fast=-1", "fuzzy: fast is -1; accepted: a number above 0, in m/s"),
+        ("fuzzy --fix fast", "--fix fast: accepted: a name and a value, such as rule=skyhook"),
+        ("fuzzy --criterion peak_drift", "--criterion peak_drift: accepted: a name and a value"),
+        ("fuzzy --criterion peak_drift_m=-1", "accepted: finite weights above 0 by criterion"),
+        ("fuzzy --criterion peak_drift_m=big", "--criterion peak_drift_m=big: accepted: a number"),
+        ("fuzzy --criterion peak_drit_m=1", "did you mean 'peak_drift_m'? accepted: "),
+        ("fuzzy --motions mixture:0", "motions: given mixture:0; accepted: mixture, mixture:COUNT"),
+        ("fuzzy --motions nowhere", "motions: given nowhere; accepted: mixture, mixture:COUNT"),
+        ("fuzzy --unseen empty", "empty: given no ground motion in it; accepted: files such as"),
+        ("fuzzy --motions scenario --unseen scenario", "given those tuned on; accepted: others"),
+        ("fuzzy --evaluations 0", "evaluations: given 0; accepted: a whole number, 1 or more"),
+        ("fuzzy --out empty/../file", "accepted: a new folder"),
+    ],
+)
+def test_input_that_cannot_be_used_is_refused_in_a_line(words, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "file").write_text("")
+    (tmp_path / "short.toml").write_text(PLANT.replace("8.0", "2.0"))
+    given = ["tune", *words.split(), "--scenario", "short.toml"]
+    given += [] if "--motions" in words else ["--motions", "scenario"]
+    with pytest.raises(SystemExit) as stop:
+        main(given)
+    shown = capsys.readouterr()
+    assert stop.value.code == 2
+    assert told in shown.err and shown.err.count("\n") == 1 and "Traceback" not in shown.err
+
+
+class TooMuch(controllers.Controller):
+    """Asks for more current than the supply has."""
+
+    more: float = setting(1.0, "beyond the limit", Number(above=0), "A", SearchRange(0.5, 2.0))
+
+    def current(self, t, measurement):
+        return 3.0 + self.more
+
+
+def test_a_controller_that_always_fails_says_why(scenario, strong):
+    place = f"{__file__}:TooMuch"
+    with pytest.raises(iso.InputError, match=r"every run fails, the first one: current 4 A .* out"):
+        iso.tune(place, scenario, motions=strong[0], unseen=strong[1], threads=1)
