@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ground_motions import Record, available_records, el_centro_1940
     from ground_motions import read as read_record
 
-    from .api import compare, diagnose, load, run_scenario, simulate
+    from .api import compare, diagnose, evaluate, load, run_scenario, simulate
     from .comparison import Comparison, json_report
     from .discrepancy.diagnosis import Diagnosis
     from .errors import (
@@ -124,6 +124,7 @@ _HOMES = {
     "controller": ".registry",
     "diagnose": ".api",
     "el_centro_1940": "ground_motions",
+    "evaluate": ".api",
     "export_results": ".io.interchange",
     "fit": ".identification.fit",
     "from_fixed_base": ".structures",
@@ -188,6 +189,7 @@ __all__ = [
     "controller",
     "diagnose",
     "el_centro_1940",
+    "evaluate",
     "export_results",
     "fit",
     "from_fixed_base",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .comparison import Comparison
     from .discrepancy.diagnosis import Diagnosis
     from .identification.campaign import Campaign
-    from .identification.fitted import Fit
+    from .identification.fitted import Fit, LawEvaluation
     from .laws import Device
     from .laws.law import Law
     from .scenario import Scenario
@@ -330,6 +330,38 @@ def diagnose(
     if not (consequence and isinstance(scenario, Scenario)):
         return found
     return with_consequence(found, scenario, options.get("progress"))
+
+
+def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEvaluation:
+    """Compute the errors of a law on measured runs; nothing is fitted.
+
+    Parameters
+    ----------
+    law : Device, str or pathlib.Path
+        A device, or a file with an ``[isolator]`` section, as ``fit --out`` and ``diagnose`` write
+        it. Of a file the tested device itself is taken, without its scales.
+    campaign : Campaign, str or pathlib.Path
+        The runs, or their folder.
+
+    Returns
+    -------
+    LawEvaluation
+        Its ``error``, ``errors`` run by run, ``tables()``, ``plot()`` and ``to_html(path)``.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or the law's numbers are given piecewise in the current.
+    """
+    from .discrepancy.evaluate import evaluate as errors_of
+    from .laws import Device
+    from .scenario import Scenario
+
+    if not isinstance(law, Device):
+        section = Scenario.read(law).isolator
+        own = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
+        law = section.model_copy(update=own).device()
+    return errors_of(law, campaign)
 
 
 def _controller(given: str | Control) -> Control:

@@ -204,9 +204,10 @@ def _from_file(path: Path) -> Device:
     accepted = "fit, published or a file that fit --out has written"
     data = read_toml(path, accepted)
     try:
-        name, numbers = data["isolator"]["law"], data["isolator"]["parameters"]
+        section = data["isolator"]
+        name, numbers = section["law"], section["parameters"]
     except (KeyError, TypeError):
         raise InputError(
             f"{path}: no [isolator] section with law and parameters; accepted: {accepted}"
         ) from None
-    return published(name, numbers)
+    return published(name, numbers, section.get("current_range_A"))

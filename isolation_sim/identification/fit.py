@@ -115,7 +115,7 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     )
     estimates, covariance = _estimates(model, best)
     notes = _notes(campaign, estimates, covariance, best, errors)
-    return Fit(device, campaign, estimates, errors, notes, best.converged)
+    return Fit(device, campaign, errors, notes, estimates, best.converged)
 
 
 def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], NDArray]:

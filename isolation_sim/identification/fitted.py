@@ -137,7 +137,112 @@ def noise_of(runs: Sequence[TestRun]) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class LawEvaluation:
+    """The errors of a law on measured runs.
+
+    Attributes
+    ----------
+    device : Device
+        The law with its numbers, and effects if it has any.
+    campaign : Campaign
+        The runs.
+    errors : tuple of RunError
+        Every run of the campaign, held-out ones included.
+    notes : tuple of str
+        What to know about the errors, such as data outside of the law's range.
+    """
+
+    device: Device
+    campaign: Campaign
+    errors: tuple[RunError, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def error(self) -> float:
+        """Relative RMS error of all runs, pooled."""
+        return pooled(self.errors)
+
+    @property
+    def noise(self) -> float:
+        """RMS of the runs' own force noise over the RMS of their force, pooled."""
+        return noise_of(self.campaign.runs)
+
+    def tables(self) -> tuple[Table, ...]:
+        """Table of the runs, for a terminal.
+
+        Returns
+        -------
+        tuple of rich.table.Table
+        """
+        title = f"{self.device.law.title}: force residual over measured force (RMS)"
+        runs = _runs_table(title, self.errors)
+        runs.add_row("all runs, pooled", f"{100 * self.error:.2f}", "")
+        return (runs,)
+
+    def report(self) -> dict[str, Any]:
+        """Everything but the histories, as plain numbers and text.
+
+        Returns
+        -------
+        dict
+            ``law``, ``campaign``, ``error``, ``noise``, ``runs``, ``notes``; errors and noise are
+            relative RMS.
+        """
+        return {
+            "law": self.device.law.name,
+            "campaign": self.campaign.name,
+            "error": self.error,
+            "noise": self.noise,
+            "runs": [
+                {"name": e.run.name, "error": e.relative, "hold_out": e.run.hold_out}
+                for e in self.errors
+            ],
+            "notes": list(self.notes),
+        }
+
+    def plot(self) -> Figure:
+        """Loops measured and modelled, a panel a run.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return render("loops_fitted:fitted_loops", self)
+
+    def to_html(self, path: str | Path) -> Path:
+        """Write a report that opens in any browser: loops and errors.
+
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            File to write, replaced whole or not at all.
+
+        Returns
+        -------
+        pathlib.Path
+            The file; it needs no network.
+        """
+        return render("html.fit_report:evaluation_report", self).write(path)
+
+
+def _runs_table(title: str, errors: Iterable[RunError]) -> Table:
+    """Errors run by run, for pooled ones to be added below."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(title=title, box=SIMPLE_HEAD)
+    table.add_column("run")
+    table.add_column("error, %", justify="right")
+    table.add_column("")
+    for error in errors:
+        mark = "held out" if error.run.hold_out else ""
+        table.add_row(error.run.name, f"{100 * error.relative:.2f}", mark)
+    table.add_section()
+    return table
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(LawEvaluation):
     """A fitted law.
 
     Attributes
@@ -146,21 +251,17 @@ class Fit:
         The law with the fitted numbers, in the tested device's own scale.
     campaign : Campaign
         What it was fitted to.
-    estimates : tuple of Estimate
-        The fitted numbers: every free parameter at every current that is handled.
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
         What the data do not determine or cannot tell apart, and what the law lacks.
+    estimates : tuple of Estimate
+        The fitted numbers: every free parameter at every current that is handled.
     converged : bool
         Whether the search converged.
     """
 
-    device: Device
-    campaign: Campaign
     estimates: tuple[Estimate, ...]
-    errors: tuple[RunError, ...]
-    notes: tuple[str, ...]
     converged: bool
 
     @property
@@ -178,7 +279,7 @@ class Fit:
         """Relative RMS error of the held-out runs, pooled; not a number if there are none."""
         return pooled(e for e in self.errors if e.run.hold_out)
 
-    def tables(self) -> tuple[Table, Table]:
+    def tables(self) -> tuple[Table, ...]:
         """Tables of the parameters and of the runs, for a terminal.
 
         Returns
@@ -198,14 +299,7 @@ class Fit:
                 e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
                 f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined",
             )  # fmt: skip
-        runs = Table(title="Force residual over measured force (RMS)", box=SIMPLE_HEAD)
-        runs.add_column("run")
-        runs.add_column("error, %", justify="right")
-        runs.add_column("")
-        for error in self.errors:
-            mark = "held out" if error.run.hold_out else ""
-            runs.add_row(error.run.name, f"{100 * error.relative:.2f}", mark)
-        runs.add_section()
+        runs = _runs_table("Force residual over measured force (RMS)", self.errors)
         runs.add_row("fitted runs, pooled", f"{100 * self.error:.2f}", "")
         if any(e.run.hold_out for e in self.errors):
             runs.add_row("held-out runs, pooled", f"{100 * self.held_out_error:.2f}", "")
@@ -310,15 +404,6 @@ class Fit:
 
     def _repr_html_(self) -> str:
         return "".join(render("tables:as_html", table) for table in self.tables())
-
-    def plot(self) -> Figure:
-        """Loops measured and modelled, a panel a run.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
-        return render("loops_fitted:fitted_loops", self)
 
     def to_html(self, path: str | Path) -> Path:
         """Write a report that opens in any browser: loops, errors, parameters.

@@ -106,13 +106,13 @@ class Parameterisation:
         mean = np.array([np.mean(self.currents)])
         return Parameterisation(self.law, mean, self.sizes, self.fixed)
 
-    def of(self, device: Device) -> NDArray:
+    def of(self, device: Device, bounded: bool = True) -> NDArray:
         """Unknowns with which the parameters are those of a device at ``currents``."""
         values = device.current.at(self.currents)
         names = self.law.parameter_names
         chosen = [np.linalg.solve(self.basis, values[names.index(q.name)]) for q in self.free]
         start = np.concatenate(chosen) if chosen else np.zeros(0)
-        return np.clip(start, self.lower, self.upper)
+        return np.clip(start, self.lower, self.upper) if bounded else start
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""

@@ -228,11 +228,18 @@ class Device:
             return self
         return replace(self, length=self.length * length, force_scale=self.force_scale * force)
 
-    def with_parameters(self, **values: float | Sequence[float]) -> Device:
+    def with_parameters(
+        self,
+        *,
+        current_range: tuple[float, float] | None = None,
+        **values: float | Sequence[float],
+    ) -> Device:
         """Return the device with some parameters replaced.
 
         Parameters
         ----------
+        current_range : (float, float), optional
+            Currents for which the new numbers hold, A; as before if not given.
         **values : float or sequence of float
             Parameter name to a constant, or to ascending powers of the current in A, in SI units.
 
@@ -245,8 +252,14 @@ class Device:
         InputError
             If a name is unknown, a number is not finite or outside the law's bounds.
         """
-        source = f"{self.source}; changed: {', '.join(values)}" if self.source else ""
-        return replace(self, current=self.current.replaced(**values), source=source)
+        changed = f"{self.source}; changed: {', '.join(values)}" if self.source else ""
+        source = changed if values else self.source
+        return replace(
+            self,
+            current=self.current.replaced(**values),
+            current_range=self.current_range if current_range is None else current_range,
+            source=source,
+        )
 
     def checked_current(self, current: Any) -> Any:
         """Return the current if the device's numbers are meaningful there.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ground_motions.registry import Registry
 
 from ..errors import InputError, unknown_name
@@ -88,7 +90,11 @@ def _published(law: Law, set_name: str | None) -> Device:
     return published[set_name]()
 
 
-def law(name: str | Law, parameters: str | Mapping[str, Coefficients] | None = None) -> Device:
+def law(
+    name: str | Law,
+    parameters: str | Mapping[str, Coefficients] | None = None,
+    current_range: tuple[float, float] | None = None,
+) -> Device:
     """Build a device from a law.
 
     Parameters
@@ -100,6 +106,8 @@ def law(name: str | Law, parameters: str | Mapping[str, Coefficients] | None = N
         of the current in A. Numbers replace those of the default published set where the law has
         one, and keep its range; a law without one needs all of its parameters. The default
         published set if not given.
+    current_range : (float, float), optional
+        Currents for which the numbers hold, A; by default those of the published set, or all.
 
     Returns
     -------
@@ -112,7 +120,8 @@ def law(name: str | Law, parameters: str | Mapping[str, Coefficients] | None = N
     """
     found = name if isinstance(name, Law) else LAWS[name]
     if parameters is None or isinstance(parameters, str):
-        return _published(found, parameters)
+        return _published(found, parameters).with_parameters(current_range=current_range)
     if found.sets:
-        return _published(found, None).with_parameters(**parameters)
-    return Device(found, CurrentDependence.polynomial(parameters, found.parameter_names))
+        return _published(found, None).with_parameters(current_range=current_range, **parameters)
+    current = CurrentDependence.polynomial(parameters, found.parameter_names)
+    return Device(found, current, current_range or (-np.inf, np.inf))

@@ -11,18 +11,18 @@ from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, style
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..identification.fitted import Fit, RunError
+    from ..identification.fitted import LawEvaluation, RunError
 
 _MOST_PANELS = 18
 
 
-def fitted_loops(fit: Fit) -> Figure:
-    """Loops of the runs of a fit, measured and modelled, a panel a run.
+def fitted_loops(fit: LawEvaluation) -> Figure:
+    """Loops of the runs of a fit or an evaluation, measured and modelled, a panel a run.
 
     Parameters
     ----------
-    fit : Fit
-        A fit; of more than 18 runs every few are shown.
+    fit : LawEvaluation
+        Errors of a law; of more than 18 runs every few are shown.
 
     Returns
     -------

@@ -96,10 +96,9 @@ class _Device(Section):
         -------
         Device
         """
-        device = law(self.law, self.parameters)
-        if self.current_range_A is not None:
-            low, high = self.current_range_A
-            device = replace(device, current_range=(low, high))
+        given = self.current_range_A
+        limits = None if given is None else (given[0], given[1])
+        device = law(self.law, self.parameters, limits)
         if self.tested_deformation_m is not None:
             device = replace(device, tested_deformation=self.tested_deformation_m)
         if self.tested_current_A is not None:

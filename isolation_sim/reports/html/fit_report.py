@@ -27,7 +27,7 @@ from .run_report import versions
 from .text import capital
 
 if TYPE_CHECKING:
-    from ...identification.fitted import Fit, RunError
+    from ...identification.fitted import Fit, LawEvaluation, RunError
 
 _MOST_CHARTS = 24
 # a few cycles tell as much as many, and the file stays small
@@ -51,7 +51,7 @@ def fit_report(fit: Fit) -> Page:
     Page
     """
     law, errors = fit.device.law, fit.errors
-    shown = errors[:: -(-len(errors) // _MOST_CHARTS)]
+    shown = _shown(errors)
     some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
     sections = [
         Section("Verdict", [
@@ -83,6 +83,49 @@ def fit_report(fit: Fit) -> Page:
         ))]),
     ]  # fmt: skip
     return Page(f"Fit report: {law.title}", f"Fitted to {fit.campaign.name}", sections)
+
+
+def evaluation_report(evaluation: LawEvaluation) -> Page:
+    """Report of a law's errors on measured runs.
+
+    Parameters
+    ----------
+    evaluation : LawEvaluation
+        The law, the runs and the errors.
+
+    Returns
+    -------
+    Page
+    """
+    device, campaign = evaluation.device, evaluation.campaign
+    law = device.law
+    first = (
+        f"{law.title} misses the measured force by {100 * evaluation.error:.2g} % (RMS)",
+        f"The force's own noise is {100 * evaluation.noise:.2g} %.",
+    )
+    notes = tuple(f"{capital(note)}." for note in evaluation.notes)
+    sections = [
+        Section("Verdict", [Prose((f"{first[0]}.", first[1]), "verdict"),
+                            *([Prose(notes, "warning")] if notes else [])]),
+        Section("Loops", [LineChoice(_LOOKS, "Lines of all charts"),
+                          Gallery(_loops(_shown(evaluation.errors)))]),
+        Section("Errors", [Table(
+            caption="Force residual over measured force, both RMS",
+            headings=("Run", "Error, %"),
+            rows=tuple(Row(e.run.name, (_percent(e.relative),)) for e in evaluation.errors),
+        )]),
+        Section("What was evaluated", [Facts({
+            "Law": f"{law.title} ({law.name}); {device.source or law.source}",
+            "Campaign": f"{campaign.name}; {campaign.source or 'no source given'}",
+            "Versions": versions(),
+        })]),
+    ]  # fmt: skip
+    return Page(f"Errors of {law.title}", f"On {campaign.name}", sections)
+
+
+def _shown(errors: Sequence[RunError]) -> Sequence[RunError]:
+    """Every few of many runs."""
+    return errors[:: -(-len(errors) // _MOST_CHARTS)]
 
 
 def errors_table(fit: Fit) -> Table:

@@ -1,0 +1,43 @@
+"""The command ``isolation-sim evaluate``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .common_options import AsJson, Quiet, examples
+
+EXAMPLES = examples(
+    "isolation-sim evaluate fitted.toml my_tests",
+    "isolation-sim evaluate results/diagnosis/extended_law.toml my_tests --report errors.html",
+)
+
+
+def evaluate(
+    law: Annotated[
+        Path, typer.Argument(help="File of a law, as fit --out and diagnose write it.")
+    ],
+    campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
+    report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Compute the errors of a saved law on measured runs; nothing is fitted."""
+    from ..api import evaluate as run_evaluation
+    from ..reports.console import standard_console
+
+    result = run_evaluation(law, campaign)
+    if as_json:
+        print(json.dumps(result.report(), indent=2))
+    elif not quiet:
+        console = standard_console()
+        for table in result.tables():
+            console.print(table)
+        for note in result.notes:
+            console.print(f"note: {note}")
+    if report is not None:
+        print(f"report: {result.to_html(report)}", file=sys.stderr if as_json else sys.stdout)

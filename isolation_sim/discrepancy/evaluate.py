@@ -1,0 +1,85 @@
+"""Errors of a law, with effects or without, on any measured runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from ..effects import separate
+from ..errors import InputError
+from ..identification.campaign import Campaign, read_campaign
+from ..identification.fitted import LawEvaluation, RunError
+from ..identification.measured_runs import MeasuredRuns, measured_runs
+from ..identification.parameterisation import Parameterisation
+from ..laws import Device
+from .device.model import Model
+
+
+def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
+    """Compute the errors of a law on measured runs; nothing is fitted.
+
+    Parameters
+    ----------
+    device : Device
+        The law with its numbers, and effects if it has any.
+    campaign : Campaign, str or pathlib.Path
+        The runs, or their folder.
+
+    Returns
+    -------
+    LawEvaluation
+
+    Raises
+    ------
+    InputError
+        If the campaign cannot be read, or the law's numbers are given piecewise in the current.
+    """
+    if not isinstance(campaign, Campaign):
+        campaign = read_campaign(campaign)
+    base, applied = separate(device)
+    if len(base.current.coefficients) > 1:
+        raise InputError(
+            f"{base.name}: parameters are given piecewise in the current; accepted: one polynomial "
+            "for all currents"
+        )
+    data = _scaled(measured_runs(campaign.runs), base.length)
+    # as many currents as a polynomial has coefficients
+    currents = np.arange(base.current.coefficients.shape[2], dtype=float)
+    parameterisation = Parameterisation(base.law, currents, (1.0, 1.0, 1.0))
+    values = np.concatenate(
+        [parameterisation.of(base, bounded=False),
+         *([numbers[q.name] for q in effect.parameters] for effect, numbers in applied)]
+    )  # fmt: skip
+    model = Model(data, parameterisation, effects=tuple(effect for effect, _ in applied))
+    force = base.force_scale * model.resolve_steps(values).forces(values, False)[0]
+    errors = tuple(
+        RunError(run, force[a:b])
+        for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
+    )
+    return LawEvaluation(device, campaign, errors, _notes(device, campaign))
+
+
+def _scaled(data: MeasuredRuns, length: float) -> MeasuredRuns:
+    """Runs in the length scale of the law's numbers."""
+    return replace(data, x=data.x / length, v=data.v / length, a=data.a / length)
+
+
+def _notes(device: Device, campaign: Campaign) -> tuple[str, ...]:
+    """Runs outside the range of the law's numbers."""
+    notes = []
+    low, high = device.current_range
+    slack = 1e-6 * (high - low) if np.isfinite(high - low) else 0.0
+    outside = [
+        run.name for run in campaign.runs
+        if run.current.min() < low - slack or run.current.max() > high + slack
+    ]  # fmt: skip
+    if outside:
+        notes.append(f"current outside {low:g} to {high:g} A in {', '.join(outside)}")
+    most = device.tested_deformation * device.length
+    large = [run.name for run in campaign.runs if np.max(np.abs(run.displacement)) > 1.001 * most]
+    if large:
+        notes.append(f"deformation above the tested {1e3 * most:.3g} mm in {', '.join(large)}")
+    return tuple(notes)

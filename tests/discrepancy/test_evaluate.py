@@ -1,0 +1,113 @@
+"""Errors of saved laws, with effects and without, on data that they need not have seen."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.cli import main
+from isolation_sim.effects import device_section, effect, extend
+from isolation_sim.errors import InputError
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import CurrentDependence, Device, law
+from isolation_sim.laws.registry import LAWS
+from isolation_sim.scenario import Scenario
+
+N, DT = 600, 0.005
+TIME = DT * np.arange(N)
+OFFSET = 7.0
+
+
+def spring_and_dashpot(run):
+    current = run.current
+    stiffness, damping = 9e3 + 2e3 * current + 300 * current**2, 400 + 50 * current
+    return stiffness * run.displacement + damping * run.velocity
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    runs = []
+    for k, current in enumerate((0.0, 0.5, 1.0)):
+        omega = 2 * np.pi * (0.6 + 0.3 * k)
+        x, v = 5e-3 * np.sin(omega * TIME), 5e-3 * omega * np.cos(omega * TIME)
+        run = TestRun(f"run{k}", TIME, x, v, x, np.full(N, current), velocity_measured=True)
+        force = 1.25 * (spring_and_dashpot(run) + OFFSET)
+        runs.append(TestRun(run.name, TIME, x, v, force, run.current, velocity_measured=True))
+    return Campaign("made", "made", tuple(runs))
+
+
+@pytest.fixture(scope="module")
+def device():
+    current = CurrentDependence.polynomial({"k": [9e3, 2e3, 300.0], "c": [400.0, 50.0]})
+    base = Device(LAWS["kelvin_voigt"], current, (0.0, 1.0), tested_deformation=4e-3)
+    return extend(base, [(effect("force_offset"), {"level": OFFSET})])
+
+
+def test_forces_and_errors_are_those_of_the_equation(device, campaign):
+    result = iso.evaluate(device, campaign)
+    assert result.error == pytest.approx(0.2) and len(result.errors) == 3
+    for one in result.errors:
+        np.testing.assert_allclose(one.force, spring_and_dashpot(one.run) + OFFSET, rtol=1e-6)
+        assert one.relative == pytest.approx(0.2)
+    assert result.notes == ("deformation above the tested 4 mm in run0, run1, run2",)
+
+
+def test_a_scaled_device_answers_in_its_own_scale(device, campaign):
+    large = iso.evaluate(device.scaled(2.0, 10.0), campaign).errors[2]
+    expected = 10 * (spring_and_dashpot(large.run) / 2 + OFFSET)
+    np.testing.assert_allclose(large.force, expected, rtol=1e-6)
+
+
+def test_the_command_reads_what_was_saved(device, campaign, tmp_path, capsys):
+    folder, file = tmp_path / "tests", tmp_path / "law.toml"
+    folder.mkdir()
+    lines = ["name = 'made'"]
+    for run in campaign.runs:
+        lines += ["[[run]]", f"file = '{run.name}.csv'"]
+        columns = [run.time, run.displacement, run.velocity, run.force, run.current]
+        np.savetxt(
+            folder / f"{run.name}.csv", np.stack(columns, axis=1), delimiter=",", comments="",
+            header="time_s,displacement_m,velocity_m_s,force_N,current_A", fmt="%.17g",
+        )  # fmt: skip
+    (folder / "campaign.toml").write_text("\n".join(lines))
+    # the scales of a building are not those of the tests
+    text = device_section(device).replace("length_scale = 1.0", "length_scale = 10.0")
+    file.write_text(text)
+    with pytest.raises(SystemExit) as ended:
+        main(["evaluate", str(file), str(folder), "--json", "--report", str(tmp_path / "r.html")])
+    assert ended.value.code == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert [run["name"] for run in printed["runs"]] == ["run0", "run1", "run2"]
+    assert printed["error"] == pytest.approx(0.2, rel=1e-6)
+    assert "misses the measured force by 20" in (tmp_path / "r.html").read_text()
+
+
+@pytest.mark.parametrize("name", [n for n in LAWS if LAWS[n].sets])
+def test_numbers_that_leave_the_bounds_beyond_their_range_load_back(name, tmp_path):
+    found = LAWS[name]
+    published = law(name)
+    values = np.asarray(published.parameters_at(0.0), dtype=float)
+    # nearly down to the bounds at 1 A, and outside of them at the published set's largest current
+    low = [max(q.lower, 0.0) for q in found.parameters]
+    rows = {
+        q.name: [v, -0.9 * (v - a)] for q, v, a in zip(found.parameters, values, low, strict=True)
+    }
+    fitted = Device(found, CurrentDependence.polynomial(rows), (0.0, 1.0))
+    extended = extend(fitted, [(effect("force_offset"), {"level": OFFSET})])
+    file = tmp_path / "extended_law.toml"
+    file.write_text(device_section(extended))
+    loaded = Scenario.read(file).build().isolated.elements[0].device
+    assert loaded.law.name == extended.law.name and loaded.current_range == (0.0, 1.0)
+    for current in (0.0, 0.4, 1.0):
+        assert loaded.parameters_at(current) == pytest.approx(extended.parameters_at(current))
+
+
+def test_what_cannot_be_evaluated_is_refused(campaign, tmp_path):
+    with pytest.raises(InputError, match="piecewise"):
+        iso.evaluate(law("improved_bouc_wen"), campaign)
+    with pytest.raises(InputError, match=r"nothing\.toml"):
+        iso.evaluate(tmp_path / "nothing.toml", campaign)
