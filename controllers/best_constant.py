@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from isolation_sim.errors import Diverged, InputError
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .constant import Constant
 from .controller import Trial
@@ -22,20 +22,7 @@ if TYPE_CHECKING:
 
 
 def weighted_peak(run: Run, off: Run) -> float:
-    """Peak base displacement and peak floor acceleration over those without current, added.
-
-    Parameters
-    ----------
-    run : Run
-        A finished run.
-    off : Run
-        The same without current.
-
-    Returns
-    -------
-    float
-        2 where the current changes nothing.
-    """
+    """Peak base displacement and peak floor acceleration over those without current, added."""
     return sum(run.criteria[peak] / off.criteria[peak] for peak in PEAKS)
 
 
@@ -84,30 +71,16 @@ class BestConstant(Held):
     found: float | None = None
     score: float = np.nan
 
-    def prepare(self, situation: Situation, trial: Trial) -> None:
-        """Search by trial runs of constant currents.
-
-        Parameters
-        ----------
-        situation : Situation
-            With the supply's limits.
-        trial : callable
-            Simulates a controller on the plant and ground motion in question.
-
-        Raises
-        ------
-        InputError
-            If no element is driven by a coil, there is no current to try, or every one of them
-            makes the run diverge.
-        """
+    def prepare(self, context: RunContext, trial: Trial) -> None:
+        """Search by trial runs of constant currents."""
         from scipy.optimize import minimize_scalar
 
-        driven_elements(situation.belief, self.name)
-        low = float(lowest(situation).max()) if self.lowest is None else self.lowest
-        high = float(highest_tested(situation).min()) if self.highest is None else self.highest
+        driven_elements(context.nominal, self.name)
+        low = float(lowest(context).max()) if self.lowest is None else self.lowest
+        high = float(highest_tested(context).min()) if self.highest is None else self.highest
         if not (np.isfinite([low, high]).all() and low < high):
             raise InputError(
-                f"best_constant: currents from {low:g} to {high:g} A; accepted: finite limits, the "
+                f"best_constant: currents from {low:g} to {high:g} A; expected: finite limits, the "
                 "lowest below the highest"
             )
         criterion, off = CRITERIA[self.criterion], trial(PassiveOff())
@@ -133,11 +106,11 @@ class BestConstant(Held):
             self.found, self.score = float(search.x), float(search.fun)
         self.report = f"{self.found:.3g} A, found by trial runs of this motion"
 
-    def held(self, situation: Situation) -> float:
+    def held(self, context: RunContext) -> float:
         """Return the current found."""
         if self.found is None:
             raise InputError(
-                "best_constant has not searched yet: call prepare(situation, trial) first, as "
+                "best_constant has not searched yet: call prepare(context, trial) first, as "
                 "simulate does"
             )
         return self.found

@@ -36,20 +36,7 @@ class BrysonsRule(CompiledController):
     )  # fmt: skip
 
     def weighted_outputs(self, linear: Structure, rows: NDArray) -> NDArray:
-        """Outputs over their largest acceptable values.
-
-        Parameters
-        ----------
-        linear : Structure
-            Structure on linearised isolators.
-        rows : numpy.ndarray, shape (n_elements, n_dofs)
-            Deformation of each isolator per unit of each displacement.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_outputs, 2 n_dofs)
-            Over displacements and velocities; the levels' accelerations last.
-        """
+        """Outputs over their largest acceptable values."""
         n = linear.n_dofs
         acceleration = -np.linalg.solve(linear.mass, np.hstack([linear.stiffness, linear.damping]))
         return np.vstack([

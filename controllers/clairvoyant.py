@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 from isolation_sim.errors import Diverged, InputError
-from isolation_sim.simulation.control import CoilDriver, Situation
+from isolation_sim.simulation.control import CoilDriver, RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Trial
@@ -126,10 +126,10 @@ def bound(
     InputError
         If no weight is above 0, or the structure diverges at every current to start from.
     """
-    wanted = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
-    if not wanted:
-        raise InputError("clairvoyant: every weight is 0; accepted: one or more above 0")
-    return _bound(plant, wanted, period, starts, roughness, iterations)
+    target = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
+    if not target:
+        raise InputError("clairvoyant: every weight is 0; expected: one or more above 0")
+    return _bound(plant, target, period, starts, roughness, iterations)
 
 
 @lru_cache(maxsize=16)
@@ -137,11 +137,11 @@ def _bound(
     plant: Plant, weights: tuple[tuple[str, float], ...], period: float | None, starts: int,
     roughness: float, iterations: int,
 ) -> Bound:  # fmt: skip
-    found, wanted = [], dict(weights)
-    for problem in _problems(plant, starts, period, roughness, tuple(wanted)):
-        optimum = problem.solve(_absolute(plant, wanted), iterations=iterations)
-        found.append(_certified(plant, problem, wanted, optimum))
-    return min(found, key=lambda one: one.score)
+    result, target = [], dict(weights)
+    for problem in _problems(plant, starts, period, roughness, tuple(target)):
+        optimum = problem.solve(_absolute(plant, target), iterations=iterations)
+        result.append(_certified(plant, problem, target, optimum))
+    return min(result, key=lambda one: one.score)
 
 
 def pareto(
@@ -177,19 +177,19 @@ def pareto(
         If ``n`` is below 2, or the structure diverges at every current to start from.
     """
     if n < 2:
-        raise InputError(f"pareto: n is {n}; accepted: 2 or more")
+        raise InputError(f"pareto: n is {n}; expected: 2 or more")
     problems = _problems(plant, starts, period, roughness, (DISPLACEMENT, ACCELERATION))
     problem = problems[-1]
     weights = {
         peak: _absolute(plant, {DISPLACEMENT: _TRIFLE, ACCELERATION: _TRIFLE} | {peak: 1.0})
         for peak in (DISPLACEMENT, ACCELERATION)
     }
-    found: list[Bound] = []
+    result: list[Bound] = []
 
     def solved(peak: str, start: NDArray, most: float = np.inf) -> tuple[Bound, NDArray]:
         optimum = problem.solve(weights[peak], {DISPLACEMENT: most}, start)
-        found.append(_certified(plant, problem, EQUALLY, optimum))
-        return found[-1], optimum.variables
+        result.append(_certified(plant, problem, EQUALLY, optimum))
+        return result[-1], optimum.variables
 
     first = [problem.packed(one.guess) for one in problems]
     stiff, gentle = (
@@ -203,9 +203,9 @@ def pareto(
             _, start = solved(ACCELERATION, start, float(most))
     front = {}
     for most in limits:
-        within = [k for k, b in enumerate(found) if b.certified[DISPLACEMENT] <= most * _WITHIN]
-        best = min(within, key=lambda k: found[k].certified[ACCELERATION])
-        front[best] = found[best]
+        within = [k for k, b in enumerate(result) if b.certified[DISPLACEMENT] <= most * _WITHIN]
+        best = min(within, key=lambda k: result[k].certified[ACCELERATION])
+        front[best] = result[best]
     return list(front.values())
 
 
@@ -229,20 +229,9 @@ def share_of_gap(score: float, constant: float, clairvoyant: float) -> float:
     return (constant - score) / (constant - clairvoyant)
 
 
-def coil_table(situation: Situation) -> NDArray:
-    """Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
-
-    Parameters
-    ----------
-    situation : Situation
-        With the driver and the supply's limits.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_channels, 5)
-        The highest current is the highest tested one within the supply's limits.
-    """
-    return _coils(situation.driver, lowest(situation), highest_tested(situation))
+def coil_table(context: RunContext) -> NDArray:
+    """Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil."""
+    return _coils(context.driver, lowest(context), highest_tested(context))
 
 
 def _coils(driver: CoilDriver, low: NDArray, high: NDArray) -> NDArray:
@@ -293,15 +282,15 @@ def _problems(
     plant: Plant, starts: int, period: float | None, roughness: float, quantities: tuple[str, ...]
 ) -> list[WholeRecord]:
     """The problems, to start from constant currents equally spaced from the lowest up."""
-    found = []
+    result = []
     for k in range(starts):
         try:
-            found.append(_problem(plant, k / starts, period, roughness, quantities))
+            result.append(_problem(plant, k / starts, period, roughness, quantities))
         except Diverged:
             continue
-    if not found:
+    if not result:
         raise InputError("clairvoyant: the structure diverges at every current to start from")
-    return found
+    return result
 
 
 def _absolute(plant: Plant, weights: Mapping[str, float]) -> dict[str, float]:
@@ -324,7 +313,7 @@ def _certified(
 class Clairvoyant(OpenLoop):
     """The optimum over the whole ground motion: the bound that controllers are measured against.
 
-    It knows the belief's ground motion from the start and minimises the weighted peaks over all
+    It knows the nominal model's ground motion from the start and minimises the weighted peaks over all
     commands at once by sparse direct optimal control, with the laws traced from their one
     definition. The problem is not convex: the bound is the best local optimum found, certified by
     simulating its commands in the engine.
@@ -338,7 +327,7 @@ class Clairvoyant(OpenLoop):
     name = "clairvoyant"
     title = "Clairvoyant optimum"
     source = "direct optimal control: Betts 2010; interior point: Wächter and Biegler 2006"
-    foresight = np.inf
+    preview_time = np.inf
 
     displacement_weight: float = setting(
         1.0, "weight of the peak base displacement, relative to its value without current",
@@ -365,23 +354,23 @@ class Clairvoyant(OpenLoop):
 
     bound: Bound | None = None
 
-    def prepare(self, situation: Situation, trial: Trial) -> None:
+    def prepare(self, context: RunContext, trial: Trial) -> None:
         """Solve for the whole record.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             With the ground motion.
         trial : callable
-            Not needed: the bound is that of the belief.
+            Not needed: the bound is that of the nominal model.
 
         Raises
         ------
         InputError
             If no peak is weighted, no coil drives anything, or no run ends to start from.
         """
-        assert situation.ground is not None
-        plant = Plant(situation.belief, situation.ground, situation.driver)
+        assert context.ground is not None
+        plant = Plant(context.nominal, context.ground, context.driver)
         weights = {
             DISPLACEMENT: self.displacement_weight,
             ACCELERATION: self.acceleration_weight,
@@ -391,11 +380,11 @@ class Clairvoyant(OpenLoop):
             plant, weights, self.period, self.starts, self.roughness, self.iterations
         )
 
-    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+    def commands(self, context: RunContext) -> tuple[NDArray, NDArray]:
         """Return the optimal commands."""
         if self.bound is None:
             raise InputError(
-                "clairvoyant has not solved yet: call prepare(situation, trial) first, as "
+                "clairvoyant has not solved yet: call prepare(context, trial) first, as "
                 "simulate does"
             )
         return self.bound.time, self.bound.current

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .clipped_lqr import ClippedLQR
 from .compiled import Decision
@@ -21,23 +21,11 @@ from .settings import OneOf, setting
 
 # settings: where the observer's begin; for the extended filter, where in the memory the force
 # tracking begins; gains of all elements on displacements and velocities; the observer's
-OBSERVER, DEVICES_KEPT, GAINS = range(3)
+OBSERVER, DEVICE_STATES, GAINS = range(3)
 
 
-def put_wanted(settings: NDArray, observer: NDArray, z: NDArray, devices: NDArray) -> None:
-    """Tell the force tracking which forces are wanted.
-
-    Parameters
-    ----------
-    settings : numpy.ndarray
-        As ``ClippedLQG.decision`` lays them out.
-    observer : numpy.ndarray
-        The observer's part of them.
-    z : numpy.ndarray
-        The estimate, displacements (m) and velocities (m/s) first.
-    devices : numpy.ndarray
-        Memory of the force tracking.
-    """
+def put_target(settings: NDArray, observer: NDArray, z: NDArray, devices: NDArray) -> None:
+    """Tell the force tracking which forces are wanted."""
     width, m = 2 * int(observer[N_DOFS]), int(observer[N_ELEMENTS])
     for e in range(m):
         devices[MOTION + 2 * m + e] = 0.0
@@ -57,7 +45,7 @@ def _decide(
     observer = settings[int(settings[OBSERVER]) :]
     kalman_update(t, measured, observer, memory, combined_force, state_rates)
     devices = memory[kalman_memory(observer) :]
-    put_wanted(settings, observer, memory[1:], devices)
+    put_target(settings, observer, memory[1:], devices)
     tracking = observer[int(observer[TRACKING]) :]
     nearest_currents(tracking, devices, command, combined_force, combined_range)
 
@@ -74,7 +62,7 @@ def _decide_extended(
     observer = settings[int(settings[OBSERVER]) :]
     extended_update(t, measured, observer, memory, tangent)
     n, m = int(observer[N_DOFS]), int(observer[N_ELEMENTS])
-    z, devices = memory[1:], memory[int(settings[DEVICES_KEPT]) :]
+    z, devices = memory[1:], memory[int(settings[DEVICE_STATES]) :]
     rows = observer[int(observer[DEVICES]) - m * (n + 1) :]
     for e in range(m):
         devices[MOTION + e] = devices[MOTION + m + e] = 0.0
@@ -83,7 +71,7 @@ def _decide_extended(
             devices[MOTION + m + e] += rows[e * n + i] * z[n + i]
     for k in range(m * int(observer[EACH])):
         devices[MOTION + 5 * m + k] = z[int(observer[N_Z]) + k]
-    put_wanted(settings, observer, z, devices)
+    put_target(settings, observer, z, devices)
     tracking = observer[int(observer[DEVICES]) :]
     nearest_currents(tracking, devices, command, combined_force, combined_range)
 
@@ -115,15 +103,15 @@ class ClippedLQG(Estimating, ClippedLQR):
 
     filter: str = setting("kalman", "which observer", OneOf(("kalman", "extended")))
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Gains, then the observer."""
-        belief = situation.belief
-        driven_elements(belief, self.name)
-        observer = self.observer(situation, self.filter)
+        nominal = context.nominal
+        driven_elements(nominal, self.name)
+        observer = self.observer(context, self.filter)
         estimating, tracking = observer.decision(), observer.tracking
-        own = self.force_gains(belief, tracking.reference(self.reference))
-        gains = np.zeros((len(belief.elements), own.shape[1]))
-        gains[[element.channel is not None for element in belief.elements]] = own
+        own = self.force_gains(nominal, tracking.reference(self.reference))
+        gains = np.zeros((len(nominal.elements), own.shape[1]))
+        gains[[element.channel is not None for element in nominal.elements]] = own
         head = [GAINS + gains.size, len(estimating.memory)]
         settings = np.concatenate([head, gains.ravel(), estimating.settings])
         if self.filter == "kalman":

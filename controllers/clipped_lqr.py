@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
 
@@ -99,40 +99,26 @@ class ClippedLQR(BrysonsRule):
         "A",
     )
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """All displacements and velocities."""
-        names = belief.structure.names
+        names = nominal.structure.names
         return (*(f"{q}_displacement_m" for q in names), *(f"{q}_velocity_m_s" for q in names))
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Gains, laws and limits in one array."""
-        belief = situation.belief
-        tracking = force_tracking(driven_elements(belief, self.name), situation)
-        gains = self.force_gains(belief, tracking.reference(self.reference))
+        nominal = context.nominal
+        tracking = force_tracking(driven_elements(nominal, self.name), context)
+        gains = self.force_gains(nominal, tracking.reference(self.reference))
         directions = [element.direction for element in tracking.elements]
-        head = [belief.structure.n_dofs, len(tracking.elements)]
+        head = [nominal.structure.n_dofs, len(tracking.elements)]
         parts = [head, gains, directions, tracking.settings]
         settings = np.concatenate([np.ravel(np.asarray(part, float)) for part in parts])
         return Decision(_decide, settings, tracking.memory, tracking.model)
 
-    def force_gains(self, belief: IsolatedStructure, reference: NDArray) -> NDArray:
-        """Wanted force of each driven element per unit of each displacement and velocity.
-
-        Parameters
-        ----------
-        belief : IsolatedStructure
-            The model to design on.
-        reference : numpy.ndarray, shape (n_channels,), A
-            Currents at which its isolators are linearised.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_driven, 2 n_dofs), N/m and N s/m
-            Wanted force = gains @ (displacements, velocities): that of the reference isolators
-            minus the regulator's gain times the state.
-        """
-        frequency, linear = linear_model(belief, reference)
-        driven = [element for element in belief.elements if element.channel is not None]
+    def force_gains(self, nominal: IsolatedStructure, reference: NDArray) -> NDArray:
+        """Wanted force of each driven element per unit of each displacement and velocity."""
+        frequency, linear = linear_model(nominal, reference)
+        driven = [element for element in nominal.elements if element.channel is not None]
         passive = []
         for element in driven:
             k = element.device.linearised(float(reference[element.channel or 0]), frequency)
@@ -160,21 +146,7 @@ class ClippedLQR(BrysonsRule):
 
 
 def regulator_gain(a: NDArray, b: NDArray, q: NDArray, r: NDArray, s: NDArray) -> NDArray:
-    """Linear-quadratic regulator of a cost with a cross weight.
-
-    Parameters
-    ----------
-    a, b : numpy.ndarray, shape (n, n), (n, m)
-        Dynamics, x' = a x + b u.
-    q, r, s : numpy.ndarray, shape (n, n), (m, m), (n, m)
-        Weights: cost is the integral of x' q x + u' r u + 2 x' s u.
-
-    Returns
-    -------
-    numpy.ndarray, shape (m, n)
-        u = -gain @ x. The cross weight is eliminated before the Riccati equation is solved: where
-        it is nearly as large as the others, the equation with it is too ill-conditioned.
-    """
+    """Linear-quadratic regulator of a cost with a cross weight."""
     import control
 
     cross = np.linalg.solve(r, s.T)
@@ -185,51 +157,21 @@ def regulator_gain(a: NDArray, b: NDArray, q: NDArray, r: NDArray, s: NDArray) -
 
 @contextmanager
 def designing(name: str) -> Iterator[None]:
-    """Say in one line that a Riccati equation has no solution within the numbers' accuracy.
-
-    Parameters
-    ----------
-    name : str
-        Of the controller.
-
-    Yields
-    ------
-    None
-
-    Raises
-    ------
-    InputError
-        In place of the solver's error.
-    """
+    """Say in one line that a Riccati equation has no solution within the numbers' accuracy."""
     try:
         yield
     except ValueError as error:
         raise InputError(
             f"{name}: the Riccati equation has no accurate solution with these settings "
-            f"({str(error).partition(';')[0]}); accepted: settings that are less far apart"
+            f"({str(error).partition(';')[0]}); expected: settings that are less far apart"
         ) from None
 
 
-def linear_model(belief: IsolatedStructure, currents: NDArray) -> tuple[float, Structure]:
-    """Structure with its isolators linearised at its own first frequency.
-
-    Parameters
-    ----------
-    belief : IsolatedStructure
-        The model.
-    currents : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-
-    Returns
-    -------
-    frequency : float, Hz
-        Of its first undamped mode.
-    linear : Structure
-        The linear model.
-    """
+def linear_model(nominal: IsolatedStructure, currents: NDArray) -> tuple[float, Structure]:
+    """Structure with its isolators linearised at its own first frequency."""
     frequency = 1.0
     # the isolators' stiffness changes slowly with the frequency: a few rounds agree to 1e-6
     for _ in range(8):
-        linear = belief.linearised(currents.tolist() or 0.0, frequency)
+        linear = nominal.linearised(currents.tolist() or 0.0, frequency)
         frequency = float(undamped_modes(linear.mass, linear.stiffness)[0][0] / (2 * np.pi))
     return frequency, linear

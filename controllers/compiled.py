@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from isolation_sim.errors import InputError
 from isolation_sim.generated import load_text
 from isolation_sim.laws.law import Law
-from isolation_sim.simulation.control import CompiledDecision, Situation
+from isolation_sim.simulation.control import CompiledDecision, RunContext
 
 from .controller import Controller
 from .device_model import RANGE_FUNCTIONS, DeviceModel, first_coefficient, polynomial
@@ -93,38 +93,28 @@ class CompiledController(Controller):
     """A controller whose decision is compiled; the same function is its form in plain Python."""
 
     _given: dict[str, Any] | None = None
-    _situation: Situation | None = None
+    _run_context: RunContext | None = None
 
     @abstractmethod
-    def decision(self, situation: Situation) -> Decision:
-        """Put the decision's constants together.
+    def decision(self, context: RunContext) -> Decision:
+        """Put the decision's constants together."""
 
-        Parameters
-        ----------
-        situation : Situation
-            What it may know of the run.
-
-        Returns
-        -------
-        Decision
-        """
-
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Put the decision together and forget what was remembered."""
         given = self.to_dict()
         # runs that differ in the ground motion alone share a design, unless it learns from trials
         learns = type(self).prepare is not Controller.prepare
-        if learns or given != self._given or not _alike(situation, self._situation):
-            self._decision = self.decision(situation)
-        self._given, self._situation = given, situation
+        if learns or given != self._given or not _alike(context, self._run_context):
+            self._decision = self.decision(context)
+        self._given, self._run_context = given, context
         self._memory = self._decision.memory.copy()
-        self._command = np.zeros(len(situation.low))
+        self._command = np.zeros(len(context.low))
 
-    def compiled(self, situation: Situation) -> CompiledDecision:
+    def compiled(self, context: RunContext) -> CompiledDecision:
         """Decision in compiled code."""
-        if self._situation is not situation:
-            self.reset(situation)
-        return compile_decision(self._decision, len(situation.low))
+        if self._run_context is not context:
+            self.reset(context)
+        return compile_decision(self._decision, len(context.low))
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, by the same function in plain Python."""
@@ -134,40 +124,23 @@ class CompiledController(Controller):
         return self._command.copy()
 
 
-def _alike(one: Situation, other: Situation | None) -> bool:
+def _alike(one: RunContext, other: RunContext | None) -> bool:
     """Whether two run contexts lead to the same decision: equal, on the same nominal model."""
     if other is None:
         return False
-    for name in (field.name for field in fields(Situation)):
+    for name in (field.name for field in fields(RunContext)):
         a, b = getattr(one, name), getattr(other, name)
         if isinstance(a, np.ndarray):
             same = np.array_equal(a, b)
         else:
-            same = a is b or (name not in ("belief", "ground") and a == b)
+            same = a is b or (name not in ("nominal", "ground") and a == b)
         if not same:
             return False
     return True
 
 
 def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
-    """Compile a decision, or load it from the cache folder.
-
-    Parameters
-    ----------
-    decision : Decision
-        What to compile.
-    n_channels : int
-        Number of coil channels.
-
-    Returns
-    -------
-    CompiledDecision
-
-    Raises
-    ------
-    InputError
-        If the function's source text cannot be found, or it uses what has no compiled form.
-    """
+    """Compile a decision, or load it from the cache folder."""
     devices = decision.devices
     model: Any = type(devices) if devices else None
     module = _module(decision.function, model, devices.laws if devices else (), n_channels)
@@ -202,20 +175,6 @@ def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()
 
     Functions that a function takes as arguments are written into its text by their names: compiled
     code that passes functions on takes ten times as long to compile, and cannot be kept on disk.
-
-    Parameters
-    ----------
-    function : callable
-        A plain function of a module.
-    parts : dict of str to str
-        Text by name; added to.
-    given : sequence of str
-        Names of the functions that it is given, one for each argument annotated as ``Callable``.
-
-    Raises
-    ------
-    InputError
-        If something has no source text or no compiled form.
     """
     name = function.__name__
     try:
@@ -232,7 +191,7 @@ def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()
             _put(parts, needed, f"{needed} = {value!r}")
         elif value is not np and value is not math:
             raise InputError(
-                f"{name} cannot be compiled: it uses {needed}, a {type(value).__name__}; accepted: "
+                f"{name} cannot be compiled: it uses {needed}, a {type(value).__name__}; expected: "
                 "functions, numbers and tuples of its module, math and np"
             )
     _put(parts, name, f"@plain\n{text}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .open_loop import Held
 from .settings import Number, SearchRange, setting
@@ -14,10 +14,8 @@ class Constant(Held):
     name = "constant"
     title = "Constant current"
 
-    amperes: float = setting(
-        1.5, "current to hold", Number(), "A", SearchRange(0.0, 3.0, "linear")
-    )
+    amperes: float = setting(1.5, "current to hold", Number(), "A", SearchRange(0.0, 3.0, "linear"))
 
-    def held(self, situation: Situation) -> float:
+    def held(self, context: RunContext) -> float:
         """Return the setting."""
         return self.amperes

@@ -6,7 +6,7 @@ A controller of one's own is a class with a name and two methods::
         name = "outwards"
         period = 0.1
 
-        def measures(self, belief):
+        def measures(self, nominal):
             return ("base_displacement_m", "base_velocity_m_s")
 
         def current(self, t, measurement):
@@ -24,7 +24,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from isolation_sim.errors import unknown_name
-from isolation_sim.simulation.control import CompiledDecision, Schedule, Situation
+from isolation_sim.simulation.control import CompiledDecision, RunContext, Schedule
 from isolation_sim.structures import IsolatedStructure
 
 from .settings import Number, Optional, Setting
@@ -86,7 +86,7 @@ class Controller:
     }
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     period: float | None = None
-    foresight: float = 0.0
+    preview_time: float = 0.0
     report: Any = None
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -141,27 +141,27 @@ class Controller:
             The same rule with the same settings, to step through or to check the other forms.
         """
         twin: Any = copy.copy(self)
-        twin.schedule = twin.compiled = lambda situation: None
+        twin.schedule = twin.compiled = lambda context: None
         return twin
 
-    def prepare(self, situation: Situation, trial: Trial) -> None:
+    def prepare(self, context: RunContext, trial: Trial) -> None:
         """Learn about plant and ground motion from trial runs; most controllers need none.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             What it may know of the run.
         trial : callable
             ``trial(controller)`` simulates another controller on the same plant, ground motion and
             driver and returns its Run.
         """
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Names of the outputs that it wants measured.
 
         Parameters
         ----------
-        belief : IsolatedStructure
+        nominal : IsolatedStructure
             The model that it may reason with.
 
         Returns
@@ -171,12 +171,12 @@ class Controller:
         """
         return ()
 
-    def schedule(self, situation: Situation) -> Schedule | None:
+    def schedule(self, context: RunContext) -> Schedule | None:
         """Commands known before the run.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             What it may know of the run.
 
         Returns
@@ -186,12 +186,12 @@ class Controller:
         """
         return None
 
-    def compiled(self, situation: Situation) -> CompiledDecision | None:
+    def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Its decision in compiled code.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             What it may know of the run.
 
         Returns
@@ -201,12 +201,12 @@ class Controller:
         """
         return None
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Forget the last run and get ready for the next.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             What it may know of the run.
         """
 

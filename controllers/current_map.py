@@ -21,7 +21,7 @@ from isolation_sim.laws import Device
 from .device_model import DeviceModel, next_break
 from .enclosure import Range
 
-REACHED = 1e-9
+TOLERANCE = 1e-9
 """Within this, relative to the largest force met, the wanted force counts as reached."""
 NEARER = 1e-6
 """An interval that could hold a force nearer by more than this, in the same measure, is halved."""
@@ -41,121 +41,63 @@ MOST_INTERVALS = 4096
 
 
 def crossing(
-    force_at: Callable, wanted: float, low: float, high: float, at_low: float, at_high: float,
+    force_at: Callable, target: float, low: float, high: float, at_low: float, at_high: float,
     least_slope: float, arguments: Any,
 ) -> tuple[float, float]:  # fmt: skip
     """Lowest current at which a monotone force is the wanted one.
-
-    Parameters
-    ----------
-    force_at : callable
-        ``force_at(current, arguments)`` -> N.
-    wanted : float, N
-        Wanted force.
-    low, high : float, A
-        Ends of the interval.
-    at_low, at_high : float, N
-        Forces there; the wanted one lies between them or is the second.
-    least_slope : float, N/A
-        The slope's size is nowhere below it; 0 if the force may be constant somewhere.
-    arguments : object
-        Passed on.
-
-    Returns
-    -------
-    current : float, A
-        Within the interval.
-    force : float, N
-        The force there; it misses the wanted one where the force jumps past it.
 
     References
     ----------
     Dowell and Jarratt 1971: the Illinois method; here every third step is a bisection.
     """
     enough = max(least_slope * PRECISION * (high - low), ROUNDING * max(abs(at_low), abs(at_high)))
-    if least_slope > 0.0 and abs(at_high - wanted) <= enough:
+    if least_slope > 0.0 and abs(at_high - target) <= enough:
         return high, at_high
     # the ends' distances from the wanted force, halved where the other end moves twice in a row
-    miss_low, miss_high, moved = at_low - wanted, at_high - wanted, 0
+    miss_low, miss_high, moved = at_low - target, at_high - target, 0
     for step in range(200):
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break
         between = middle
-        if step % 3 < 2 and at_high != wanted:
+        if step % 3 < 2 and at_high != target:
             secant = (low * miss_high - high * miss_low) / (miss_high - miss_low)
             if low < secant < high:
                 between = secant
         force = force_at(between, arguments)
-        if least_slope > 0.0 and abs(force - wanted) <= enough:
+        if least_slope > 0.0 and abs(force - target) <= enough:
             return between, force
-        if force != wanted and (force < wanted) == (at_low < wanted):
-            low, at_low, miss_low = between, force, force - wanted
+        if force != target and (force < target) == (at_low < target):
+            low, at_low, miss_low = between, force, force - target
             miss_high, moved = (0.5 * miss_high if moved == 1 else miss_high), 1
         else:
-            high, at_high, miss_high = between, force, force - wanted
+            high, at_high, miss_high = between, force, force - target
             miss_low, moved = (0.5 * miss_low if moved == 2 else miss_low), 2
-    return (low, at_low) if abs(at_low - wanted) < abs(at_high - wanted) else (high, at_high)
+    return (low, at_low) if abs(at_low - target) < abs(at_high - target) else (high, at_high)
 
 
-def excursion(bounds: Range, width: float, at_low: float, at_high: float, wanted: float) -> float:
-    """How far the force in an interval may come towards the wanted one, and beyond.
-
-    Parameters
-    ----------
-    bounds : tuple of float
-        Lowest and highest force in the interval (N), lowest slope, below 0, and highest slope,
-        above 0 (N/A).
-    width : float, A
-        Of the interval.
-    at_low, at_high : float, N
-        Forces at its ends, on one side of the wanted one.
-    wanted : float, N
-        Wanted force.
-
-    Returns
-    -------
-    float, N
-        At most so far beyond the wanted force; below 0, at least so far from it.
-    """
+def excursion(bounds: Range, width: float, at_low: float, at_high: float, target: float) -> float:
+    """How far the force in an interval may come towards the wanted one, and beyond."""
     lowest, highest, fall, rise = bounds
-    if at_low < wanted:
+    if at_low < target:
         # up from the lower end as steeply as may be, then down to the upper end
         peak = at_low + rise * (at_high - at_low - fall * width) / (rise - fall)
-        return min(highest, peak) - wanted
+        return min(highest, peak) - target
     valley = at_low + fall * (at_low - at_high + rise * width) / (rise - fall)
-    return wanted - max(lowest, valley)
+    return target - max(lowest, valley)
 
 
 def extremum(
-    force_at: Callable, range_of: Callable, wanted: float, low: float, high: float, at_low: float,
+    force_at: Callable, range_of: Callable, target: float, low: float, high: float, at_low: float,
     at_high: float, arguments: Any,
 ) -> tuple[float, float]:  # fmt: skip
     """Where in a short interval the force comes nearest to the wanted one, or past it.
-
-    Parameters
-    ----------
-    force_at, range_of, wanted
-        As of ``nearest_current``.
-    low, high : float, A
-        Ends of the interval, with at most one extremum between them.
-    at_low, at_high : float, N
-        Forces there, on one side of the wanted one.
-    arguments : tuple
-        As of ``nearest_current``.
-
-    Returns
-    -------
-    current : float, A
-        Within the interval.
-    force : float, N
-        The force there.
 
     References
     ----------
     Kiefer 1953: golden section.
     """
-    sign = 1.0 if at_low > wanted else -1.0
+    sign = 1.0 if at_low > target else -1.0
     slope_low, slope_high = range_of(low, low, arguments)[2], range_of(high, high, arguments)[3]
     if sign * slope_low >= 0.0:
         return low, at_low
@@ -165,13 +107,13 @@ def extremum(
     at_left, at_right = force_at(left, arguments), force_at(right, arguments)
     for _ in range(SECTIONS):
         if sign * at_left <= sign * at_right:
-            if sign * (at_left - wanted) <= 0.0:
+            if sign * (at_left - target) <= 0.0:
                 break
             high, right, at_right = right, left, at_left
             left = high - GOLDEN * (high - low)
             at_left = force_at(left, arguments)
         else:
-            if sign * (at_right - wanted) <= 0.0:
+            if sign * (at_right - target) <= 0.0:
                 break
             low, left, at_left = left, right, at_right
             right = low + GOLDEN * (high - low)
@@ -180,39 +122,10 @@ def extremum(
 
 
 def nearest_in_piece(
-    force_at: Callable, range_of: Callable, wanted: float, start: float, end: float,
+    force_at: Callable, range_of: Callable, target: float, start: float, end: float,
     at_start: float, best: float, force: float, scale: float, arguments: Any,
 ) -> tuple[float, float, float, float, bool]:  # fmt: skip
-    """Lowest current at which a force is the wanted one, or comes nearest to it, between breaks.
-
-    Parameters
-    ----------
-    force_at, range_of, wanted
-        As of ``nearest_current``.
-    start, end : float, A
-        Ends of the piece.
-    at_start : float, N
-        Force at its lower end.
-    best, force : float, A and N
-        What comes nearest so far, that force included.
-    scale : float, N
-        Largest force met so far.
-    arguments : tuple
-        As of ``nearest_current``.
-
-    Returns
-    -------
-    best : float, A
-        What comes nearest now.
-    force : float, N
-        The force there.
-    scale : float, N
-        Largest force met now.
-    at_end : float, N
-        Force at the piece's upper end, if the search came there.
-    is_crossing : bool
-        Whether the search ended at a crossing.
-    """
+    """Lowest current at which a force is the wanted one, or comes nearest to it, between breaks."""
     # an interval is known by its place among those of its level, each half as wide as one above
     level = place = looked_at = 0
     low, at_low = start, at_start
@@ -223,28 +136,28 @@ def nearest_in_piece(
         bounds = range_of(low, high, arguments)
         looked_at += 1
         scale = max(scale, abs(at_high))
-        if abs(at_high - wanted) < abs(force - wanted):
+        if abs(at_high - target) < abs(force - target):
             best, force = high, at_high
         is_monotone = bounds[2] >= 0.0 or bounds[3] <= 0.0
         is_done = is_monotone or share <= SHORTEST or looked_at > MOST_INTERVALS
         until, at_until = high, at_high
-        if at_high != wanted and (at_low < wanted) == (at_high < wanted) and not is_monotone:
-            nearer = excursion(bounds, high - low, at_low, at_high, wanted) + abs(force - wanted)
+        if at_high != target and (at_low < target) == (at_high < target) and not is_monotone:
+            nearer = excursion(bounds, high - low, at_low, at_high, target) + abs(force - target)
             is_done = is_done or nearer <= NEARER * scale
             if is_done and nearer > FINEST * scale:
                 until, at_until = extremum(
-                    force_at, range_of, wanted, low, high, at_low, at_high, arguments
+                    force_at, range_of, target, low, high, at_low, at_high, arguments
                 )
-                if abs(at_until - wanted) < abs(force - wanted):
+                if abs(at_until - target) < abs(force - target):
                     best, force = until, at_until
-        if is_done and (at_until == wanted or (at_low < wanted) != (at_until < wanted)):
+        if is_done and (at_until == target or (at_low < target) != (at_until < target)):
             least_slope = max(bounds[2], -bounds[3], 0.0)
             at, at_force = crossing(
-                force_at, wanted, low, until, at_low, at_until, least_slope, arguments
+                force_at, target, low, until, at_low, at_until, least_slope, arguments
             )
-            if abs(at_force - wanted) <= REACHED * scale:
+            if abs(at_force - target) <= TOLERANCE * scale:
                 return at, at_force, scale, at_high, True
-            if abs(at_force - wanted) < abs(force - wanted):
+            if abs(at_force - target) < abs(force - target):
                 best, force = at, at_force
         if not is_done:
             level, place = level + 1, 2 * place
@@ -257,34 +170,11 @@ def nearest_in_piece(
 
 
 def nearest_current(
-    force_at: Callable, range_of: Callable, wanted: float, low: float, high: float, arguments: Any
+    force_at: Callable, range_of: Callable, target: float, low: float, high: float, arguments: Any
 ) -> tuple[float, float, bool]:
     """Lowest current at which a force is the wanted one, or comes nearest to it.
 
     Written so that Numba compiles it too.
-
-    Parameters
-    ----------
-    force_at : callable
-        ``force_at(current, arguments)`` -> N.
-    range_of : callable
-        ``range_of(low, high, arguments)`` -> bounds on the force and its slope, as in
-        ``enclosure``; between two breaks.
-    wanted : float, N
-        Wanted force.
-    low, high : float, A
-        Range of the current.
-    arguments : tuple
-        Of ``DeviceModel.combined_force``.
-
-    Returns
-    -------
-    current : float, A
-        Within the range.
-    force : float, N
-        The force there.
-    saturated : bool
-        Whether it misses the wanted one.
     """
     at_end = at_start = force_at(low, arguments)
     start, best, force, scale = low, low, at_start, abs(at_start)
@@ -294,24 +184,24 @@ def nearest_current(
         end = min(next_break(end, arguments), high)
         at_break = force_at(end, arguments)
         scale = max(scale, abs(at_break))
-        if abs(at_break - wanted) < abs(force - wanted):
+        if abs(at_break - target) < abs(force - target):
             best, force = end, at_break
     while True:
         # from one piece to the next the force may jump, or cross the wanted one by rounding
-        crosses = at_start == wanted or (at_end < wanted) != (at_start < wanted)
-        if crosses and abs(at_start - wanted) <= REACHED * scale:
+        crosses = at_start == target or (at_end < target) != (at_start < target)
+        if crosses and abs(at_start - target) <= TOLERANCE * scale:
             return start, at_start, False
         following = next_break(start, arguments)
         # a piece holds from its lower break on, but not at its upper one
         end = high if following > high else np.nextafter(following, low)
         if end > start:
             best, force, scale, at_end, is_crossing = nearest_in_piece(
-                force_at, range_of, wanted, start, end, at_start, best, force, scale, arguments
+                force_at, range_of, target, start, end, at_start, best, force, scale, arguments
             )
             if is_crossing:
                 return best, force, False
         if following > high:
-            return best, force, abs(force - wanted) > REACHED * scale
+            return best, force, abs(force - target) > TOLERANCE * scale
         start, at_start = following, force_at(following, arguments)
 
 
@@ -357,7 +247,7 @@ class CurrentMap:
     def __post_init__(self) -> None:
         if not (np.isfinite([self.low, self.high]).all() and self.low <= self.high):
             raise InputError(
-                f"current map of {self.device.name}: range {self.low} to {self.high} A; accepted: "
+                f"current map of {self.device.name}: range {self.low} to {self.high} A; expected: "
                 "finite, the lowest first"
             )
 
@@ -389,7 +279,7 @@ class CurrentMap:
         motion = [np.array([number], dtype=float) for number in (1.0, x, v)]
         arguments = (*motion, np.array(states, dtype=float), model.numbers)
         low, high = float(self.low), float(self.high)
-        current, reached, saturated = nearest_current(
+        current, attained, saturated = nearest_current(
             model.combined_force, model.combined_range, float(force), low, high, arguments
         )
-        return MappedCurrent(float(current), float(reached), bool(saturated))
+        return MappedCurrent(float(current), float(attained), bool(saturated))

@@ -33,20 +33,7 @@ LAW, LENGTH, FORCE_SCALE, N_PIECES, N_PARAMETERS, N_POWERS, N_STATES, BREAKS = r
 
 
 def first_coefficient(row: NDArray, current: float) -> int:
-    """Place of the coefficients that hold at a current.
-
-    Parameters
-    ----------
-    row : numpy.ndarray, shape (n_numbers,)
-        The device's numbers.
-    current : float, A
-        Coil current.
-
-    Returns
-    -------
-    int
-        In ``row``; one parameter's powers after another's.
-    """
+    """Place of the coefficients that hold at a current."""
     n_pieces = int(row[N_PIECES])
     piece = 0
     while piece < n_pieces - 1 and current >= row[BREAKS + piece]:
@@ -55,24 +42,7 @@ def first_coefficient(row: NDArray, current: float) -> int:
 
 
 def polynomial(row: NDArray, at: int, n_powers: int, current: float) -> float:
-    """Value of a parameter at a current.
-
-    Parameters
-    ----------
-    row : numpy.ndarray, shape (n_numbers,)
-        The device's numbers.
-    at : int
-        Where its ascending coefficients begin.
-    n_powers : int
-        How many they are.
-    current : float, A
-        Coil current.
-
-    Returns
-    -------
-    float
-        In the parameter's SI unit.
-    """
+    """Value of a parameter at a current."""
     value = row[at + n_powers - 1]
     for power in range(n_powers - 2, -1, -1):
         value = value * current + row[at + power]
@@ -80,20 +50,7 @@ def polynomial(row: NDArray, at: int, n_powers: int, current: float) -> float:
 
 
 def next_break(current: float, arguments: tuple) -> float:
-    """Lowest current above a current at which other coefficients begin to hold.
-
-    Parameters
-    ----------
-    current : float, A
-        Coil current.
-    arguments : tuple
-        Of ``DeviceModel.combined_force``.
-
-    Returns
-    -------
-    float, A
-        Of any device whose weight is not 0; inf if there is none.
-    """
+    """Lowest current above a current at which other coefficients begin to hold."""
     weights, _, _, _, numbers = arguments
     n_numbers, lowest = len(numbers) // len(weights), np.inf
     for e in range(len(weights)):
@@ -147,23 +104,7 @@ class DeviceModel:
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:
-        """Source of the functions, for some laws.
-
-        Parameters
-        ----------
-        laws : sequence of Law
-            Each law once.
-
-        Returns
-        -------
-        str
-            It uses ``first_coefficient``, ``polynomial`` and a decorator ``plain``.
-
-        Raises
-        ------
-        NotTraceable
-            If a law uses an operation that has no compiled form.
-        """
+        """Source of the functions, for some laws."""
         from isolation_sim.laws.emit import function_text
 
         parts = []
@@ -193,22 +134,7 @@ class DeviceModel:
         return "\n\n".join(parts)
 
     def combined_force(self, current: float, arguments: tuple) -> float:
-        """Weighted sum of the devices' forces at one current.
-
-        Parameters
-        ----------
-        current : float, A
-            Coil current.
-        arguments : tuple
-            Weights, shape (n_devices,); deformations (m) and velocities (m/s) in the structure's
-            scale, shape (n_devices,); states, shape (n_devices * n_states,); ``numbers``. Devices
-            of weight 0 are left out.
-
-        Returns
-        -------
-        float, N
-            In the structure's scale.
-        """
+        """Weighted sum of the devices' forces at one current."""
         weights, x, v, states, _ = arguments
         total = 0.0
         for e, device in enumerate(self.devices):
@@ -220,23 +146,7 @@ class DeviceModel:
 
     @staticmethod
     def range_text(laws: Sequence[Law]) -> str:
-        """Source of ``combined_range``, for some laws.
-
-        Parameters
-        ----------
-        laws : sequence of Law
-            Each law once.
-
-        Returns
-        -------
-        str
-            It uses ``first_coefficient``, ``RANGE_FUNCTIONS`` and a decorator ``plain``.
-
-        Raises
-        ------
-        NotTraceable
-            If a law uses an operation that has no range.
-        """
+        """Source of ``combined_range``, for some laws."""
         from isolation_sim.laws.emit import function_text
 
         parts = []
@@ -260,20 +170,7 @@ class DeviceModel:
         return "\n\n".join(parts)
 
     def combined_range(self, low: float, high: float, arguments: tuple) -> Range:
-        """Bounds on the weighted sum of the devices' forces over an interval of the current.
-
-        Parameters
-        ----------
-        low, high : float, A
-            Ends of the interval, with no break between them or at the upper one.
-        arguments : tuple
-            As of ``combined_force``.
-
-        Returns
-        -------
-        tuple of float
-            Lowest and highest force (N), lowest and highest slope (N/A).
-        """
+        """Bounds on the weighted sum of the devices' forces over an interval of the current."""
         bounds: Range = _range_function(self.laws)(low, high, arguments)
         return bounds
 
@@ -281,25 +178,7 @@ class DeviceModel:
         self, e: int, x: float, v: float, states: NDArray, current: float, row: NDArray,
         out: NDArray,
     ) -> None:  # fmt: skip
-        """Time derivatives of a device's internal states.
-
-        Parameters
-        ----------
-        e : int
-            Which device.
-        x : float, m
-            Deformation in the structure's scale.
-        v : float, m/s
-            Its velocity.
-        states : numpy.ndarray, shape (n_states,)
-            Internal states in the device's units.
-        current : float, A
-            Coil current.
-        row : numpy.ndarray, shape (n_numbers,)
-            The device's numbers; for the compiled form.
-        out : numpy.ndarray, shape (n_states,)
-            The result, in the state's unit / s.
-        """
+        """Time derivatives of a device's internal states."""
         device = self.devices[e]
         n = len(device.law.states)
         out[:n] = device.rates(float(x), float(v), states[:n].tolist(), current)
@@ -309,22 +188,7 @@ def loaded(
     law: Law, current: str = "current",
     parameter: str = "polynomial(row, at + {} * powers, powers, current)",
 ) -> list[str]:  # fmt: skip
-    """Statements that bring a law's inputs into its own scale and under the names of ``traced``.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    current : str
-        Variable of the current that says which coefficients hold.
-    parameter : str
-        Expression of a parameter, with a place for its number.
-
-    Returns
-    -------
-    list of str
-        They use x, v, states, row and what the two expressions use.
-    """
+    """Statements that bring a law's inputs into its own scale and under the names of ``traced``."""
     return [
         f"at, powers = first_coefficient(row, {current}), int(row[{N_POWERS}])",
         *(f"p{k} = {parameter.format(k)}" for k in range(len(law.parameters))),
@@ -384,5 +248,5 @@ def _range_function(laws: tuple[Law, ...]) -> Callable[..., Range]:
     names: dict[str, Any] = {function.__name__: function for function in RANGE_FUNCTIONS}
     names |= {"first_coefficient": first_coefficient, "math": math, "plain": lambda f: f}
     exec(DeviceModel.range_text(laws), names)
-    found: Callable[..., Range] = names["combined_range"]
-    return found
+    result: Callable[..., Range] = names["combined_range"]
+    return result

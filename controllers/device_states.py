@@ -28,31 +28,7 @@ def fastest_rate(
     e: int, x: float, v: float, states: NDArray, current: float, row: NDArray, work: NDArray,
     state_rates: Callable,
 ) -> float:  # fmt: skip
-    """Bound on the fastest decay of a device's states: a norm of their Jacobian.
-
-    Parameters
-    ----------
-    e : int
-        Which device.
-    x : float, m
-        Deformation.
-    v : float, m/s
-        Its velocity.
-    states : numpy.ndarray, shape (n_states,)
-        Internal states.
-    current : float, A
-        Coil current.
-    row : numpy.ndarray, shape (n_numbers,)
-        The device's numbers.
-    work : numpy.ndarray, shape (5 * n_states,)
-        Scratch.
-    state_rates : callable
-        As ``DeviceModel.state_rates``.
-
-    Returns
-    -------
-    float, 1/s
-    """
+    """Bound on the fastest decay of a device's states: a norm of their Jacobian."""
     n = int(row[N_STATES])
     before, after = work[:n], work[n : 2 * n]
     state_rates(e, x, v, states, current, row, before)
@@ -62,10 +38,10 @@ def fastest_rate(
     fastest = 0.0
     step = NUDGE * size + 1e-12
     for j in range(n):
-        kept = states[j]
-        states[j] = kept + step
+        keep = states[j]
+        states[j] = keep + step
         state_rates(e, x, v, states, current, row, after)
-        states[j] = kept
+        states[j] = keep
         column = 0.0
         for i in range(n):
             column += abs(after[i] - before[i]) / step
@@ -83,25 +59,6 @@ def follow_states(
     there: its velocity adds up to the change in deformation, so that noise in the velocity does not
     make a state drift. The steps of the classical Runge-Kutta method are as short as
     the fastest state asks for.
-
-    Parameters
-    ----------
-    e : int
-        Which device.
-    start, end : tuple of float, (m, m/s)
-        Deformation and velocity at the ends of the interval.
-    h : float, s
-        Its length.
-    states : numpy.ndarray, shape (n_states,)
-        Internal states at its start; at its end on return.
-    current : float, A
-        Coil current during the interval.
-    row : numpy.ndarray, shape (n_numbers,)
-        The device's numbers.
-    work : numpy.ndarray, shape (5 * n_states,)
-        Scratch.
-    state_rates : callable
-        As ``DeviceModel.state_rates``.
     """
     n = int(row[N_STATES])
     if n == 0 or h <= 0.0:

@@ -329,25 +329,7 @@ OPERATIONS: dict[str, Callable[..., Range]] = {
 
 
 def force_range_statements(law: Law) -> tuple[list[str], str]:
-    """Statements and result that bound a law's force.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-
-    Returns
-    -------
-    statements : list of str
-        In numbers x, v, s0, s1, … and ranges p0, p1, ….
-    result : str
-        A range in N.
-
-    Raises
-    ------
-    NotTraceable
-        If the law uses an operation that has no range.
-    """
+    """Statements and result that bound a law's force."""
     from isolation_sim.laws.emit import NotTraceable, straight_line, symbols
 
     def ranged(operation: str, operands: Sequence[str], is_fixed: Sequence[bool]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Controller
@@ -31,27 +31,15 @@ class Estimating(Controller):
         Number(above=0), "m",
     )  # fmt: skip
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """All levels' accelerations and all elements' deformations."""
-        return Observer.measures(belief)
+        return Observer.measures(nominal)
 
-    def observer(self, situation: Situation, kind: str = "kalman") -> Observer:
-        """Build the observer that the settings describe.
-
-        Parameters
-        ----------
-        situation : Situation
-            What it may know of the run.
-        kind : {"kalman", "extended"}
-            Which.
-
-        Returns
-        -------
-        Observer
-        """
+    def observer(self, context: RunContext, kind: str = "kalman") -> Observer:
+        """Build the observer that the settings describe."""
         return {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}[kind](
-            situation.belief, situation.period,
+            context.nominal, context.period,
             GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
             Noise(self.acceleration_noise, self.deformation_noise),
-            limits=(lowest(situation), highest_tested(situation)),
+            limits=(lowest(context), highest_tested(context)),
         )  # fmt: skip

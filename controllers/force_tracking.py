@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import Element, IsolatedStructure
 
 from .current_map import nearest_current
@@ -30,22 +30,7 @@ MOTION = 1
 
 
 def coil_current(e: int, settings: NDArray, currents: NDArray) -> float:
-    """Current in a device's coil.
-
-    Parameters
-    ----------
-    e : int
-        Which device.
-    settings : numpy.ndarray
-        As ``ForceTracking.settings``.
-    currents : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-
-    Returns
-    -------
-    float, A
-        0 for a device without a coil.
-    """
+    """Current in a device's coil."""
     coil = int(settings[COILS + e])
     return currents[coil] if coil >= 0 else 0.0
 
@@ -54,25 +39,7 @@ def follow_device(
     e: int, new_x: float, new_v: float, h: float, settings: NDArray, memory: NDArray,
     currents: NDArray, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Take over a device's new motion, and let its states follow.
-
-    Parameters
-    ----------
-    e : int
-        Which device.
-    new_x : float, m
-        Deformation.
-    new_v : float, m/s
-        Its velocity.
-    h : float, s
-        Since the last motion; the coil has had the present current for so long.
-    settings, memory : numpy.ndarray
-        As ``ForceTracking.settings`` and ``.memory``.
-    currents : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-    state_rates : callable
-        As of ``DeviceModel``.
-    """
+    """Take over a device's new motion, and let its states follow."""
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
     width, first = int(settings[N_NUMBERS]), COILS + m
     x, v = memory[MOTION : MOTION + m], memory[MOTION + m : MOTION + 2 * m]
@@ -88,23 +55,7 @@ def follow_device(
 def device_force(
     e: int, current: float, settings: NDArray, memory: NDArray, combined_force: Callable
 ) -> float:
-    """Force of one device, moving as it was last told.
-
-    Parameters
-    ----------
-    e : int
-        Which device.
-    current : float, A
-        Coil current.
-    settings, memory : numpy.ndarray
-        As ``ForceTracking.settings`` and ``.memory``.
-    combined_force : callable
-        As of ``DeviceModel``.
-
-    Returns
-    -------
-    float, N
-    """
+    """Force of one device, moving as it was last told."""
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
     first = COILS + m
     numbers = settings[first : first + m * int(settings[N_NUMBERS])]
@@ -121,23 +72,13 @@ def nearest_currents(
     settings: NDArray, memory: NDArray, command: NDArray, combined_force: Callable,
     combined_range: Callable,
 ) -> None:  # fmt: skip
-    """Currents whose forces come nearest to the wanted ones.
-
-    Parameters
-    ----------
-    settings, memory : numpy.ndarray
-        As ``ForceTracking.settings`` and ``.memory``; wanted forces are in the memory.
-    command : numpy.ndarray, shape (n_channels,), A
-        The result.
-    combined_force, combined_range : callable
-        As of ``DeviceModel``.
-    """
+    """Currents whose forces come nearest to the wanted ones."""
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
     first = COILS + m
     numbers = settings[first : first + m * int(settings[N_NUMBERS])]
     limits = settings[first + m * int(settings[N_NUMBERS]) :]
     x, v = memory[MOTION : MOTION + m], memory[MOTION + m : MOTION + 2 * m]
-    wanted = memory[MOTION + 2 * m : MOTION + 3 * m]
+    target = memory[MOTION + 2 * m : MOTION + 3 * m]
     weights = memory[MOTION + 3 * m : MOTION + 4 * m]
     states = memory[MOTION + 5 * m : MOTION + (5 + n_states) * m]
     for c in range(len(command)):
@@ -159,7 +100,7 @@ def nearest_currents(
                 weights[e] = weights[e] / length**0.5 if length > 0.0 else 0.0
         projected = 0.0
         for e in range(m):
-            projected += weights[e] * wanted[e]
+            projected += weights[e] * target[e]
         command[c] = nearest_current(
             combined_force, combined_range, projected, low, high, (weights, x, v, states, numbers)
         )[0]
@@ -189,87 +130,33 @@ class ForceTracking:
     memory: NDArray
 
     def reference(self, amperes: float | None) -> NDArray:
-        """Currents to linearise at.
-
-        Parameters
-        ----------
-        amperes : float or None, A
-            For all coils; None for the middle of each range.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_channels,), A
-        """
+        """Currents to linearise at."""
         middle = (self.low + self.high) / 2
         return middle if amperes is None else np.full(len(middle), amperes)
 
 
-def driven_elements(belief: IsolatedStructure, name: str) -> tuple[Element, ...]:
-    """Elements that a coil drives.
-
-    Parameters
-    ----------
-    belief : IsolatedStructure
-        The model.
-    name : str
-        Controller, for the error.
-
-    Returns
-    -------
-    tuple of Element
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
-    driven = tuple(element for element in belief.elements if element.channel is not None)
+def driven_elements(nominal: IsolatedStructure, name: str) -> tuple[Element, ...]:
+    """Elements that a coil drives."""
+    driven = tuple(element for element in nominal.elements if element.channel is not None)
     if not driven:
-        raise InputError(f"{name}: no element of the belief is driven by a coil")
+        raise InputError(f"{name}: no element of the nominal model is driven by a coil")
     return driven
 
 
-def motion_of_driven(belief: IsolatedStructure, name: str) -> tuple[str, ...]:
-    """Outputs that tell how the driven elements move.
-
-    Parameters
-    ----------
-    belief : IsolatedStructure
-        The model.
-    name : str
-        Controller, for the error.
-
-    Returns
-    -------
-    tuple of str
-        Deformation and velocity of one element after another.
-    """
+def motion_of_driven(nominal: IsolatedStructure, name: str) -> tuple[str, ...]:
+    """Outputs that tell how the driven elements move."""
     return tuple(
         f"{element.name}_{quantity}"
-        for element in driven_elements(belief, name)
+        for element in driven_elements(nominal, name)
         for quantity in ("deformation_m", "velocity_m_s")
     )
 
 
 def force_tracking(
-    elements: Sequence[Element], situation: Situation, kind: type[DeviceModel] = DeviceModel
+    elements: Sequence[Element], context: RunContext, kind: type[DeviceModel] = DeviceModel
 ) -> ForceTracking:
-    """Put together what the functions of this file read.
-
-    Parameters
-    ----------
-    elements : sequence of Element
-        Those whose states to follow; at least all that a coil drives.
-    situation : Situation
-        With the supply's limits.
-    kind : type of DeviceModel
-        What the decision needs to know of the laws.
-
-    Returns
-    -------
-    ForceTracking
-    """
-    low, high = lowest(situation), highest_tested(situation)
+    """Put together what the functions of this file read."""
+    low, high = lowest(context), highest_tested(context)
     model, m = kind([element.device for element in elements]), len(elements)
     settings = np.concatenate([
         [m, model.n_states, model.n_numbers],

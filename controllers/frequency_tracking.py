@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
@@ -30,20 +30,7 @@ LOW_PASS_DAMPING = 0.5**0.5
 
 
 def dominant_frequency(cosine: float, decay: float, h: float) -> float:
-    """Frequency of the peak of a second-order autoregression's spectrum.
-
-    Parameters
-    ----------
-    cosine, decay : float
-        Coefficients of y[k] = cosine y[k-1] + decay y[k-2] + white noise.
-    h : float
-        Sampling interval, s.
-
-    Returns
-    -------
-    float, Hz
-        0 where the spectrum falls from there; the Nyquist frequency where it rises all along.
-    """
+    """Frequency of the peak of a second-order autoregression's spectrum."""
     # the derivative of |1 - cosine e^{-iw} - decay e^{-2iw}|^2 by cos(w) vanishes at the peak
     argument = cosine * (decay - 1.0) / (4.0 * decay) if decay < 0.0 else 1.0
     return math.acos(min(max(argument, -1.0), 1.0)) / (2.0 * math.pi * h)
@@ -120,9 +107,7 @@ class FrequencyTracking(CompiledController):
         2.0, "time after which the past counts by 1/e", Number(above=0), "s",
         SearchRange(0.2, 20.0),
     )  # fmt: skip
-    corner: float = setting(
-        2.0, "of the low-pass", Number(above=0), "Hz", SearchRange(0.3, 10.0)
-    )
+    corner: float = setting(2.0, "of the low-pass", Number(above=0), "Hz", SearchRange(0.3, 10.0))
     threshold: float = setting(
         0.02, "RMS of the ground's acceleration below which the current is the lowest",
         Number(at_least=0), "m/s^2", SearchRange(0.002, 1.0),
@@ -132,42 +117,30 @@ class FrequencyTracking(CompiledController):
         "the building", Number(above=0), "s", SearchRange(0.1, 30.0),
     )  # fmt: skip
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Ground acceleration in the first direction."""
-        directions = belief.structure.directions
+        directions = nominal.structure.directions
         if len(directions) == 1:
             return ("ground_acceleration_m_s2",)
         return (f"ground_{directions[0]}_acceleration_m_s2",)
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Filters and table; nothing known of the frequency at the start."""
-        driven_elements(situation.belief, self.name)
-        table = np.stack([self.best_currents(situation, c) for c in range(len(situation.low))])
-        quiet = lowest(situation)[:, np.newaxis]
+        driven_elements(context.nominal, self.name)
+        table = np.stack([self.best_currents(context, c) for c in range(len(context.low))])
+        quiet = lowest(context)[:, np.newaxis]
         own = [self.forgetting, 2 * np.pi * self.corner, self.threshold, self.settling]
-        memory = np.concatenate([np.zeros(PRESENT), lowest(situation)])
+        memory = np.concatenate([np.zeros(PRESENT), lowest(context)])
         memory[[COVARIANCE, COVARIANCE + 2]] = 1e4
         settings = np.concatenate([own, np.hstack([table, quiet]).ravel()])
         return Decision(_decide, settings, memory)
 
-    def best_currents(self, situation: Situation, channel: int) -> NDArray:
-        """Best current at each tabulated frequency.
-
-        Parameters
-        ----------
-        situation : Situation
-            With the belief and the supply's limits.
-        channel : int
-            Coil channel.
-
-        Returns
-        -------
-        numpy.ndarray, shape (N_FREQUENCIES,), A
-        """
-        low, high = lowest(situation), highest_tested(situation)
+    def best_currents(self, context: RunContext, channel: int) -> NDArray:
+        """Best current at each tabulated frequency."""
+        low, high = lowest(context), highest_tested(context)
         currents = np.linspace(low[channel], high[channel], N_CURRENTS)
-        driven = driven_elements(situation.belief, self.name)
-        masses = carried_masses(situation.belief, (low + high) / 2)
+        driven = driven_elements(context.nominal, self.name)
+        masses = carried_masses(context.nominal, (low + high) / 2)
         own = [
             (e.device, mass) for e, mass in zip(driven, masses, strict=True) if e.channel == channel
         ]

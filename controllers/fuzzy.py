@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
@@ -27,20 +27,7 @@ DEFORMATION, VELOCITY, LOW, HIGH, OWN_COILS = range(5)
 
 
 def share(deformation: float, velocity: float) -> float:
-    """Weighted mean of the rules, each weighted by the product of its two memberships.
-
-    Parameters
-    ----------
-    deformation : float, dimensionless
-        0 or more, over what counts as large.
-    velocity : float, dimensionless
-        Positive away from the centre, over what counts as fast.
-
-    Returns
-    -------
-    float
-        Share of the current's range.
-    """
+    """Weighted mean of the rules, each weighted by the product of its two memberships."""
     # triangular sets one beside the other: the memberships of two neighbours add up to 1, so that
     # the weighted mean is interpolation between the rules
     row = 2.0 * min(deformation, 1.0)
@@ -95,13 +82,13 @@ class Fuzzy(CompiledController):
         10.0, "velocity that counts as fast", Number(above=0), "m/s", SearchRange(0.05, 10.0)
     )
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Deformation and velocity of each element that a coil drives."""
-        return motion_of_driven(belief, self.name)
+        return motion_of_driven(nominal, self.name)
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Scales, range and coils."""
-        coils = [e.channel or 0 for e in driven_elements(situation.belief, self.name)]
-        low, high = float(lowest(situation).max()), float(highest_tested(situation).min())
+        coils = [e.channel or 0 for e in driven_elements(context.nominal, self.name)]
+        low, high = float(lowest(context).max()), float(highest_tested(context).min())
         settings = np.array([self.large_deformation, self.fast, low, high, *coils], dtype=float)
         return Decision(_decide, settings, np.zeros(0))

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .clipped_lqr import STANDARD_GRAVITY, designing, regulator_gain
@@ -23,7 +23,7 @@ from .force_tracking import (
     nearest_currents,
 )
 from .observers.ground_noise import GroundNoise
-from .observers.linear_belief import LinearBelief, linear_belief
+from .observers.nominal_linear_model import NominalLinearModel, nominal_linear_model
 from .settings import Number, Optional, SearchRange, setting
 
 # settings: these; the sampled controller's matrices; springs and dashpots of the reference
@@ -54,12 +54,12 @@ def _decide(
     for e in range(m):
         x, v = measured[n + 2 * e], measured[n + 2 * e + 1]
         follow_device(e, x, v, h, tracking, devices, measured[n + 2 * m :], state_rates)
-        wanted = passive[2 * e] * x + passive[2 * e + 1] * v
+        target = passive[2 * e] * x + passive[2 * e + 1] * v
         for j in range(n_x):
-            wanted += c[e * n_x + j] * state[j]
+            target += c[e * n_x + j] * state[j]
         for j in range(n):
-            wanted += d[e * n + j] * measured[j]
-        devices[MOTION + 2 * m + e] = wanted
+            target += d[e * n + j] * measured[j]
+        devices[MOTION + 2 * m + e] = target
     for i in range(n_x):
         spare[i] = 0.0
         for j in range(n_x):
@@ -99,11 +99,6 @@ class WeightedPlant:
 
     def controller(self) -> Any:
         """Optimal controller, from two Riccati equations by python-control.
-
-        Returns
-        -------
-        control.StateSpace
-            From measurements to controls.
 
         References
         ----------
@@ -169,23 +164,23 @@ class H2(CompiledController):
         Optional(Number()), "A", SearchRange(0.0, 3.0, "linear"),
     )  # fmt: skip
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """All levels' accelerations, and deformation and velocity of each driven element."""
-        accelerations = (f"{dof}_acceleration_m_s2" for dof in belief.structure.names)
-        return (*accelerations, *motion_of_driven(belief, self.name))
+        accelerations = (f"{dof}_acceleration_m_s2" for dof in nominal.structure.names)
+        return (*accelerations, *motion_of_driven(nominal, self.name))
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Sampled controller, reference isolators and devices in one array."""
         import control
 
-        belief = situation.belief
-        tracking = force_tracking(driven_elements(belief, self.name), situation)
+        nominal = context.nominal
+        tracking = force_tracking(driven_elements(nominal, self.name), context)
         reference = tracking.reference(self.reference)
-        plant, unit, linear = self.plant(belief, reference, situation.period)
+        plant, unit, linear = self.plant(nominal, reference, context.period)
         with designing(self.name):
-            sampled = control.sample_system(plant.controller(), situation.period, "bilinear")
-        driven = [element.channel is not None for element in belief.elements]
-        head = [belief.structure.n_dofs, len(sampled.A), len(tracking.elements)]
+            sampled = control.sample_system(plant.controller(), context.period, "bilinear")
+        driven = [element.channel is not None for element in nominal.elements]
+        head = [nominal.structure.n_dofs, len(sampled.A), len(tracking.elements)]
         parts = [sampled.A, sampled.B, unit * sampled.C, unit * sampled.D, linear.passive[driven]]
         own = np.concatenate([np.ravel(part) for part in parts])
         memory = np.concatenate([np.zeros(2 * len(sampled.A)), tracking.memory])
@@ -193,32 +188,13 @@ class H2(CompiledController):
         return Decision(_decide, settings, memory, tracking.model)
 
     def plant(
-        self, belief: IsolatedStructure, reference: NDArray, period: float
-    ) -> tuple[WeightedPlant, float, LinearBelief]:
-        """Put the design model together.
-
-        Parameters
-        ----------
-        belief : IsolatedStructure
-            The model.
-        reference : numpy.ndarray, shape (n_channels,), A
-            Currents at which its isolators are linearised.
-        period : float, s
-            Interval between measurements; what makes their noise white noise of some density.
-
-        Returns
-        -------
-        plant : WeightedPlant
-            With controls in the unit that follows.
-        unit : float, N
-            The largest acceptable force.
-        linear : LinearBelief
-            The linear equations.
-        """
+        self, nominal: IsolatedStructure, reference: NDArray, period: float
+    ) -> tuple[WeightedPlant, float, NominalLinearModel]:
+        """Put the design model together."""
         ground = GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping)
-        linear = linear_belief(belief, reference, ground)
-        driven = np.array([element.channel is not None for element in belief.elements])
-        unit = self.largest_force * belief.structure.total_mass * STANDARD_GRAVITY
+        linear = nominal_linear_model(nominal, reference, ground)
+        driven = np.array([element.channel is not None for element in nominal.elements])
+        unit = self.largest_force * nominal.structure.total_mass * STANDARD_GRAVITY
         on_state, on_acceleration = unit * linear.b[:, driven], unit * linear.d[:, driven]
         n_y, (n_x, n_w), n_u = len(linear.c), linear.g.shape, int(driven.sum())
         largest = self.largest_acceleration

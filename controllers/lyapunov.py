@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .brysons_rule import BrysonsRule
 from .clipped_lqr import linear_model
@@ -86,36 +86,23 @@ class Lyapunov(Estimating, BrysonsRule):
         "switches", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
     )  # fmt: skip
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """How the energy depends on the forces, then the observer."""
-        driven_elements(situation.belief, self.name)
-        observer = self.observer(situation)
+        driven_elements(context.nominal, self.name)
+        observer = self.observer(context)
         estimating = observer.decision()
-        rows = self.energy_rows(situation, observer.reference)
+        rows = self.energy_rows(context, observer.reference)
         head = [ROWS + rows.size, self.softening]
         settings = np.concatenate([head, rows.ravel(), estimating.settings])
         return Decision(_decide, settings, estimating.memory, estimating.devices)
 
-    def energy_rows(self, situation: Situation, currents: NDArray) -> NDArray:
-        """Rate of the energy per unit of each element's force, displacement and velocity.
-
-        Parameters
-        ----------
-        situation : Situation
-            With the belief.
-        currents : numpy.ndarray, shape (n_channels,), A
-            Reference currents.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_elements, 2 n_dofs)
-            Rows b' P: energy's rate = ... + force * row @ (displacements, velocities).
-        """
+    def energy_rows(self, context: RunContext, currents: NDArray) -> NDArray:
+        """Rate of the energy per unit of each element's force, displacement and velocity."""
         from scipy.linalg import solve_continuous_lyapunov
 
-        belief = situation.belief
-        _, linear = linear_model(belief, currents)
-        n, rows = linear.n_dofs, belief.element_rows
+        nominal = context.nominal
+        _, linear = linear_model(nominal, currents)
+        n, rows = linear.n_dofs, nominal.element_rows
         inverse = np.linalg.inv(linear.mass)
         acceleration = -inverse @ np.hstack([linear.stiffness, linear.damping])
         a = np.vstack([np.eye(n, 2 * n, k=n), acceleration])

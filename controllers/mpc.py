@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
 from .estimating import Estimating
 from .observers.observer import Running
+from .predictive.force_scale import ForceScale
 from .predictive.slow_ground import SlowGround
-from .predictive.strength import Strength
 from .settings import Integer, Number, OneOf, Optional, setting
 
 if TYPE_CHECKING:
@@ -218,13 +218,13 @@ class MPC(Estimating):
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
-        self.foresight = self.preview
+        self.preview_time = self.preview
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Displacements and velocities or what the observer sees, and the ground's acceleration."""
-        structure = belief.structure
+        structure = nominal.structure
         one = len(structure.directions) == 1
-        seen = super().measures(belief)
+        seen = super().measures(nominal)
         if self.filter == "none":
             seen = (
                 *(() if self.learning is None else seen[: structure.n_dofs]),
@@ -236,29 +236,29 @@ class MPC(Estimating):
             *(f"ground_{'' if one else d + '_'}acceleration_m_s2" for d in structure.directions),
         )
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Set the prediction up and forget the last run."""
         from .clipped_lqr import linear_model
-        from .predictive.ground_ahead import GroundAhead
-        from .predictive.linear_belief import spring_and_dashpot
+        from .predictive.ground_forecast import GroundForecast
+        from .predictive.nominal_linear_model import spring_and_dashpot
         from .predictive.prediction import Prediction, growing_blocks
         from .predictive.uncontrolled import Uncontrolled
 
-        belief = situation.belief
-        if not belief.n_channels:
-            raise InputError(f"{self.name}: no element of the belief is driven by a coil")
+        nominal = context.nominal
+        if not nominal.n_channels:
+            raise InputError(f"{self.name}: no element of the nominal model is driven by a coil")
         self._estimated: Running | None = None
         if self.filter != "none":
-            self._estimated = Running(self.observer(situation, self.filter))
-        self.coils = coils = coil_table(situation)
-        frequency = linear_model(belief, coils[:, 2])[0]
+            self._estimated = Running(self.observer(context, self.filter))
+        self.coils = coils = coil_table(context)
+        frequency = linear_model(nominal, coils[:, 2])[0]
         self.frequency = 2 * np.pi * frequency
         if self.model == "linear":
-            belief = spring_and_dashpot(belief, coils, frequency)
-        self.step = situation.period
-        self._strength: Strength | None = None
+            nominal = spring_and_dashpot(nominal, coils, frequency)
+        self.step = context.period
+        self._force_scale: ForceScale | None = None
         if self.learning is not None:
-            self._strength = Strength(belief, self.step, self.learning)
+            self._force_scale = ForceScale(nominal, self.step, self.learning)
         horizon = 0.9 + self.preview / 2 if self.horizon is None else self.horizon
         n_steps = max(2, round(horizon / self.step))
         blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks
@@ -266,7 +266,7 @@ class MPC(Estimating):
         longest = self.substep
         if longest is None:
             longest = 0.005 if self.preview else 0.01
-        self.prediction = Prediction(belief, coils, self.step, self.block, longest)
+        self.prediction = Prediction(nominal, coils, self.step, self.block, longest)
         p = self.prediction
         n, most = p.dy.shape[2] + 3, (n_steps + 1) * p.y.shape[1] * 8 + n_steps * len(coils)
         self._programme = (
@@ -285,23 +285,23 @@ class MPC(Estimating):
                 self.effort, on_excess, self.acceleration_excess, regret,
             ]
         )  # fmt: skip
-        self._n_behind = len(belief.structure.directions) + len(coils)
-        told = 0.0 if self.filter == "none" else sum(situation.delays)
-        self._n_late = round((told if self.delay is None else self.delay) / self.step)
+        self._n_behind = len(nominal.structure.directions) + len(coils)
+        sentences = 0.0 if self.filter == "none" else sum(context.delays)
+        self._n_late = round((sentences if self.delay is None else self.delay) / self.step)
         ahead = 0
-        if situation.ground is not None:
+        if context.ground is not None:
             ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late
         self._foreseen = np.arange(1, min(ahead, self._n_late + n_steps) + 1) * self.step
         if self._n_late:  # measured that long before the decision
-            self._foreseen += situation.delays[1] - self._n_late * self.step
+            self._foreseen += context.delays[1] - self._n_late * self.step
         self._since: Prediction | None = None
         if self._n_late:
             together = np.zeros(self._n_late, int)
-            self._since = Prediction(belief, coils, self.step, together, longest)
+            self._since = Prediction(nominal, coils, self.step, together, longest)
         self._given = np.tile(coils[:, 4], (self._n_late, 1))
-        self._ground = GroundAhead(
+        self._ground = GroundForecast(
             p, coils, self.step, self._n_late + n_steps, self.order, self.settling, self.fading,
-            situation.ground,
+            context.ground,
         )  # fmt: skip
         self.commands = np.tile(coils[:, 4], (n_steps, 1))
         self._last: tuple[float, NDArray, NDArray] | None = None
@@ -309,8 +309,8 @@ class MPC(Estimating):
         self._seen, self._strongest = RunningPeaks(p.n_displacements, p.n_accelerations), 0.0
         self._jumps = bool(np.any((coils[:, 0] == 0) & np.isinf(coils[:, 1])))
         n_ahead = self._n_late + n_steps - len(self._foreseen)
-        self._uncontrolled = Uncontrolled(belief, coils, self.step, longest, n_ahead)
-        stiffest = linear_model(situation.belief, coils[:, 3])[0]
+        self._uncontrolled = Uncontrolled(nominal, coils, self.step, longest, n_ahead)
+        stiffest = linear_model(context.nominal, coils[:, 3])[0]
         self._slow_ground, self._slow = SlowGround(self.step, self.stiff_start / stiffest), False
         self.report = Report()
 
@@ -353,20 +353,20 @@ class MPC(Estimating):
 
     def _now(self, t: float, measured: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         """Modes, device states and coil currents now, from what was measured ``delay`` before."""
-        p, n = self.prediction, self.prediction.belief.structure.n_dofs
+        p, n = self.prediction, self.prediction.nominal.structure.n_dofs
         seen, ground, coil = np.split(measured, [-self._n_behind, -len(self.coils)])
         accelerations = seen[:n]
         if self._estimated is not None:
             seen = self._estimated.update(t, np.concatenate([seen, coil]))
-        elif self._strength is not None:
+        elif self._force_scale is not None:
             seen = seen[n:]
         z = p.modes_of(seen[:n], seen[n : 2 * n])
         if self._last is not None:
             then, old, old_coil = self._last
             p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
         self._last = (t, z, coil)
-        if self._strength is not None:
-            learnt = self._strength.learn(accelerations, p.forces(z, self._states, coil))
+        if self._force_scale is not None:
+            learnt = self._force_scale.learn(accelerations, p.forces(z, self._states, coil))
             p.strength[:] = self.report.strength = learnt
             if self._estimated is not None:
                 self._estimated.strengthen(p.strength)

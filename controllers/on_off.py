@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
@@ -95,11 +95,11 @@ class OnOff(CompiledController):
         "Hz",
     )  # fmt: skip
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Both factors of each element that a coil drives."""
         names = []
-        for element in driven_elements(belief, self.name):
-            base = belief.structure.names[int(np.argmax(element.direction))]
+        for element in driven_elements(nominal, self.name):
+            base = nominal.structure.names[int(np.argmax(element.direction))]
             first = {
                 "stiffness": f"{element.name}_deformation_m",
                 "dissipation": f"{element.name}_force_N",
@@ -107,15 +107,15 @@ class OnOff(CompiledController):
             names += [first, f"{element.name}_velocity_m_s"]
         return tuple(names)
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Currents and coils; switched off at the start."""
-        on = float(highest_tested(situation).min()) if self.on is None else self.on
-        off = float(lowest(situation).max()) if self.off is None else self.off
-        driven = driven_elements(situation.belief, self.name)
+        on = float(highest_tested(context).min()) if self.on is None else self.on
+        off = float(lowest(context).max()) if self.off is None else self.off
+        driven = driven_elements(context.nominal, self.name)
         coils = [float(element.channel or 0) for element in driven]
         kind = SKYHOOK if self.rule == "skyhook" else 0.0
         wash_out = 2 * np.pi * self.wash_out
-        memory = np.zeros(1 + len(situation.low) + 2 * len(coils))
-        memory[1 : 1 + len(situation.low)] = off
+        memory = np.zeros(1 + len(context.low) + 2 * len(coils))
+        memory[1 : 1 + len(context.low)] = off
         settings = np.array([on, off, self.dead_band, kind, wash_out, *coils])
         return Decision(_decide, settings, memory)

@@ -9,29 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import Schedule, Situation
+from isolation_sim.simulation.control import RunContext, Schedule
 
 from .controller import Controller
 
 
-def highest_tested(situation: Situation) -> NDArray:
-    """Highest current within the supply's limits at which the devices were tested.
-
-    Parameters
-    ----------
-    situation : Situation
-        With the limits.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_channels,), A
-
-    Raises
-    ------
-    InputError
-        If neither the devices nor the supply say how high a current may be.
-    """
-    return within_tested(situation.tested, situation.low, situation.high)
+def highest_tested(context: RunContext) -> NDArray:
+    """Highest current within the supply's limits at which the devices were tested."""
+    return within_tested(context.tested, context.low, context.high)
 
 
 def within_tested(tested: NDArray, low: NDArray, high: NDArray) -> NDArray:
@@ -40,37 +25,27 @@ def within_tested(tested: NDArray, low: NDArray, high: NDArray) -> NDArray:
     if np.isinf(highest).any():
         raise InputError(
             f"nothing says how high the current of coil {np.argmax(np.isinf(highest))} may be; "
-            "accepted: devices with a tested current or a range of current, or a coil driver with "
+            "expected: devices with a tested current or a range of current, or a coil driver with "
             "a highest current"
         )
     return highest
 
 
-def lowest(situation: Situation) -> NDArray:
-    """Lowest current of the supply; 0 where it has no limit.
-
-    Parameters
-    ----------
-    situation : Situation
-        With the limits.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_channels,), A
-    """
-    return np.where(np.isfinite(situation.low), situation.low, 0.0)
+def lowest(context: RunContext) -> NDArray:
+    """Lowest current of the supply; 0 where it has no limit."""
+    return np.where(np.isfinite(context.low), context.low, 0.0)
 
 
 class OpenLoop(Controller):
     """Commands that depend on the time alone."""
 
     @abstractmethod
-    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+    def commands(self, context: RunContext) -> tuple[NDArray, NDArray]:
         """Commands and the instants from which they hold.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             What it may know of the run.
 
         Returns
@@ -80,11 +55,11 @@ class OpenLoop(Controller):
         current : numpy.ndarray, shape (n, n_channels), A
         """
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Work the commands out, for the form in plain Python."""
-        self._time, self._current = self.commands(situation)
+        self._time, self._current = self.commands(context)
 
-    def schedule(self, situation: Situation) -> Schedule:
+    def schedule(self, context: RunContext) -> Schedule:
         """All commands, as worked out in ``reset``."""
         return Schedule(self._time, self._current)
 
@@ -99,11 +74,11 @@ class Held(OpenLoop):
     """One current a coil during the whole run."""
 
     @abstractmethod
-    def held(self, situation: Situation) -> Any:
+    def held(self, context: RunContext) -> Any:
         """Return the current to hold: one for all coils or one a coil, A."""
 
-    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+    def commands(self, context: RunContext) -> tuple[NDArray, NDArray]:
         """One command, from the start."""
-        current = np.empty((1, len(situation.low)))
-        current[0] = self.held(situation)
+        current = np.empty((1, len(context.low)))
+        current[0] = self.held(context)
         return np.zeros(1), current

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .open_loop import Held
 
@@ -17,6 +17,6 @@ class PassiveOff(Held):
     title = "Passive off"
     source = "Dyke et al. 1996"
 
-    def held(self, situation: Situation) -> NDArray:
+    def held(self, context: RunContext) -> NDArray:
         """Zero, as far as the supply allows."""
-        return np.clip(0.0, situation.low, situation.high)
+        return np.clip(0.0, context.low, context.high)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .open_loop import Held, highest_tested
 from .settings import Number, Optional, setting
@@ -24,6 +24,6 @@ class PassiveOn(Held):
         "A",
     )
 
-    def held(self, situation: Situation) -> Any:
+    def held(self, context: RunContext) -> Any:
         """Return the setting, or the highest tested current."""
-        return highest_tested(situation) if self.amperes is None else self.amperes
+        return highest_tested(context) if self.amperes is None else self.amperes

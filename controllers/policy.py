@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Controller
@@ -41,12 +41,12 @@ class Policy(Controller):
         super().__init__(period=period)
         self._act, self._measures = act, tuple(measures)
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Return the outputs that the function takes.
 
         Parameters
         ----------
-        belief : IsolatedStructure
+        nominal : IsolatedStructure
             Not needed.
 
         Returns
@@ -55,15 +55,15 @@ class Policy(Controller):
         """
         return self._measures
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Note the supply's limits.
 
         Parameters
         ----------
-        situation : Situation
+        context : RunContext
             With the limits.
         """
-        self._low, self._high = situation.low, situation.high
+        self._low, self._high = context.low, context.high
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Ask the function.

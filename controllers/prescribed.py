@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 
 from .open_loop import OpenLoop
 from .settings import ExistingFile, Numbers, Optional, setting
@@ -58,24 +58,24 @@ class Prescribed(OpenLoop):
         if len(time) != len(current):
             raise InputError(f"{where}: {len(time)} instants for {len(current)} commands")
         if time[0] != 0:
-            raise InputError(f"{where}: the first instant is {time[0]:g} s; accepted: 0")
+            raise InputError(f"{where}: the first instant is {time[0]:g} s; expected: 0")
         late = np.flatnonzero(np.diff(time) <= 0)
         if late.size:
             raise InputError(
-                f"{where}: instant {time[late[0] + 1]:g} s follows {time[late[0]]:g} s; accepted: "
+                f"{where}: instant {time[late[0] + 1]:g} s follows {time[late[0]]:g} s; expected: "
                 "increasing instants"
             )
         return time, current
 
-    def commands(self, situation: Situation) -> tuple[NDArray, NDArray]:
+    def commands(self, context: RunContext) -> tuple[NDArray, NDArray]:
         """Return the part of the table that lies within the run."""
         time, current = self._columns
-        n_channels = len(situation.low)
+        n_channels = len(context.low)
         if current.shape[1] not in (1, n_channels):
             raise InputError(
                 f"prescribed: commands for {current.shape[1]} coils; the structure has {n_channels}"
             )
-        within = time < situation.duration
+        within = time < context.duration
         return time[within], np.repeat(current[within], n_channels // current.shape[1], axis=1)
 
 
@@ -84,13 +84,13 @@ def _read(path: Path, where: str) -> tuple[NDArray, NDArray]:
         rows = csv.reader(lines)
         header = [cell.strip() for cell in next(rows, [])]
         coils = [f"coil{k}_current_A" for k in range(len(header) - 1)]
-        wanted = ["time_s", *(["current_A"] if "current_A" in header else coils)]
-        if len(wanted) < 2 or not set(wanted) <= set(header):
+        target = ["time_s", *(["current_A"] if "current_A" in header else coils)]
+        if len(target) < 2 or not set(target) <= set(header):
             raise InputError(
-                f"{where}: columns are {', '.join(header) or 'missing'}; accepted: time_s and "
+                f"{where}: columns are {', '.join(header) or 'missing'}; expected: time_s and "
                 "current_A, or time_s and coil0_current_A, coil1_current_A, ..."
             )
-        columns = [header.index(name) for name in wanted]
+        columns = [header.index(name) for name in target]
         values = []
         for row in filter(None, rows):
             try:
@@ -99,7 +99,7 @@ def _read(path: Path, where: str) -> tuple[NDArray, NDArray]:
                 numbers = [np.nan]
             if not np.all(np.isfinite(numbers)):
                 raise InputError(
-                    f"{where}, line {rows.line_num}: {','.join(row)!r}; accepted: finite numbers"
+                    f"{where}, line {rows.line_num}: {','.join(row)!r}; expected: finite numbers"
                 )
             values.append(numbers)
     if not values:

@@ -39,30 +39,13 @@ class Setting:
     search: SearchRange | None = None
 
     def checked(self, owner: str, name: str, value: Any) -> Any:
-        """Return the value to use for a given one.
-
-        Parameters
-        ----------
-        owner, name : str
-            Controller and setting, for the error.
-        value : object
-            What was given.
-
-        Returns
-        -------
-        object
-
-        Raises
-        ------
-        InputError
-            If the value is not accepted.
-        """
+        """Return the value to use for a given one."""
         try:
             return self.accepts(value)
         except (TypeError, ValueError):
             unit = f", in {self.unit}" if self.unit else ""
             raise InputError(
-                f"{owner}: {name} is {value!r}; accepted: {self.accepts}{unit}"
+                f"{owner}: {name} is {value!r}; expected: {self.accepts}{unit}"
             ) from None
 
     def with_default(self, owner: str, name: str, value: Any) -> Setting:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
@@ -78,36 +78,23 @@ class SlidingMode(CompiledController):
         "m/s", SearchRange(0.01, 3.0),
     )  # fmt: skip
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Deformation and velocity of each element that a coil drives."""
-        return motion_of_driven(belief, self.name)
+        return motion_of_driven(nominal, self.name)
 
-    def decision(self, situation: Situation) -> Decision:
+    def decision(self, context: RunContext) -> Decision:
         """Constants, masses and devices in one array."""
-        belief = situation.belief
-        tracking = force_tracking(driven_elements(belief, self.name), situation)
-        masses = carried_masses(belief, tracking.reference(None))
+        nominal = context.nominal
+        tracking = force_tracking(driven_elements(nominal, self.name), context)
+        masses = carried_masses(nominal, tracking.reference(None))
         own = [self.slope, self.gain, self.layer]
         settings = np.concatenate([own, masses, tracking.settings])
         return Decision(_decide, settings, tracking.memory, tracking.model)
 
 
-def carried_masses(belief: IsolatedStructure, currents: NDArray) -> NDArray:
-    """Mass that each driven element carries: the whole, shared out by stiffness.
-
-    Parameters
-    ----------
-    belief : IsolatedStructure
-        The model.
-    currents : numpy.ndarray, shape (n_channels,), A
-        Coil currents at which stiffnesses are compared.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_driven,), kg
-        Of elements along one direction of the ground, they add up to the whole mass.
-    """
-    structure, driven = belief.structure, driven_elements(belief, "carried masses")
+def carried_masses(nominal: IsolatedStructure, currents: NDArray) -> NDArray:
+    """Mass that each driven element carries: the whole, shared out by stiffness."""
+    structure, driven = nominal.structure, driven_elements(nominal, "carried masses")
     rows = np.array([element.direction for element in driven])
     along = np.argmax(np.abs(rows @ structure.influence), axis=1)
     stiffness = np.array([

@@ -18,29 +18,7 @@ _POLES = 4
 def corrected(
     acceleration: FloatArray, dt: float, order: int, highpass_hz: float | None = None
 ) -> FloatArray:
-    """Take a polynomial and, if asked for, low frequencies from an acceleration.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Acceleration, m/s2, linear between samples.
-    dt : float
-        Sampling step, s.
-    order : int
-        Degree of the polynomial; see `remove_polynomial`.
-    highpass_hz : float, optional
-        Corner of the high-pass, Hz; see `highpass`.
-
-    Returns
-    -------
-    (n,) ndarray
-        Corrected acceleration, m/s2, whose velocity ends at zero.
-
-    Raises
-    ------
-    InputError
-        If ``order`` or ``highpass_hz`` is out of range.
-    """
+    """Take a polynomial and, if asked for, low frequencies from an acceleration."""
     result = remove_polynomial(acceleration, dt, order)
     if highpass_hz is not None:
         # The polynomial goes last too: cutting the filter's pads off leaves a little velocity.
@@ -49,27 +27,7 @@ def corrected(
 
 
 def remove_polynomial(acceleration: FloatArray, dt: float, order: int) -> FloatArray:
-    """Take away the polynomial that ends the velocity at zero and leaves the least of it.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Acceleration, m/s2, linear between samples.
-    dt : float
-        Sampling step, s.
-    order : int
-        Degree of the polynomial, 0 to 10; held below the number of samples.
-
-    Returns
-    -------
-    (n,) ndarray
-        Corrected acceleration, m/s2.
-
-    Raises
-    ------
-    InputError
-        If ``order`` is not a whole number from 0 to 10.
-    """
+    """Take away the polynomial that ends the velocity at zero and leaves the least of it."""
     accepted = f"a whole number from 0 to {_HIGHEST_ORDER}"
     try:
         degree = operator.index(order)
@@ -95,27 +53,7 @@ def remove_polynomial(acceleration: FloatArray, dt: float, order: int) -> FloatA
 
 
 def highpass(acceleration: FloatArray, dt: float, corner_hz: float) -> FloatArray:
-    """High-pass filter without phase shift, over zero pads that are then cut off again.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Acceleration, m/s2.
-    dt : float
-        Sampling step, s.
-    corner_hz : float
-        Corner frequency, Hz, where the two passes together halve the amplitude.
-
-    Returns
-    -------
-    (n,) ndarray
-        Filtered acceleration, m/s2.
-
-    Raises
-    ------
-    InputError
-        If the corner is not between 0 and the Nyquist frequency.
-    """
+    """High-pass filter without phase shift, over zero pads that are then cut off again."""
     from scipy.signal import butter, sosfiltfilt
 
     corner = positive("highpass_hz (Hz)", corner_hz)

@@ -19,27 +19,7 @@ MOST_SAMPLES = 20_000_000
 
 
 def number(name: str, value: Any, accepted: str) -> float:
-    """Return a finite float.
-
-    Parameters
-    ----------
-    name : str
-        The argument's name, with its unit.
-    value : object
-        What was given.
-    accepted : str
-        What to say is accepted when it is refused.
-
-    Returns
-    -------
-    float
-        The value.
-
-    Raises
-    ------
-    InputError
-        If the value is not a finite number.
-    """
+    """Return a finite float."""
     try:
         result = float(value)
     except (TypeError, ValueError):
@@ -50,20 +30,7 @@ def number(name: str, value: Any, accepted: str) -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """Return a finite float above zero, or raise `InputError`.
-
-    Parameters
-    ----------
-    name : str
-        The argument's name, with its unit.
-    value : object
-        What was given.
-
-    Returns
-    -------
-    float
-        The value.
-    """
+    """Return a finite float above zero, or raise `InputError`."""
     accepted = "a finite number above 0"
     result = number(name, value, accepted)
     if result <= 0.0:
@@ -72,29 +39,7 @@ def positive(name: str, value: Any) -> float:
 
 
 def within(name: str, value: Any, low: float, high: float, *, open_high: bool = False) -> float:
-    """Return a float in [low, high], or in [low, high) if ``open_high``.
-
-    Parameters
-    ----------
-    name : str
-        The argument's name, with its unit.
-    value : object
-        What was given.
-    low, high : float
-        The bounds, in the argument's unit; ``high`` may be infinite.
-    open_high : bool
-        Whether ``high`` itself is refused.
-
-    Returns
-    -------
-    float
-        The value.
-
-    Raises
-    ------
-    InputError
-        If the value is not a finite number within the bounds.
-    """
+    """Return a float in [low, high], or in [low, high) if ``open_high``."""
     if math.isinf(high):
         accepted = f"a finite number, {low:g} or above"
     else:
@@ -106,25 +51,7 @@ def within(name: str, value: Any, low: float, high: float, *, open_high: bool = 
 
 
 def exactly_one(**values: Any) -> tuple[str, float]:
-    """Return the name and value of the one positive argument that is not None.
-
-    Parameters
-    ----------
-    **values : float or None
-        Alternative arguments, of which one must be given.
-
-    Returns
-    -------
-    name : str
-        Which one was given.
-    value : float
-        Its value.
-
-    Raises
-    ------
-    InputError
-        If none or several are given, or the one is not a finite number above zero.
-    """
+    """Return the name and value of the one positive argument that is not None."""
     given = {name: value for name, value in values.items() if value is not None}
     if len(given) != 1:
         raise InputError(
@@ -135,22 +62,7 @@ def exactly_one(**values: Any) -> tuple[str, float]:
 
 
 def choice(name: str, value: str, options: Iterable[str]) -> str:
-    """Return a value that is one of the options, or raise naming the nearest.
-
-    Parameters
-    ----------
-    name : str
-        The argument's name.
-    value : str
-        What was given.
-    options : iterable of str
-        What is accepted.
-
-    Returns
-    -------
-    str
-        The value.
-    """
+    """Return a value that is one of the options, or raise naming the nearest."""
     options = list(options)
     if value not in options:
         raise InputError(name, repr(value), nearest(str(value), options))
@@ -158,25 +70,7 @@ def choice(name: str, value: str, options: Iterable[str]) -> str:
 
 
 def sample_count(duration: float, dt: float) -> int:
-    """Return how many samples reach from zero to a duration, both ends included.
-
-    Parameters
-    ----------
-    duration : float
-        Length, s; rounded up to a whole number of steps.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    int
-        Number of samples, two or more.
-
-    Raises
-    ------
-    InputError
-        If either is not a finite number above zero, or the duration is shorter than one step.
-    """
+    """Return how many samples reach from zero to a duration, both ends included."""
     duration, dt = positive("duration (s)", duration), positive("dt (s)", dt)
     if duration < dt:
         raise InputError("duration (s)", f"{duration:g}", f"one step or more (dt {dt:g} s)")
@@ -184,89 +78,31 @@ def sample_count(duration: float, dt: float) -> int:
 
 
 def whole_steps(duration: float, dt: float) -> int:
-    """Return the least number of steps that cover a duration.
-
-    Parameters
-    ----------
-    duration : float
-        Length, s.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    int
-        Number of steps; a duration that is a whole number of them gains none by rounding.
-
-    Raises
-    ------
-    InputError
-        If there are more than ``MOST_SAMPLES``.
-    """
+    """Return the least number of steps that cover a duration."""
     steps = duration / dt * (1.0 - 1e-12)
     few_enough(steps, f"{duration:g} s at steps of {dt:g} s")
     return math.ceil(steps)
 
 
-def few_enough(samples: float, told: str) -> None:
-    """Refuse a motion with more samples than ``MOST_SAMPLES``.
-
-    Parameters
-    ----------
-    samples : float
-        Number of samples.
-    told : str
-        What they come from, for the error.
-
-    Raises
-    ------
-    InputError
-        If there are too many.
-    """
+def few_enough(samples: float, sentences: str) -> None:
+    """Refuse a motion with more samples than ``MOST_SAMPLES``."""
     if samples > MOST_SAMPLES:
         raise InputError(
-            "ground motion", f"{told}, {samples:.3g} samples", f"up to {MOST_SAMPLES:,} samples"
+            "ground motion",
+            f"{sentences}, {samples:.3g} samples",
+            f"up to {MOST_SAMPLES:,} samples",
         )
 
 
 def read_only(values: npt.ArrayLike) -> FloatArray:
-    """Return a float64 copy that cannot be written to.
-
-    Parameters
-    ----------
-    values : array_like
-        Numbers of any shape and unit.
-
-    Returns
-    -------
-    ndarray
-        The same numbers, same shape and unit.
-    """
+    """Return a float64 copy that cannot be written to."""
     array: FloatArray = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
 
 
 def finite_row(name: str, values: npt.ArrayLike) -> FloatArray:
-    """Return a read-only copy of one row of two or more finite numbers.
-
-    Parameters
-    ----------
-    name : str
-        The argument's name, with its unit.
-    values : (n,) array_like
-        What was given.
-
-    Returns
-    -------
-    (n,) ndarray
-        The same numbers, in the same unit.
-
-    Raises
-    ------
-    InputError
-        If they are not numbers, not one row, fewer than two, or not all finite.
-    """
+    """Return a read-only copy of one row of two or more finite numbers."""
     accepted = "one row of two or more finite numbers"
     try:
         row = read_only(values)

@@ -64,11 +64,11 @@ class DesignSpectrum:
         InputError
             If a period is outside the range of the clause.
         """
-        wanted = np.atleast_1d(np.array(periods, dtype=float))
+        target = np.atleast_1d(np.array(periods, dtype=float))
         # a period computed as 0.2 T may end a last bit outside
-        slack = 1e-12 * np.abs(wanted)
-        outside = wanted[
-            ~((wanted >= self.shortest_period - slack) & (wanted <= self.longest_period + slack))
+        slack = 1e-12 * np.abs(target)
+        outside = target[
+            ~((target >= self.shortest_period - slack) & (target <= self.longest_period + slack))
         ]
         if outside.size:
             raise InputError(
@@ -76,7 +76,7 @@ class DesignSpectrum:
                 f"{outside[0]:g}",
                 f"{self.shortest_period:g} to {self.longest_period:g}",
             )
-        return np.asarray(self.ordinates(wanted), dtype=float)
+        return np.asarray(self.ordinates(target), dtype=float)
 
 
 def asce7_22_two_period(
@@ -153,10 +153,10 @@ def asce7_22_multi_period(
     t_l = positive("t_l (s)", t_l)
     factor = _level_factor(level) / DESIGN_TO_MCE_R
 
-    def ordinates(wanted: FloatArray) -> FloatArray:
-        beyond = np.maximum(wanted, 10.0)
+    def ordinates(target: FloatArray) -> FloatArray:
+        beyond = np.maximum(target, 10.0)
         tail = np.where(beyond <= t_l, 10.0 / beyond, 10.0 * t_l / beyond**2)
-        return factor * np.where(wanted <= 10.0, np.interp(wanted, given, sa), sa[-1] * tail)
+        return factor * np.where(target <= 10.0, np.interp(target, given, sa), sa[-1] * tail)
 
     return DesignSpectrum(f"ASCE 7-22 multi-period, {level}", "ASCE 7-22, 11.4.5.1", ordinates)
 
@@ -397,7 +397,7 @@ def table_spectrum(
     return DesignSpectrum(
         name,
         "the user's table",
-        lambda wanted: np.interp(wanted, given, sa),
+        lambda target: np.interp(target, given, sa),
         float(given[0]),
         float(given[-1]),
     )

@@ -27,7 +27,7 @@ class InputError(ValueError):
     def __init__(self, place: str, given: str = "", accepted: str = "") -> None:
         self.place, self.given, self.accepted = map(_one_line, (place, given, accepted))
         super().__init__(
-            f"{self.place}: given {self.given}; accepted: {self.accepted}"
+            f"{self.place}: given {self.given}; expected: {self.accepted}"
             if self.accepted
             else self.place
         )
@@ -38,20 +38,7 @@ def _one_line(text: object) -> str:
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Return the accepted names as text, led by the one nearest to a misspelt name.
-
-    Parameters
-    ----------
-    name : str
-        The name that was given.
-    valid : iterable of str
-        The names that are accepted.
-
-    Returns
-    -------
-    str
-        For example ``"soft (did you mean it?), firm, medium"``.
-    """
+    """Return the accepted names as text, led by the one nearest to a misspelt name."""
     names = list(valid)
     close = difflib.get_close_matches(name.lower(), [n.lower() for n in names], n=1, cutoff=0.5)
     if not close:
@@ -61,22 +48,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 
 
 def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
-    """Build the error for a name that is not in a registry.
-
-    Parameters
-    ----------
-    kind : str
-        What the name should be, such as ``"law"``.
-    given : str
-        What was given.
-    accepted : iterable of str
-        The valid names.
-
-    Returns
-    -------
-    InputError
-        Naming the nearest valid name and all accepted ones.
-    """
+    """Build the error for a name that is not in a registry."""
     names = sorted(accepted)
     close = difflib.get_close_matches(given, names, n=1)
     hint = f" did you mean {close[0]!r}?" if close else ""

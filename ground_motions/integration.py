@@ -8,40 +8,14 @@ from ground_motions.checks import FloatArray
 
 
 def velocity(acceleration: FloatArray, dt: float) -> FloatArray:
-    """Return the velocity at the samples.
-
-    Parameters
-    ----------
-    acceleration : (n, ...) ndarray
-        Acceleration, m/s2, linear between samples along the first axis.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    (n, ...) ndarray
-        Velocity, m/s, zero at the first sample.
-    """
+    """Return the velocity at the samples."""
     result = np.zeros_like(acceleration)
     np.cumsum(0.5 * dt * (acceleration[:-1] + acceleration[1:]), axis=0, out=result[1:])
     return result
 
 
 def displacement(acceleration: FloatArray, dt: float) -> FloatArray:
-    """Return the displacement at the samples.
-
-    Parameters
-    ----------
-    acceleration : (n, ...) ndarray
-        Acceleration, m/s2, linear between samples along the first axis.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    (n, ...) ndarray
-        Displacement, m, zero with zero velocity at the first sample.
-    """
+    """Return the displacement at the samples."""
     result = np.zeros_like(acceleration)
     steps = dt * velocity(acceleration, dt)[:-1]
     steps += dt**2 / 6.0 * (2.0 * acceleration[:-1] + acceleration[1:])
@@ -50,20 +24,7 @@ def displacement(acceleration: FloatArray, dt: float) -> FloatArray:
 
 
 def squared(acceleration: FloatArray, dt: float) -> FloatArray:
-    """Return the running integral of the squared acceleration at the samples.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Acceleration, m/s2, linear between samples.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    (n,) ndarray
-        Integral, m2/s3, zero at the first sample.
-    """
+    """Return the running integral of the squared acceleration at the samples."""
     start, end = acceleration[:-1], acceleration[1:]
     result = np.zeros_like(acceleration)
     np.cumsum(dt / 3.0 * (start**2 + start * end + end**2), out=result[1:])
@@ -71,20 +32,7 @@ def squared(acceleration: FloatArray, dt: float) -> FloatArray:
 
 
 def peak_velocity(acceleration: FloatArray, dt: float) -> float:
-    """Return the largest absolute velocity, at samples or between them.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Acceleration, m/s2, linear between samples.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    float
-        Peak velocity, m/s.
-    """
+    """Return the largest absolute velocity, at samples or between them."""
     v = velocity(acceleration, dt)
     start, end = acceleration[:-1], acceleration[1:]
     crossing = start * end < 0.0  # velocity turns where the acceleration crosses zero
@@ -94,20 +42,7 @@ def peak_velocity(acceleration: FloatArray, dt: float) -> float:
 
 
 def peak_displacement(acceleration: FloatArray, dt: float) -> float:
-    """Return the largest absolute displacement, at samples or between them.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Acceleration, m/s2, linear between samples.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    float
-        Peak displacement, m.
-    """
+    """Return the largest absolute displacement, at samples or between them."""
     v, d = velocity(acceleration, dt)[:-1], displacement(acceleration, dt)
     start, change = acceleration[:-1], np.diff(acceleration)
     # Displacement turns where the velocity v + dt (start s + change s^2 / 2), 0 < s < 1, is zero;

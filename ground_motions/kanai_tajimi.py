@@ -111,8 +111,8 @@ def clough_penzien_psd(frequency: npt.ArrayLike, soil: Soil, intensity: float = 
     R. W. Clough and J. Penzien, Dynamics of Structures, McGraw-Hill, 1975.
     """
     squared = (2.0 * np.pi * np.asarray(frequency, dtype=np.float64) / soil.low_frequency) ** 2
-    kept = squared**2 / ((1.0 - squared) ** 2 + 4.0 * soil.low_damping**2 * squared)
-    psd: FloatArray = kept * kanai_tajimi_psd(frequency, soil, intensity)
+    keep = squared**2 / ((1.0 - squared) ** 2 + 4.0 * soil.low_damping**2 * squared)
+    psd: FloatArray = keep * kanai_tajimi_psd(frequency, soil, intensity)
     return psd
 
 

@@ -115,10 +115,10 @@ def match_spectrum(
     count = max(2, math.ceil(math.log(high / low) / _SPACING) + 1)
     wavelets = _Wavelets(np.geomspace(low, high, count))
     checked = np.geomspace(low, high, _CHECKS_A_WAVELET * (count - 1) + 1)
-    wanted, wanted_at_checks = target.psa(wavelets.periods), target.psa(checked)
+    requested, wanted_at_checks = target.psa(wavelets.periods), target.psa(checked)
 
     spectrum = response_spectrum(record, wavelets.periods).psa
-    (factor,), _ = best_factors(spectrum[None], wanted, limits)
+    (factor,), _ = best_factors(spectrum[None], requested, limits)
     scaled = record.scaled(float(factor))
     motion = _with_room(scaled, wavelets)
     iterations, best = 0, motion
@@ -132,10 +132,10 @@ def match_spectrum(
             if misfit <= 0.9 * tolerance:
                 break
             iterations += 1
-            motion = wavelets.corrected(motion, wanted, share, stiffness)
-            found = response_spectrum(motion, checked).psa / wanted_at_checks
-            if np.max(np.abs(found - 1.0)) < misfit:
-                misfit, best, ratio = float(np.max(np.abs(found - 1.0))), motion, found
+            motion = wavelets.corrected(motion, requested, share, stiffness)
+            result = response_spectrum(motion, checked).psa / wanted_at_checks
+            if np.max(np.abs(result - 1.0)) < misfit:
+                misfit, best, ratio = float(np.max(np.abs(result - 1.0))), motion, result
     motion = best
     if misfit > tolerance:
         raise InputError(
@@ -143,10 +143,10 @@ def match_spectrum(
             f"{misfit:.1%} from the target after {iterations} iterations",
             f"{tolerance:.1%}; a record whose own spectrum is nearer, or a narrower range",
         )
-    told = f"matched to {target.name} over {low:.3g}-{high:.3g} s by {count} wavelets"
+    sentences = f"matched to {target.name} over {low:.3g}-{high:.3g} s by {count} wavelets"
     return MatchedRecord(
         Record(
-            motion.acceleration, motion.dt, record.name, f"{scaled.source}; {told}",
+            motion.acceleration, motion.dt, record.name, f"{scaled.source}; {sentences}",
             record.unit_as_given,
         ),
         float(factor),
@@ -175,12 +175,12 @@ class _Wavelets:
         return float(np.max(_TAIL * self.width + self.lead))
 
     def corrected(
-        self, motion: Record, wanted: FloatArray, share: float, stiffness: float
+        self, motion: Record, target: FloatArray, share: float, stiffness: float
     ) -> Record:
         """Return the motion with wavelets that bring the responses nearer to the target."""
         from ground_motions.wavelet_response import responses_at
 
-        oscillator, sample, response, largest = self._peaks(motion, wanted)
+        oscillator, sample, response, largest = self._peaks(motion, target)
         at = motion.time[sample]
         whole = (at > self.reach) & (at < motion.duration - self.reach)
         near = np.abs(response) >= share * np.abs(response[largest])[oscillator]
@@ -190,7 +190,7 @@ class _Wavelets:
         propagators = np.array([propagator(p, motion.dt, self.damping) for p in self.periods])
         influence = responses_at(shapes, first, propagators, oscillator, sample)
         # each row over its target, turned so that the response is positive
-        scale = np.sign(response) / wanted[oscillator]
+        scale = np.sign(response) / target[oscillator]
         influence, response = influence * scale[:, None], response * scale
         ridge = stiffness * np.abs(influence[own, np.arange(len(own))]).mean() * np.eye(len(own))
         # the largest peak is to reach the target, the others are to stay below it
@@ -207,7 +207,7 @@ class _Wavelets:
             held = following
         return Record(motion.acceleration + amplitude @ shapes, motion.dt, motion.name)
 
-    def _peaks(self, motion: Record, wanted: FloatArray) -> tuple[npt.NDArray[Any], ...]:
+    def _peaks(self, motion: Record, target: FloatArray) -> tuple[npt.NDArray[Any], ...]:
         """Oscillator, sample and value of every peak near the target; places of the largest."""
         oscillators: list[int] = []
         samples: list[int] = []
@@ -218,7 +218,7 @@ class _Wavelets:
             history = history * (2.0 * math.pi / period) ** 2
             size = np.abs(history)
             inner = (size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])
-            here = 1 + np.flatnonzero(inner & (size[1:-1] > _NEAR * min(wanted[i], size.max())))
+            here = 1 + np.flatnonzero(inner & (size[1:-1] > _NEAR * min(target[i], size.max())))
             largest.append(len(samples) + int(np.argmax(size[here])))
             oscillators += [i] * len(here)
             samples += here.tolist()

@@ -87,9 +87,7 @@ def _pulse(k: int, draw: np.random.Generator) -> Record:
     velocity = min(draw.uniform(*_PULSE_VELOCITY), strongest)
     cycles, phase = draw.uniform(*_PULSE_CYCLES), draw.uniform(0.0, 2 * math.pi)
     made = mavroeidis_papageorgiou_pulse(velocity, period, cycles, phase, _STEP)
-    return _named(
-        made.acceleration, f"{k}: pulse, {period:.1f} s, {velocity:.2f} m/s", made.source
-    )
+    return _named(made.acceleration, f"{k}: pulse, {period:.1f} s, {velocity:.2f} m/s", made.source)
 
 
 def _pulse_in_noise(k: int, draw: np.random.Generator) -> Record:

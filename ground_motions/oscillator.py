@@ -16,22 +16,7 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def response_history(acceleration, propagator, damping):
-    """Return the scaled response at the samples, from rest.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Ground acceleration, m/s2.
-    propagator : (2, 4) ndarray
-        From (u, v, ground acceleration, its change) of a step to (u, v) at its end.
-    damping : float
-        Damping ratio.
-
-    Returns
-    -------
-    (3, n) ndarray
-        Scaled displacement and velocity relative to the ground, and absolute acceleration, m/s2.
-    """
+    """Return the scaled response at the samples, from rest."""
     p = propagator
     n = len(acceleration)
     out = np.zeros((3, n))
@@ -82,29 +67,7 @@ def _extremum(p, q, r, s, damping, frequency, angle):
 
 @njit(cache=True, nogil=True)
 def response_peaks(acceleration, propagator, damping, angle, substeps, free_steps):
-    """Return the peaks of the scaled response, located between substeps too.
-
-    Parameters
-    ----------
-    acceleration : (n,) ndarray
-        Ground acceleration, m/s2.
-    propagator : (2, 4) ndarray
-        As in `response_history`, for one substep.
-    damping : float
-        Damping ratio.
-    angle : float
-        Circular frequency times the length of a substep, rad.
-    substeps : int
-        Substeps a sample.
-    free_steps : int
-        Substeps of free vibration to follow after the last sample.
-
-    Returns
-    -------
-    (3,) ndarray
-        Peaks of scaled displacement and velocity relative to the ground, and of absolute
-        acceleration, m/s2.
-    """
+    """Return the peaks of the scaled response, located between substeps too."""
     p = propagator
     z = damping
     frequency = math.sqrt(1.0 - z * z)

@@ -86,11 +86,11 @@ def _rotd100(first: Record, second: Record, periods: FloatArray, damping: float)
         )  # fmt: skip
     length = max(len(first), len(second))
     pair = [each.padded(after=(length - len(each)) * each.dt) for each in (first, second)]
-    found = np.zeros(len(periods))
+    result = np.zeros(len(periods))
     for k, period in enumerate(periods):
         if period == 0.0:
             plan = np.hypot(pair[0].acceleration, pair[1].acceleration)
-            found[k] = plan.max()
+            result[k] = plan.max()
             continue
         # a whole ratio: the very same motion at a finer step, and a period of free vibration
         parts = math.ceil(_STEPS_A_PERIOD * first.dt / period)
@@ -100,8 +100,8 @@ def _rotd100(first: Record, second: Record, periods: FloatArray, damping: float)
             ).displacement
             for each in pair
         )
-        found[k] = (2.0 * math.pi / period) ** 2 * math.sqrt(_peak(x**2 + y**2))
-    return found
+        result[k] = (2.0 * math.pi / period) ** 2 * math.sqrt(_peak(x**2 + y**2))
+    return result
 
 
 def _peak(values: FloatArray) -> float:

@@ -96,77 +96,33 @@ class Registry(Mapping[str, T]):
         return self[name] if name in self else default
 
     def register(self, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
-        """Give a thing a name in this process.
-
-        Parameters
-        ----------
-        thing : object
-            What to register.
-        name : str, optional
-            The name that it gives itself by default.
-        replace : bool, default False
-            Whether it takes the place of what was registered under this name in this process.
-
-        Raises
-        ------
-        InputError
-            If the thing cannot be used, has no name, or the name is taken.
-        """
-        kept = self._checked(thing, f"{thing!r}")
-        own = self._own_name(kept) if self._own_name else None
+        """Give a thing a name in this process."""
+        keep = self._checked(thing, f"{thing!r}")
+        own = self._own_name(keep) if self._own_name else None
         name = name or own
         if not name or is_place(name) or own not in (None, name):
             raise InputError(
-                f"{self.kind} {own or thing!r} cannot be registered as {name!r}; accepted: "
+                f"{self.kind} {own or thing!r} cannot be registered as {name!r}; expected: "
                 f"{'its own name' if own else 'a name without colon'}"
             )
         if name in self._entries:
             raise self._twice(name, "register()", *self._entries[name])
         if name in self._given and not replace:
             raise InputError(
-                f"{self.kind} {name!r} is registered already in this process; accepted: another "
+                f"{self.kind} {name!r} is registered already in this process; expected: another "
                 "name, or replace=True"
             )
-        self._given[name] = kept
+        self._given[name] = keep
 
     def called(self, thing: object, default: str) -> str:
-        """Return the name or place under which a thing was found.
-
-        Parameters
-        ----------
-        thing : object
-            One that this registry has handed out, or a member of one that is a tuple.
-        default : str
-            What to return for any other.
-
-        Returns
-        -------
-        str
-            A name or a place with an absolute path, which finds it in another process too.
-        """
+        """Return the name or place under which a thing was found."""
         for name, known in {**self._loaded, **self._given}.items():
             if known is thing or (isinstance(known, tuple) and thing in known):
                 return name
         return default
 
     def place(self, name: str) -> str:
-        """Return where a thing is, without loading it.
-
-        Parameters
-        ----------
-        name : str
-            A name or a place.
-
-        Returns
-        -------
-        str
-            Such as ``"controllers.mpc:MPC"``; empty for what was registered in this process.
-
-        Raises
-        ------
-        InputError
-            If there is no such name, or two packages give it.
-        """
+        """Return where a thing is, without loading it."""
         if is_place(name):
             return name
         return "" if name in self._given else self._entry(name).place
@@ -179,14 +135,14 @@ class Registry(Mapping[str, T]):
     def _entries(self) -> dict[str, tuple[_Entry, ...]]:
         """Entry points by name: the project's first, then those of other packages."""
         own = checkout_entries().get(self.group)
-        found = [(name, _Entry(place, PROJECT)) for name, place in (own or {}).items()]
+        result = [(name, _Entry(place, PROJECT)) for name, place in (own or {}).items()]
         for point in entry_points(group=self.group):
             package = point.dist.name if point.dist else "unknown"
             if package != PROJECT or own is None:
-                found.append((point.name, _Entry(point.value, package)))
-        found.sort(key=lambda each: (each[1].package != PROJECT, each[1].package, each[0]))
+                result.append((point.name, _Entry(point.value, package)))
+        result.sort(key=lambda each: (each[1].package != PROJECT, each[1].package, each[0]))
         entries: dict[str, tuple[_Entry, ...]] = {}
-        for name, entry in found:
+        for name, entry in result:
             entries[name] = (*entries.get(name, ()), entry)
         return entries
 
@@ -195,7 +151,7 @@ class Registry(Mapping[str, T]):
             if not any(e.package == PROJECT for each in self._entries.values() for e in each):
                 raise InputError(
                     f"unknown {self.kind} {name!r}: {PROJECT} is not installed, so that its own "
-                    f"entry points {self.group} are not found; accepted: pip install "
+                    f"entry points {self.group} are not found; expected: pip install "
                     f"{_CHECKOUT}"
                 )
             raise unknown_name(self.kind, name, self)
@@ -207,70 +163,47 @@ class Registry(Mapping[str, T]):
     def _twice(self, name: str, one: str, *others: _Entry) -> InputError:
         packages = " and ".join([one, *(entry.package for entry in others)])
         return InputError(
-            f"{self.kind} {name!r} is given by {packages}; accepted: one of them, or "
+            f"{self.kind} {name!r} is given by {packages}; expected: one of them, or "
             f"another name in one's entry points {self.group}"
         )
 
     def _from_package(self, name: str) -> T:
         entry = self._entry(name)
-        told = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
-        thing = self._checked(_imported(entry.place, told), told)
+        sentences = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
+        thing = self._checked(_imported(entry.place, sentences), sentences)
         own = self._own_name(thing) if self._own_name else name
         if own != name:
-            raise InputError(f"{told} calls itself {own!r}; accepted: one name in both places")
+            raise InputError(f"{sentences} calls itself {own!r}; expected: one name in both places")
         return thing
 
     def _at(self, place: str) -> T:
         """What is at a place; a file that has changed is loaded again."""
-        told = f"{self.kind} {place!r}"
+        sentences = f"{self.kind} {place!r}"
         place = absolute_place(place)
         file, name = _split(place)
-        loaded = _from_file(file, name, told) if file else _imported(place, told)
-        thing = self._checked(loaded, told)
+        loaded = _from_file(file, name, sentences) if file else _imported(place, sentences)
+        thing = self._checked(loaded, sentences)
         # equal things stay one: a tuple may have been put around the same effect anew
         if self._loaded.get(place) != thing:
             self._loaded[place] = thing
         return self._loaded[place]
 
-    def _checked(self, loaded: Any, told: str) -> T:
+    def _checked(self, loaded: Any, sentences: str) -> T:
         thing = self._usable(loaded)
         if thing is None:
             raise InputError(
-                f"{told} is of type {type(loaded).__name__}; accepted: {self.accepted}"
+                f"{sentences} is of type {type(loaded).__name__}; expected: {self.accepted}"
             )
         return thing
 
 
 def is_place(name: str) -> bool:
-    """Whether a name says itself where the thing is.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``"my_laws.py:CUBIC"``, ``"my_package.laws:CUBIC"`` or ``"my_study.py"``.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a name says itself where the thing is."""
     return ":" in name or name.endswith(".py")
 
 
 def absolute_place(name: str, folder: str | Path = ".") -> str:
-    """Make the path in a place absolute, so that another process finds the same file.
-
-    Parameters
-    ----------
-    name : str
-        A name or a place.
-    folder : str or pathlib.Path
-        What a path in it is relative to.
-
-    Returns
-    -------
-    str
-        As given where it names no file.
-    """
+    """Make the path in a place absolute, so that another process finds the same file."""
     file, inside = _split(name)
     if file is None:
         return name
@@ -279,39 +212,21 @@ def absolute_place(name: str, folder: str | Path = ".") -> str:
 
 
 def code_files(names: Iterable[str]) -> dict[str, str]:
-    """Return the files of code that places name, with a digest of what was loaded from them.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names and places; names are passed over.
-
-    Returns
-    -------
-    dict of str to str
-        SHA-256 by absolute path: of what was loaded, else of what is on the disk; ``"not found"``
-        where there is no such file.
-    """
-    found = {}
+    """Return the files of code that places name, with a digest of what was loaded from them."""
+    result = {}
     for name in names:
         file, _ = _split(absolute_place(name))
         if file in _files:
-            found[str(file)] = _files[file][0]
+            result[str(file)] = _files[file][0]
         elif file is not None:
             there = file.is_file()
-            found[str(file)] = _digest(file.read_bytes()) if there else "not found"
-    return found
+            result[str(file)] = _digest(file.read_bytes()) if there else "not found"
+    return result
 
 
 @cache
 def checkout_entries() -> dict[str, dict[str, str]]:
-    """Entry points of a checkout that runs in place, where what is installed may be older.
-
-    Returns
-    -------
-    dict of str to dict of str to str
-        Places by name and group, as in ``pyproject.toml``; empty for an installed package.
-    """
+    """Entry points of a checkout that runs in place, where what is installed may be older."""
     try:
         project = tomllib.loads((_CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))
     except OSError:
@@ -328,29 +243,18 @@ def _split(name: str) -> tuple[Path | None, str]:
     return (Path(file), inside) if file.endswith(".py") else (None, inside)
 
 
-def _imported(place: str, told: str) -> Any:
+def _imported(place: str, sentences: str) -> Any:
     module, _, inside = place.partition(":")
     check_not_hidden(module.partition(".")[0])
     try:
         loaded = import_module(module)
     except Exception as error:
-        raise _not_loaded(told, error) from error
-    return _inside(loaded, inside, told)
+        raise _not_loaded(sentences, error) from error
+    return _inside(loaded, inside, sentences)
 
 
 def check_not_hidden(package: str) -> None:
-    """Refuse to go on where a user's file or folder hides a package of the project.
-
-    Parameters
-    ----------
-    package : str
-        Name of a package; one that is not the project's is passed over.
-
-    Raises
-    ------
-    InputError
-        Naming the file that hides it.
-    """
+    """Refuse to go on where a user's file or folder hides a package of the project."""
     if package not in PACKAGES:
         return
     module = sys.modules.get(package)
@@ -366,31 +270,23 @@ def check_not_hidden(package: str) -> None:
 
 
 def hides_packages(folder: str) -> bool:
-    """Whether a folder on Python's path holds something named like a package of the project.
-
-    Parameters
-    ----------
-    folder : str
-        Entry of ``sys.path``.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a folder on Python's path holds something named like a package of the project."""
     place = Path(folder or ".").resolve()
     files = (file for name in PACKAGES for file in (f"{name}.py", f"{name}/__init__.py"))
     return place != _CHECKOUT and any((place / file).is_file() for file in files)
 
 
-def _from_file(file: Path, inside: str, told: str) -> Any:
+def _from_file(file: Path, inside: str, sentences: str) -> Any:
     try:
         loaded = _file_module(file)
     except OSError as error:
         reason = error.strerror or error
-        raise InputError(f"{told}: cannot be read ({reason}); accepted: file.py:NAME") from None
+        raise InputError(
+            f"{sentences}: cannot be read ({reason}); expected: file.py:NAME"
+        ) from None
     except Exception as error:
-        raise _not_loaded(told, error) from error
-    return _inside(loaded, inside, told)
+        raise _not_loaded(sentences, error) from error
+    return _inside(loaded, inside, sentences)
 
 
 def _file_module(file: Path) -> ModuleType:
@@ -415,16 +311,16 @@ def _digest(source: bytes) -> str:
     return hashlib.sha256(source).hexdigest()
 
 
-def _inside(module: ModuleType, name: str, told: str) -> Any:
+def _inside(module: ModuleType, name: str, sentences: str) -> Any:
     thing: Any = module
     for part in name.split(".") if name else ():
         if not hasattr(thing, part):
             offered = [each for each in vars(thing) if not each.startswith("_")]
-            raise unknown_name(f"name in {told}:", part, offered)
+            raise unknown_name(f"name in {sentences}:", part, offered)
         thing = getattr(thing, part)
     return thing
 
 
-def _not_loaded(told: str, error: Exception) -> InputError:
+def _not_loaded(sentences: str, error: Exception) -> InputError:
     words = " ".join(str(error).split())
-    return InputError(f"{told} cannot be loaded: {type(error).__name__}: {words}")
+    return InputError(f"{sentences} cannot be loaded: {type(error).__name__}: {words}")

@@ -16,26 +16,6 @@ _LARGEST = 1000  # numerator or denominator of a coarsening ratio; sets the filt
 def resample(samples: FloatArray, dt: float, new_dt: float) -> FloatArray:
     """Return samples at another step: interpolated if finer, filtered first if coarser.
 
-    Parameters
-    ----------
-    samples : (n,) ndarray
-        Samples of any quantity, linear in between.
-    dt : float
-        Their step, s.
-    new_dt : float
-        The step wanted, s.
-
-    Returns
-    -------
-    (m,) ndarray
-        Samples from the same start to the last new one within the old duration.
-
-    Raises
-    ------
-    InputError
-        If fewer than three samples would remain, there are too many, or a coarser step is not a
-        fraction of whole numbers up to 1000 times the present one.
-
     Notes
     -----
     The filter is SciPy's polyphase one (linear phase, Kaiser window) at the new Nyquist frequency.
@@ -44,9 +24,7 @@ def resample(samples: FloatArray, dt: float, new_dt: float) -> FloatArray:
     few_enough(duration / new_dt, f"{duration:g} s resampled to {new_dt:g} s")
     count = math.floor(duration / new_dt * (1.0 + 1e-12)) + 1
     if count < 3:
-        raise InputError(
-            "dt (s)", f"{new_dt:g}", f"at most half the duration ({duration:g} s)"
-        )
+        raise InputError("dt (s)", f"{new_dt:g}", f"at most half the duration ({duration:g} s)")
     if new_dt < dt:
         return np.interp(np.arange(count) * new_dt, np.arange(len(samples)) * dt, samples)
 

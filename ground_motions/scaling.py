@@ -145,29 +145,7 @@ class SuiteScaling:
 def best_factors(
     spectra: FloatArray, target: FloatArray, limits: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the factor of each record that fits a target best, and what misfit is left.
-
-    Parameters
-    ----------
-    spectra : (n, m) ndarray
-        Spectrum of each record at m periods evenly spaced in the logarithm, m/s2.
-    target : (m,) ndarray
-        Target there, m/s2.
-    limits : tuple of float
-        Least and largest factor, dimensionless.
-
-    Returns
-    -------
-    factors : (n,) ndarray
-        Least squares in the logarithm, held within the limits, dimensionless.
-    misfit : (n,) ndarray
-        RMS of the logarithm of the scaled spectrum over the target.
-
-    Raises
-    ------
-    InputError
-        If the limits are not above 0 and in order, or a spectrum is zero somewhere.
-    """
+    """Return the factor of each record that fits a target best, and what misfit is left."""
     low, high = limits
     if not 0.0 < low <= high < math.inf:
         raise InputError("limits of scale factors", f"{low:g} and {high:g}", "0 < low <= high")

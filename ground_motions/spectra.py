@@ -181,9 +181,7 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
     positive("period (s)", period)
     (period,), damping = _checked_periods(record, [period]), _checked_damping(damping)
     frequency = 2.0 * math.pi / period
-    u, v, a = response_history(
-        record.acceleration, propagator(period, record.dt, damping), damping
-    )
+    u, v, a = response_history(record.acceleration, propagator(period, record.dt, damping), damping)
     return OscillatorResponse(
         read_only(record.time),
         read_only(u / frequency**2),
@@ -193,23 +191,7 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
 
 
 def propagator(period: float, dt: float, damping: float) -> FloatArray:
-    """Return what carries the scaled response of an oscillator over a step.
-
-    Parameters
-    ----------
-    period : float
-        Undamped natural period, s.
-    dt : float
-        Length of the step, s, over which the ground acceleration is linear.
-    damping : float
-        Damping ratio.
-
-    Returns
-    -------
-    (2, 4) ndarray
-        From (u, v, ground acceleration, its change) to (u, v) at the end, scaled as in
-        `ground_motions.oscillator`.
-    """
+    """Return what carries the scaled response of an oscillator over a step."""
     from scipy.linalg import expm
 
     angle = 2.0 * math.pi / period * dt

@@ -88,9 +88,7 @@ def read_folder(folder: str | Path) -> list[SuiteRecord]:
     suffixes = {f".{name}" for name in READERS} - {".txt", ".dat"}
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in suffixes)
     if not files:
-        raise InputError(
-            str(folder), "no file of a record", f"files {', '.join(sorted(suffixes))}"
-        )
+        raise InputError(str(folder), "no file of a record", f"files {', '.join(sorted(suffixes))}")
     return read_files(files)
 
 
@@ -119,9 +117,7 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
         else:
             if not 1 <= len(entry) <= 2:
                 raise InputError("files of a record", f"{len(entry)}", "1 or 2")
-            records.append(
-                SuiteRecord(Path(entry[0]).stem, tuple(read(each) for each in entry))
-            )
+            records.append(SuiteRecord(Path(entry[0]).stem, tuple(read(each) for each in entry)))
     names = [record.name for record in records]
     for name in names:
         if names.count(name) > 1:
@@ -183,7 +179,7 @@ def _components(path: Path) -> tuple[Record, ...]:
     return tuple(read(path, column=name) for name in columns)
 
 
-def _search_results(path: Path, found: Callable[[str], Path]) -> list[SuiteRecord]:
+def _search_results(path: Path, result: Callable[[str], Path]) -> list[SuiteRecord]:
     records = []
     for place, row in _summary(path):
         names = [row[key] for key in _HORIZONTAL]
@@ -195,8 +191,8 @@ def _search_results(path: Path, found: Callable[[str], Path]) -> list[SuiteRecor
         records.append(
             SuiteRecord(
                 f"RSN{row[_NUMBER]}",
-                tuple(read(found(name)) for name in names if _is_file(name)),
-                read(found(vertical)) if _is_file(vertical) else None,
+                tuple(read(result(name)) for name in names if _is_file(name)),
+                read(result(vertical)) if _is_file(vertical) else None,
                 factor,
             )
         )

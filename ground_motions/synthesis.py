@@ -11,29 +11,6 @@ from ground_motions.errors import InputError
 def random_phases(psd: FloatArray, count: int, dt: float, seed: int) -> FloatArray:
     """Return a zero-mean series by the spectral representation: fixed amplitudes, random phases.
 
-    Parameters
-    ----------
-    psd : (count // 2 + 1,) ndarray
-        One-sided power spectral density at `frequencies`, x^2/Hz for a series in x. The value at
-        0 Hz is passed over.
-    count : int
-        Number of samples, two or more.
-    dt : float
-        Sampling step, s.
-    seed : int
-        Seed of NumPy's default generator; the phases are uniform.
-
-    Returns
-    -------
-    (count,) ndarray
-        The series, in x. Its period is ``count * dt``; before any tapering its periodogram equals
-        the target at every frequency below Nyquist, whatever the seed.
-
-    Raises
-    ------
-    InputError
-        If the seed is not one that NumPy takes.
-
     Notes
     -----
     M. Shinozuka and G. Deodatis, Applied Mechanics Reviews 44 (1991) 191-204.
@@ -52,18 +29,5 @@ def random_phases(psd: FloatArray, count: int, dt: float, seed: int) -> FloatArr
 
 
 def frequencies(count: int, dt: float) -> FloatArray:
-    """Return the frequencies at which `random_phases` takes a density.
-
-    Parameters
-    ----------
-    count : int
-        Number of samples.
-    dt : float
-        Sampling step, s.
-
-    Returns
-    -------
-    (count // 2 + 1,) ndarray
-        Frequencies from 0 to Nyquist, Hz.
-    """
+    """Return the frequencies at which `random_phases` takes a density."""
     return np.fft.rfftfreq(count, dt)

@@ -22,28 +22,8 @@ ACCELERATION_UNITS = MappingProxyType(
 
 
 def to_m_s2(unit: str, place: str = "unit") -> float:
-    """Return the factor that turns a unit of acceleration into m/s2.
-
-    Parameters
-    ----------
-    unit : str
-        One of `ACCELERATION_UNITS`; case does not matter.
-    place : str
-        What to name in the error.
-
-    Returns
-    -------
-    float
-        Factor, m/s2 per unit.
-
-    Raises
-    ------
-    InputError
-        If the unit is unknown.
-    """
+    """Return the factor that turns a unit of acceleration into m/s2."""
     try:
         return ACCELERATION_UNITS[unit.lower()]
     except (KeyError, AttributeError):
-        raise InputError(
-            place, f"unit {unit!r}", nearest(str(unit), ACCELERATION_UNITS)
-        ) from None
+        raise InputError(place, f"unit {unit!r}", nearest(str(unit), ACCELERATION_UNITS)) from None

@@ -8,24 +8,7 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def responses_at(accelerations, first, propagators, oscillators, samples):
-    """Return the scaled displacement of oscillators at given instants under every motion.
-
-    Parameters
-    ----------
-    accelerations : (w, n) ndarray
-        Ground acceleration of each motion, linear between samples, m/s2.
-    first : (w,) ndarray of int
-        Sample at which each motion begins; the oscillators are at rest until then.
-    propagators : (m, 2, 4) ndarray
-        Of each oscillator over a sample; see `ground_motions.oscillator.response_history`.
-    oscillators, samples : (r,) ndarray of int
-        Oscillator and instant of each response; those of one oscillator stand together, in time.
-
-    Returns
-    -------
-    (r, w) ndarray
-        Circular frequency squared times the displacement relative to the ground, m/s2.
-    """
+    """Return the scaled displacement of oscillators at given instants under every motion."""
     out = np.zeros((len(samples), len(accelerations)))
     for j in range(len(accelerations)):
         a = accelerations[j]

@@ -77,11 +77,11 @@ from .version import __version__ as __version__
 
 def _check_ground_motions() -> None:
     """Say which file hides the package ``ground_motions``, before anything imports it."""
-    found = find_spec("ground_motions")
+    result = find_spec("ground_motions")
     beside = Path(__file__).resolve().parents[1] / "ground_motions" / "__init__.py"
-    if found is None or found.origin is None or Path(found.origin).resolve() != beside:
+    if result is None or result.origin is None or Path(result.origin).resolve() != beside:
         raise ImportError(
-            f"{found.origin if found else 'nothing'} hides the package 'ground_motions' of "
+            f"{result.origin if result else 'nothing'} hides the package 'ground_motions' of "
             "isolation-sim; expected: another name for it"
         )
 

@@ -33,7 +33,7 @@ def simulate(
     ground: Record | Sequence[Record],
     controller: str | Control = "passive_off",
     *,
-    belief: IsolatedStructure | None = None,
+    nominal: IsolatedStructure | None = None,
     driver: CoilDriver | None = None,
     sensors: Sensors | None = None,
     computation_delay: float = 0.0,
@@ -51,7 +51,7 @@ def simulate(
     controller : str or Control, default "passive_off"
         Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or one with
         settings such as ``controller("constant", amperes=1.5)``, or one of your own.
-    belief : IsolatedStructure, optional
+    nominal : IsolatedStructure, optional
         The nominal model of the controller; the plant itself by default.
     driver : CoilDriver, optional
         Lag, slew, limits and step of the coils; ideal by default.
@@ -87,12 +87,12 @@ def simulate(
     """
     from .simulation.run import simulate as run
 
-    found = run(
-        isolated, ground, _controller(controller), belief=belief, driver=driver, sensors=sensors,
+    result = run(
+        isolated, ground, _controller(controller), nominal=nominal, driver=driver, sensors=sensors,
         computation_delay=computation_delay, tolerance=tolerance, current_outside=current_outside,
     )  # fmt: skip
-    _warn(found.implausible, of_runs({found.controller: found}))
-    return found
+    _warn(result.implausible, of_runs({result.controller: result}))
+    return result
 
 
 def compare(
@@ -100,7 +100,7 @@ def compare(
     ground: Record | Sequence[Record],
     controllers: Sequence[str | Control] | Mapping[str, str | Control],
     *,
-    belief: IsolatedStructure | None = None,
+    nominal: IsolatedStructure | None = None,
     driver: CoilDriver | None = None,
     sensors: Sensors | None = None,
     computation_delay: float = 0.0,
@@ -118,7 +118,7 @@ def compare(
         Ground acceleration, m/s^2, one record a direction of the structure.
     controllers : sequence or mapping of str or Control
         Names or controllers; a mapping's keys are the names to print.
-    belief, driver, sensors, computation_delay, tolerance, current_outside
+    nominal, driver, sensors, computation_delay, tolerance, current_outside
         As in `simulate`.
     fixed_base : bool, default False
         Whether to simulate the building without isolation too, to show beside the others.
@@ -153,27 +153,27 @@ def compare(
     else:
         if isinstance(controllers, str) or not isinstance(controllers, Sequence):
             raise InputError(
-                f"controllers is {controllers!r}; accepted: a list of names or controllers"
+                f"controllers is {controllers!r}; expected: a list of names or controllers"
             )
         built = [_controller(each) for each in controllers]
         named = {each.name: each for each in built}
         if len(named) < len(built):
             names = ", ".join(each.name for each in built)
             raise InputError(
-                f"controllers are {names}; accepted: different names, or a mapping of names to "
+                f"controllers are {names}; expected: different names, or a mapping of names to "
                 "controllers"
             )
-    found = simulated(
+    result = simulated(
         named,
         lambda name: run(
-            isolated, ground, named[name], belief=belief, driver=driver, sensors=sensors,
+            isolated, ground, named[name], nominal=nominal, driver=driver, sensors=sensors,
             computation_delay=computation_delay, tolerance=tolerance,
             current_outside=current_outside,
         ),
         lambda: fixed_base_run(isolated, ground, tolerance) if fixed_base else None,
     )  # fmt: skip
-    _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))
-    return found
+    _warn(next(iter(result.runs.values())).implausible, of_runs(result.runs))
+    return result
 
 
 def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep:
@@ -237,9 +237,9 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     if not isinstance(scenario, Scenario):
         scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    found = simulated(job.controllers, job.run, job.run_fixed_base)
-    _warn(next(iter(found.runs.values())).implausible, of_runs(found.runs))
-    return found
+    result = simulated(job.controllers, job.run, job.run_fixed_base)
+    _warn(next(iter(result.runs.values())).implausible, of_runs(result.runs))
+    return result
 
 
 def diagnose(
@@ -301,35 +301,35 @@ def diagnose(
         paths = list(data)
     else:
         paths = [] if not isinstance(data, str | Path) or kind_of(data) != "building" else [data]
-    found: Diagnosis
+    result: Diagnosis
     if not paths:
-        found = of_device(data, law, parameters, **options)  # type: ignore[arg-type]
+        result = of_device(data, law, parameters, **options)  # type: ignore[arg-type]
         scenario = Scenario() if scenario is None else scenario
     else:
         if scenario is None:
             raise InputError(
-                f"{paths[0]}: a building record needs the building; accepted: --scenario with a "
+                f"{paths[0]}: a building record needs the building; expected: --scenario with a "
                 "scenario file that describes it"
             )
         significance = options.pop("significance", None)
         if significance is not None:
             raise InputError(
                 f"{paths[0]}: significance is {significance:g}, which has no meaning for a "
-                "building record; accepted: none, or a campaign of device tests"
+                "building record; expected: none, or a campaign of device tests"
             )
         degree = options.pop("current_degree", None)
         if degree is not None:
             raise InputError(
                 f"{paths[0]}: current degree is {degree}, which has no meaning for a building "
-                "record: its isolator's numbers are the scenario's; accepted: none, or a campaign "
+                "record: its isolator's numbers are the scenario's; expected: none, or a campaign "
                 "or loop table, to which a law is fitted"
             )
         isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
         records = [read_building_record(path) for path in paths]
-        found = diagnose_building(records, isolated, **options)
+        result = diagnose_building(records, isolated, **options)
     if not (consequence and isinstance(scenario, Scenario)):
-        return found
-    return with_consequence(found, scenario, options.get("progress"))
+        return result
+    return with_consequence(result, scenario, options.get("progress"))
 
 
 def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEvaluation:

@@ -192,6 +192,4 @@ def _reduced_law(law: Law) -> tuple:
 copyreg.pickle(Law, _reduced_law)
 copyreg.pickle(ExtendedLaw, _reduced_law)
 copyreg.pickle(PassiveLaw, _reduced_law)
-copyreg.pickle(
-    Effect, lambda one: (effect, (EFFECTS.called(one, one.cause), one.form))
-)
+copyreg.pickle(Effect, lambda one: (effect, (EFFECTS.called(one, one.cause), one.form)))

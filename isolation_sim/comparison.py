@@ -93,7 +93,7 @@ class Comparison:
             ):
                 if differ:
                     raise InputError(
-                        f"runs {first!r} and {name!r} differ in {what}; accepted: controllers on "
+                        f"runs {first!r} and {name!r} differ in {what}; expected: controllers on "
                         "one plant under one ground motion"
                     )
 
@@ -151,13 +151,13 @@ class Comparison:
             Elements that deform further than their law was tested, coils with more current than
             was tested, commands that were clamped, and periods that no building has.
         """
-        told = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
-        told += [
+        sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
+        sentences += [
             f"{name}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()
             if run.clamped
         ]
-        return told
+        return sentences
 
     def table(self) -> RenderableType:
         """Build the table of criteria and energies in engineering units.
@@ -169,7 +169,11 @@ class Comparison:
             than the terminal. An asterisk marks the best of a row.
         """
         return render(
-            "tables:criteria_tables", self.criteria, self.energy, self.title, self.baseline,
+            "tables:criteria_tables",
+            self.criteria,
+            self.energy,
+            self.title,
+            self.baseline,
             self.optima,
         )
 
@@ -304,26 +308,7 @@ def simulated(
     run: Callable[[str], Run],
     fixed_base: Callable[[], Run | None] = lambda: None,
 ) -> Comparison:
-    """Compare runs; one that diverges does not keep the others from their results.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names of the runs.
-    run : callable
-        Simulates the run of a name.
-    fixed_base : callable, optional
-        Simulates the building without isolation.
-
-    Returns
-    -------
-    Comparison
-
-    Raises
-    ------
-    Diverged
-        If every run diverged: the first one's.
-    """
+    """Compare runs; one that diverges does not keep the others from their results."""
     runs: dict[str, Run] = {}
     diverged: dict[str, Diverged] = {}
     for name in names:

@@ -27,7 +27,7 @@ try:
     from gymnasium.vector.utils import batch_space
 except ModuleNotFoundError:
     raise InputError(
-        "environments need gymnasium, which is not installed; accepted: "
+        "environments need gymnasium, which is not installed; expected: "
         "pip install 'isolation-sim[gym]'"
     ) from None
 
@@ -45,12 +45,7 @@ PENALTY = 1000.0
 
 
 def training_motions() -> list[Record]:
-    """Return the default motions: 32 of Kanai and Tajimi's, firm soil, 16 s, 1.5 to 4.5 m/s^2.
-
-    Returns
-    -------
-    list of Record
-    """
+    """Return the default motions: 32 of Kanai and Tajimi's, firm soil, 16 s, 1.5 to 4.5 m/s^2."""
     peaks = np.linspace(1.5, 4.5, 32)
     return [
         kanai_tajimi_motion("firm", duration=16.0, dt=0.02, seed=seed, pga=peak)
@@ -74,17 +69,17 @@ class _Task:
         if len(isolated.structure.directions) != 1:
             raise InputError(
                 f"{isolated.structure.name} takes {len(isolated.structure.directions)} ground "
-                "motions; accepted: one direction"
+                "motions; expected: one direction"
             )
         self.isolated = isolated
         self.motions = training_motions() if motions is None else list(motions)
         if not self.motions:
-            raise InputError("motions is empty; accepted: one or more records")
+            raise InputError("motions is empty; expected: one or more records")
         self.period = self.motions[0].dt if period is None else period
         self.cost = dict(COST if cost is None else cost)
         for name, size in self.cost.items():
             if not size > 0:
-                raise InputError(f"cost of {name} is {size}; accepted: a size above 0")
+                raise InputError(f"cost of {name} is {size}; expected: a size above 0")
         # the cost's outputs stand behind those that are observed
         self.measures = tuple(dict.fromkeys([*observations, *self.cost]))
         self.n_observed = len(tuple(observations))
@@ -101,7 +96,7 @@ class _Task:
         high = np.minimum(high, tested)
         if not np.isfinite(high - low).all():
             raise InputError(
-                f"currents go from {low} to {high} A; accepted: limits, as of a CoilDriver"
+                f"currents go from {low} to {high} A; expected: limits, as of a CoilDriver"
             )
         # nothing that a law can follow is as large
         most = np.full(self.n_observed + len(low), 1e9, np.float32)
@@ -194,57 +189,18 @@ class BuildingEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray, dict[str, Any]]:
-        """Begin an episode.
-
-        Parameters
-        ----------
-        seed : int, optional
-            Of the draws of motions and noise.
-        options : dict, optional
-            ``"motion"``: number of the motion to take; drawn by default.
-
-        Returns
-        -------
-        observation : numpy.ndarray
-            At rest.
-        info : dict
-            ``"motion"``: its name.
-
-        Raises
-        ------
-        InputError
-            If there is no such motion.
-        """
+        """Begin an episode."""
         super().reset(seed=seed)
         k = (options or {}).get("motion")
         k = int(self.np_random.integers(len(self.motions)) if k is None else k)
         if not 0 <= k < len(self.motions):
-            raise InputError(f"motion is {k}; accepted: 0 to {len(self.motions) - 1}")
+            raise InputError(f"motion is {k}; expected: 0 to {len(self.motions) - 1}")
         self._simulator = self._simulator_of(k)
         measured = self._simulator.reset(seed=int(self.np_random.integers(2**31)))
         return self._task.observation(np.array(measured)), {"motion": self.motions[k].name}
 
     def step(self, action: NDArray) -> tuple[NDArray, float, bool, bool, dict[str, Any]]:
-        """Simulate one period.
-
-        Parameters
-        ----------
-        action : numpy.ndarray, shape (n_channels,), A
-            Current of each coil.
-
-        Returns
-        -------
-        observation : numpy.ndarray
-            At the end of the step.
-        reward : float
-            Less its cost.
-        terminated : bool
-            Whether the response has left the range of the law.
-        truncated : bool
-            Whether the motion is over.
-        info : dict
-            Nothing.
-        """
+        """Simulate one period."""
         simulator = self._simulator
         try:
             measured = np.array(simulator.step(action))
@@ -315,7 +271,7 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
         if other:
             raise InputError(
                 f"motion {other[0].name!r} is sampled every {other[0].dt} s, others every {dt} s; "
-                "accepted: one interval; see Record.resampled"
+                "expected: one interval; see Record.resampled"
             )
         self._simulator = VectorSimulator(
             task.isolated, num_envs, period=task.period, dt=dt, measures=task.measures,
@@ -341,56 +297,15 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray, dict[str, Any]]:
-        """Begin an episode in every building.
-
-        Parameters
-        ----------
-        seed : int, optional
-            Of the draws of motions.
-        options : dict, optional
-            ``"motion"``: number of each building's motion, shape (num_envs,); drawn by default.
-
-        Returns
-        -------
-        observations : numpy.ndarray, shape (num_envs, n_observed)
-            At rest.
-        infos : dict
-            ``"motion"``: number of each one's motion.
-
-        Raises
-        ------
-        InputError
-            If there is no such motion.
-        """
+        """Begin an episode in every building."""
         super().reset(seed=seed)
         everywhere = np.ones(self.num_envs, bool)
         measured = self._begin(everywhere, (options or {}).get("motion"))
         self._over[:] = False
         return self._task.observation(measured), self._infos()
 
-    def step(
-        self, actions: NDArray
-    ) -> tuple[NDArray, NDArray, NDArray, NDArray, dict[str, Any]]:
-        """Simulate one period of every building.
-
-        Parameters
-        ----------
-        actions : numpy.ndarray, shape (num_envs, n_channels), A
-            Current of each coil.
-
-        Returns
-        -------
-        observations : numpy.ndarray, shape (num_envs, n_observed)
-            At the end of the step.
-        rewards : numpy.ndarray, shape (num_envs,)
-            Less its cost; 0 where an episode begins.
-        terminations : numpy.ndarray of bool, shape (num_envs,)
-            Whether the response has left the range of the law.
-        truncations : numpy.ndarray of bool, shape (num_envs,)
-            Whether the motion is over.
-        infos : dict
-            ``"motion"``: number of each one's motion.
-        """
+    def step(self, actions: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray, dict[str, Any]]:
+        """Simulate one period of every building."""
         begin = self._over.copy()
         at = np.minimum(self._k, self._lengths[self._motion] - 1) * len(self._ahead)
         ground = self._ground[self._motion[:, None], at[:, None] + self._ahead]
@@ -411,7 +326,7 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
         drawn = self.np_random.integers(len(self.motions), size=self.num_envs)
         chosen = drawn if given is None else np.broadcast_to(given, self.num_envs)
         if not ((chosen >= 0) & (chosen < len(self.motions))).all():
-            raise InputError(f"motion is {given}; accepted: 0 to {len(self.motions) - 1}")
+            raise InputError(f"motion is {given}; expected: 0 to {len(self.motions) - 1}")
         self._motion[which], self._k[which] = chosen[which], 0
         return self._simulator.reset(which, self._ground[self._motion, 0][:, None])
 

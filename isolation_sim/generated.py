@@ -44,23 +44,25 @@ def cache_folder() -> Path:
 @lru_cache
 def _writable(given: Path | None, cache_home: str) -> Path:
     """The cache folder, or one for temporary files where it can be neither written nor read."""
-    wanted = given or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
+    target = given or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
     with suppress(OSError):
-        wanted.mkdir(parents=True, exist_ok=True)
-    if os.access(wanted, os.W_OK | os.X_OK):
-        return wanted
-    if any(wanted.glob("*.py")) if os.access(wanted, os.R_OK | os.X_OK) else False:
-        return wanted  # filled before, and now for reading only
+        target.mkdir(parents=True, exist_ok=True)
+    if os.access(target, os.W_OK | os.X_OK):
+        return target
+    if any(target.glob("*.py")) if os.access(target, os.R_OK | os.X_OK) else False:
+        return target  # filled before, and now for reading only
     if given is not None:
-        raise InputError(f"ISOLATION_SIM_CACHE={given}: cannot be written; expected: a folder that "
-                         "you may write to")
+        raise InputError(
+            f"ISOLATION_SIM_CACHE={given}: cannot be written; expected: a folder that "
+            "you may write to"
+        )
     user = os.getuid() if hasattr(os, "getuid") else ""
     fallback = Path(tempfile.gettempdir()) / f"isolation_sim-{user}"
     fallback.mkdir(mode=0o700, exist_ok=True)
     if user != "" and fallback.stat().st_uid != user:
         fallback = Path(tempfile.mkdtemp(prefix="isolation_sim-"))
     print(
-        f"isolation-sim: {wanted} cannot be written; compiled code is kept in {fallback} instead; "
+        f"isolation-sim: {target} cannot be written; compiled code is kept in {fallback} instead; "
         "set ISOLATION_SIM_CACHE to a folder of your own",
         file=sys.stderr,
     )
@@ -115,23 +117,23 @@ def _content(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _closure(found: set[Path]) -> set[Path]:
+def _closure(result: set[Path]) -> set[Path]:
     """These files, all of the package that they import, and the templates that they complete."""
-    waiting = list(found)
+    waiting = list(result)
     while waiting:
         path = waiting.pop()
         text = _content(path).decode()
         new = _imported(text, path)
         if "_template.py" in text:
             new |= set(path.parent.glob("*_template.py"))
-        waiting += new - found
-        found = found | new
-    return found
+        waiting += new - result
+        result = result | new
+    return result
 
 
 def _imported(text: str, path: Path | None) -> set[Path]:
     """Files of the package that a text imports; relative names are relative to its path."""
-    found = set()
+    result = set()
     for origin, members, modules in _IMPORTS.findall(text):
         if modules:
             places = [(name.split(" as ")[0].strip(), "") for name in modules.split(",")]
@@ -141,8 +143,8 @@ def _imported(text: str, path: Path | None) -> set[Path]:
         for module, member in places:
             folder = _place(module, path)
             if folder is not None:
-                found |= set(_files(folder, member))
-    return found
+                result |= set(_files(folder, member))
+    return result
 
 
 def _place(module: str, path: Path | None) -> Path | None:

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 _METHODS = ("prepare", "measures", "schedule", "compiled", "reset", "current")
 
 
-def _controller_class(found: Any) -> type[Control] | None:
-    whole = isinstance(found, type) and all(callable(getattr(found, m, None)) for m in _METHODS)
-    return found if whole and isinstance(getattr(found, "name", None), str) else None
+def _controller_class(result: Any) -> type[Control] | None:
+    whole = isinstance(result, type) and all(callable(getattr(result, m, None)) for m in _METHODS)
+    return result if whole and isinstance(getattr(result, "name", None), str) else None
 
 
 CONTROLLERS: Registry[type[Control]] = Registry(
@@ -27,8 +27,10 @@ CONTROLLERS: Registry[type[Control]] = Registry(
 """Every controller's class by name, or by a place such as ``"my_package.control:Outwards"``."""
 
 
-def _study(found: Any) -> Any:
-    return found if hasattr(found, "TITLE") and callable(getattr(found, "outcome", None)) else None
+def _study(result: Any) -> Any:
+    return (
+        result if hasattr(result, "TITLE") and callable(getattr(result, "outcome", None)) else None
+    )
 
 
 STUDIES: Registry[Any] = Registry(

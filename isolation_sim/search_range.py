@@ -37,7 +37,7 @@ class SearchRange:
         least = 0.0 if self.scale == "log" else -math.inf
         if self.scale not in ("log", "linear") or not least < self.low < self.high < math.inf:
             raise InputError(
-                f"search range from {self.low} to {self.high}, scale {self.scale!r}; accepted: "
+                f"search range from {self.low} to {self.high}, scale {self.scale!r}; expected: "
                 "finite bounds that increase, scale 'log' (bounds above 0) or 'linear'"
             )
 
@@ -45,18 +45,7 @@ class SearchRange:
         return f"{self.low:g} to {self.high:g}, {self.scale}"
 
     def value(self, place: float) -> float:
-        """Return the setting at a place of its range.
-
-        Parameters
-        ----------
-        place : float, dimensionless
-            0 at the lower bound, 1 at the upper one.
-
-        Returns
-        -------
-        float
-            In the setting's unit, rounded to ``DIGITS`` significant digits.
-        """
+        """Return the setting at a place of its range."""
         if self.scale == "log":
             exact = self.low * (self.high / self.low) ** place
         else:
@@ -64,18 +53,7 @@ class SearchRange:
         return float(f"{exact:.{DIGITS}g}")
 
     def place(self, value: float | None) -> float:
-        """Return the place of a value in the range.
-
-        Parameters
-        ----------
-        value : float or None
-            In the setting's unit.
-
-        Returns
-        -------
-        float, dimensionless
-            From 0 to 1; that of the nearest bound outside, 1/2 for what is not a finite number.
-        """
+        """Return the place of a value in the range."""
         if value is None or not math.isfinite(value):
             return 0.5
         inside = min(max(value, self.low), self.high)

@@ -43,41 +43,12 @@ _COMMAND = "from isolation_sim.workers import serve; serve()"
 
 
 def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
-    """Run tasks one after another.
-
-    Parameters
-    ----------
-    tasks : iterator of Task
-        What to run.
-
-    Yields
-    ------
-    object
-        Their results, in their order.
-    """
+    """Run tasks one after another."""
     return map(_run, tasks)
 
 
 def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
-    """Run tasks in processes of this machine.
-
-    Parameters
-    ----------
-    tasks : iterator of Task
-        What to run; taken as there is room.
-    count : int
-        Number of processes.
-
-    Yields
-    ------
-    object
-        Their results, in any order.
-
-    Raises
-    ------
-    InputError
-        If one worker after another dies over a task.
-    """
+    """Run tasks in processes of this machine."""
     workers = [_Worker() for _ in range(count)]
     idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
     for worker in workers:
@@ -101,22 +72,7 @@ def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
 
 @contextmanager
 def reached(address: str | None) -> Iterator[Client | None]:
-    """Reach a Dask cluster, before anything is written for it.
-
-    Parameters
-    ----------
-    address : str or None
-        Of the scheduler, such as ``tcp://10.0.0.1:8786``; None for no cluster.
-
-    Yields
-    ------
-    distributed.Client or None
-
-    Raises
-    ------
-    InputError
-        If Dask is not installed, or there is no scheduler.
-    """
+    """Reach a Dask cluster, before anything is written for it."""
     if address is None:
         yield None
         return
@@ -128,7 +84,7 @@ def reached(address: str | None) -> Iterator[Client | None]:
         client = Client(address, timeout="20s")
     except (OSError, ValueError) as error:
         raise InputError(
-            f"--scheduler {address}: cannot be reached ({error}); accepted: a Dask scheduler's "
+            f"--scheduler {address}: cannot be reached ({error}); expected: a Dask scheduler's "
             "address, such as tcp://10.0.0.1:8786"
         ) from None
     with client:
@@ -136,20 +92,7 @@ def reached(address: str | None) -> Iterator[Client | None]:
 
 
 def on_cluster(tasks: Iterator[Task[Result]], client: Client) -> Iterator[Result]:
-    """Run tasks on a Dask cluster, whose workers must have this package installed.
-
-    Parameters
-    ----------
-    tasks : iterator of Task
-        What to run; taken as there is room.
-    client : distributed.Client
-        Of the cluster.
-
-    Yields
-    ------
-    object
-        Their results, in any order.
-    """
+    """Run tasks on a Dask cluster, whose workers must have this package installed."""
     # a worker that dies hands its tasks on
     pool = client.get_executor(retries=TRIES, pure=False)
     most = 2 * max(1, sum(client.nthreads().values()))

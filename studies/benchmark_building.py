@@ -71,18 +71,7 @@ WHAT = (
 
 
 def structure(folder: Path) -> Structure:
-    """Assemble the building on its free base, 24 + 3 degrees of freedom.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Holds ``structure.npz``, in Mg, kN and m.
-
-    Returns
-    -------
-    Structure
-        SI; directions x and y.
-    """
+    """Assemble the building on its free base, 24 + 3 degrees of freedom."""
     with np.load(folder / "structure.npz") as data:
         levels = ("base", *(f"floor{k + 1}" for k in range(8)))
         axes = ("x", "y", "rotation")
@@ -102,15 +91,7 @@ def structure(folder: Path) -> Structure:
 
 
 def groups() -> tuple[float, NDArray]:
-    """Where bearings are, as four groups.
-
-    Returns
-    -------
-    count : float
-        Bearings of a group.
-    places : numpy.ndarray, shape (4, 2), m
-        x and y from the base's centre of mass; centre and radius of gyration are the bearings'.
-    """
+    """Where bearings are, as four groups."""
     places = np.array(BEARINGS)
     centre = places.mean(axis=0)
     gyration = np.sqrt(((places - centre) ** 2).sum(axis=1).mean())
@@ -120,20 +101,7 @@ def groups() -> tuple[float, NDArray]:
 
 
 def on_bearings(folder: Path, device: Device) -> IsolatedStructure:
-    """Put the building on its 92 bearings.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Holds ``structure.npz``.
-    device : Device
-        One bearing, along x and along y; with a current, each group has a coil of its own.
-
-    Returns
-    -------
-    IsolatedStructure
-        Eight elements.
-    """
+    """Put the building on its 92 bearings."""
     building = structure(folder)
     count, places = groups()
     isolated: Any = building
@@ -154,19 +122,7 @@ def linear_bearing() -> Device:
 
 
 def mr_isolator(frequency: float) -> Device:
-    """Scale the published strain-stiffening isolator to the building.
-
-    Parameters
-    ----------
-    frequency : float, Hz
-        Of the building on its linear bearings.
-
-    Returns
-    -------
-    Device
-        In place of one bearing. Its largest tested deformation becomes the design displacement;
-        there, and at the design current, its effective stiffness is that of the linear bearing.
-    """
+    """Scale the published strain-stiffening isolator to the building."""
     device = iso.law("strain_stiffening")
     tested = device.tested_deformation
     loops = sinusoidal(device, tested, DESIGN_CURRENT, frequency, cycles=6)
@@ -176,23 +132,9 @@ def mr_isolator(frequency: float) -> Device:
 
 
 def records(folder: Path, name: str, along_x: str = COMPONENTS[0]) -> list[Record]:
-    """Read a record's two components, along x and y.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Holds the records.
-    name : str
-        One of ``RECORDS``.
-    along_x : str
-        The one of ``COMPONENTS`` along x; the other one acts along y.
-
-    Returns
-    -------
-    list of Record
-    """
-    wanted = sorted(COMPONENTS, key=lambda component: component != along_x)
-    return [read(folder / f"{name}.csv", column=f"{component}_m_s2") for component in wanted]
+    """Read a record's two components, along x and y."""
+    target = sorted(COMPONENTS, key=lambda component: component != along_x)
+    return [read(folder / f"{name}.csv", column=f"{component}_m_s2") for component in target]
 
 
 def isolated_period(building: Structure) -> float:
@@ -201,29 +143,13 @@ def isolated_period(building: Structure) -> float:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where results go.
-    short : bool
-        Whether to take two of the records, in both orientations, and three of the controllers.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: medians over records and orientations; the linear bearings are the uncontrolled
-        structure of the nine indices. ``runs.csv`` has every run.
-    """
+    """Run the study."""
     data = data_folder("benchmark_8_storey")
     linear = on_bearings(data, linear_bearing())
     controlled = on_bearings(data, mr_isolator(1 / isolated_period(linear.structure)))
-    wanted = RECORDS[2:4] if short else RECORDS
+    target = RECORDS[2:4] if short else RECORDS
     names = (*CONTROLLERS[:2], "clipped_lqr") if short else CONTROLLERS
-    motions = [(motion, along_x) for motion in wanted for along_x in COMPONENTS]
+    motions = [(motion, along_x) for motion in target for along_x in COMPONENTS]
     share = 1 / (len(motions) * (len(names) + 1))
     runs: list[dict[str, Any]] = []
     for motion, along_x in motions:
@@ -248,9 +174,9 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 
 def _row(controller: str, run: Run, base: Run) -> dict[str, Any]:
-    found = criteria(run, base)
+    result = criteria(run, base)
     return {"controller": controller} | {
-        name: found[name] for name in (*PEAKS, *INDICES, DISSIPATION)
+        name: result[name] for name in (*PEAKS, *INDICES, DISSIPATION)
     }
 
 

@@ -22,33 +22,13 @@ CLEAN, PAIRS = 60, 20
 
 
 def cases(share: float) -> list[blind.BuildingCase]:
-    """List the blind cases.
-
-    Parameters
-    ----------
-    share : float
-        Of them all, 0 to 1.
-
-    Returns
-    -------
-    list of BuildingCase
-    """
+    """List the blind cases."""
     listed = (blind.singles(), blind.clean(CLEAN), blind.pairs(PAIRS))
     return list(chain.from_iterable(part(every, share) for every in listed))
 
 
 def engineers(building: Building) -> Any:
-    """Build what an engineer knows of a blind building.
-
-    Parameters
-    ----------
-    building : Building
-        Without faults.
-
-    Returns
-    -------
-    IsolatedStructure
-    """
+    """Build what an engineer knows of a blind building."""
     import isolation_sim as iso
 
     structure = iso.shear_building(
@@ -60,17 +40,7 @@ def engineers(building: Building) -> Any:
 
 
 def scored(case: blind.BuildingCase) -> BuildingScored:
-    """Make a case's record, diagnose it, and put the truth beside the outcome.
-
-    Parameters
-    ----------
-    case : BuildingCase
-        The case.
-
-    Returns
-    -------
-    BuildingScored
-    """
+    """Make a case's record, diagnose it, and put the truth beside the outcome."""
     from isolation_sim.discrepancy.building.record import read_building_record
     from isolation_sim.discrepancy.diagnose import diagnose_building
 
@@ -83,13 +53,7 @@ def scored(case: blind.BuildingCase) -> BuildingScored:
 
 
 def main(share: float = 1.0) -> None:
-    """Diagnose all cases and print the rates.
-
-    Parameters
-    ----------
-    share : float
-        Of the cases, 0 to 1.
-    """
+    """Diagnose all cases and print the rates."""
     results, seconds = diagnosed(cases(share), scored)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     lines.append(f"- {len(results)} records, {seconds:.1f} s each")

@@ -86,19 +86,7 @@ def prepared(folder: Path, name: str) -> BuildingRecord:
 
 
 def superstructure(storey_stiffness: float, damping_ratio: float) -> Structure:
-    """Five equal storeys on a base, all floors of one mass.
-
-    Parameters
-    ----------
-    storey_stiffness : float, N/m
-        Of each.
-    damping_ratio : float
-        Rayleigh's, at the first two modes.
-
-    Returns
-    -------
-    Structure
-    """
+    """Five equal storeys on a base, all floors of one mass."""
     return iso.shear_building(
         [FLOOR_MASS] * 5, [storey_stiffness] * 5, base_mass=FLOOR_MASS,
         damping_ratio=damping_ratio, name="BNCS building",
@@ -106,21 +94,7 @@ def superstructure(storey_stiffness: float, damping_ratio: float) -> Structure:
 
 
 def floor_accelerations(structure: Structure, base: NDArray, dt: float) -> NDArray:
-    """Absolute accelerations of the floors above a base that moves as measured.
-
-    Parameters
-    ----------
-    structure : Structure
-        Base included.
-    base : (n,) array, m/s2
-        Absolute acceleration of the base.
-    dt : float, s
-        Sampling interval.
-
-    Returns
-    -------
-    (n, n_floors) array, m/s2
-    """
+    """Absolute accelerations of the floors above a base that moves as measured."""
     from scipy.signal import lsim
 
     fixed = structure.fixed_base()
@@ -133,40 +107,18 @@ def floor_accelerations(structure: Structure, base: NDArray, dt: float) -> NDArr
 
 
 def identified(record: BuildingRecord) -> Structure:
-    """Fit storey stiffness and damping ratio to the floors' accelerations above the measured base.
-
-    Parameters
-    ----------
-    record : BuildingRecord
-        With accelerations of base and floors.
-
-    Returns
-    -------
-    Structure
-    """
+    """Fit storey stiffness and damping ratio to the floors' accelerations above the measured base."""
     base, floors = record.values[:, 0], record.values[:, 1:-1]
 
     def residual(x: NDArray) -> NDArray:
-        found = floor_accelerations(superstructure(*np.exp(x)), base, record.ground.dt)
-        return ((found - floors) / np.linalg.norm(floors, axis=0)).ravel()
+        result = floor_accelerations(superstructure(*np.exp(x)), base, record.ground.dt)
+        return ((result - floors) / np.linalg.norm(floors, axis=0)).ravel()
 
     return superstructure(*_fitted(residual, (FLOOR_MASS * (2 * np.pi / 0.2) ** 2, 0.05)))
 
 
 def linear_layer(structure: Structure, record: BuildingRecord) -> Device:
-    """Fit a spring and dashpot under the building to its response.
-
-    Parameters
-    ----------
-    structure : Structure
-        The building.
-    record : BuildingRecord
-        Its ground motion and response.
-
-    Returns
-    -------
-    Device
-    """
+    """Fit a spring and dashpot under the building to its response."""
     measured = record.values
 
     def layer(x: NDArray) -> Device:
@@ -174,8 +126,8 @@ def linear_layer(structure: Structure, record: BuildingRecord) -> Device:
         return iso.law("kelvin_voigt", {"k": k, "c": c})
 
     def residual(x: NDArray) -> NDArray:
-        found = response(structure.on(layer(x)), record)
-        return ((found - measured) / np.linalg.norm(measured, axis=0)).ravel()
+        result = response(structure.on(layer(x)), record)
+        return ((result - measured) / np.linalg.norm(measured, axis=0)).ravel()
 
     omega = 2 * np.pi / 2.4
     start = (TOTAL_MASS * omega**2, 0.3 * omega * TOTAL_MASS)
@@ -190,63 +142,28 @@ def _fitted(residual: Callable[[NDArray], NDArray], start: Sequence[float]) -> N
 
 
 def response(isolated: IsolatedStructure, record: BuildingRecord) -> NDArray:
-    """Simulate a record's channels.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The building on an isolation layer.
-    record : BuildingRecord
-        Its ground motion.
-
-    Returns
-    -------
-    (n, n_channels) array
-        Accelerations of base and floors (m/s2), isolator displacement (m).
-    """
+    """Simulate a record's channels."""
     run = iso.simulate(isolated, record.ground)
     names = [f"{dof}_acceleration_m_s2" for dof in isolated.structure.names]
     return np.column_stack([run.output(name) for name in (*names, "base_displacement_m")])
 
 
 def layer_force(values: NDArray) -> NDArray:
-    """Restoring force of the isolation layer from the accelerations, floors of equal mass.
-
-    Parameters
-    ----------
-    values : (n, n_channels) array
-        As `response` returns them.
-
-    Returns
-    -------
-    (n,) array, N
-    """
+    """Restoring force of the isolation layer from the accelerations, floors of equal mass."""
     return -TOTAL_MASS * values[:, :-1].mean(axis=1)
 
 
 def loops(records: Sequence[BuildingRecord], shown: Sequence[str]) -> Campaign:
-    """Measured loops of the isolation layer as a campaign of device tests.
-
-    Parameters
-    ----------
-    records : sequence of BuildingRecord
-        All of them.
-    shown : sequence of str
-        Those to fit; the others are held out.
-
-    Returns
-    -------
-    Campaign
-    """
+    """Measured loops of the isolation layer as a campaign of device tests."""
     runs = []
     for record in records:
-        kept = slice(None, None, LOOPS_EVERY)
+        keep = slice(None, None, LOOPS_EVERY)
         x = record.values[:, -1]
         v = np.gradient(x, record.ground.dt)
-        time = record.ground.time[kept]
+        time = record.ground.time[keep]
         runs.append(
             TestRun(
-                record.name, time, x[kept], v[kept], layer_force(record.values)[kept],
+                record.name, time, x[keep], v[keep], layer_force(record.values)[keep],
                 np.zeros(len(time)), hold_out=record.name not in shown, velocity_measured=True,
             )
         )  # fmt: skip
@@ -254,22 +171,7 @@ def loops(records: Sequence[BuildingRecord], shown: Sequence[str]) -> Campaign:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the diagnoses are kept.
-    short : bool
-        Whether to diagnose once, with both ICA records shown.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: errors of each isolation layer on each record.
-    """
+    """Run the study."""
     data = data_folder("bncs")
     records = [prepared(data, name) for name in RECORDS]
     first = next(record for record in records if record.name == FIRST)
@@ -304,9 +206,9 @@ def _layer(
 
 
 def _row(layer: Layer, record: BuildingRecord) -> dict[str, Any]:
-    found, measured = layer.responses[record.name], record.values
-    errors = np.linalg.norm(found - measured, axis=0) / np.linalg.norm(measured, axis=0)
-    peaks = np.abs(found).max(axis=0) / np.abs(measured).max(axis=0)
+    result, measured = layer.responses[record.name], record.values
+    errors = np.linalg.norm(result - measured, axis=0) / np.linalg.norm(measured, axis=0)
+    peaks = np.abs(result).max(axis=0) / np.abs(measured).max(axis=0)
     return {
         "isolation layer": layer.name, "record": RECORDS[record.name],
         "used": "fitted" if record.name in layer.shown else "not seen",
@@ -314,7 +216,7 @@ def _row(layer: Layer, record: BuildingRecord) -> dict[str, Any]:
         "accelerations, %": 100 * float(np.sqrt(np.mean(errors[:-1] ** 2))),
         "peak displacement over measured": float(peaks[-1]),
         "peak acceleration over measured": float(
-            np.abs(found[:, :-1]).max() / np.abs(measured[:, :-1]).max()
+            np.abs(result[:, :-1]).max() / np.abs(measured[:, :-1]).max()
         ),
     }  # fmt: skip
 

@@ -18,29 +18,15 @@ from isolation_sim.io.atomic_write import atomic_write
 
 
 def cached_result(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what was found before, or find and keep it.
-
-    Parameters
-    ----------
-    name : str
-        Of the kind of result; its folder.
-    content : bytes
-        Everything that the result depends on but the sources.
-    find : callable
-        Finds the result, which JSON can hold.
-
-    Returns
-    -------
-    dict
-    """
+    """Return what was found before, or find and keep it."""
     digest = hashlib.sha256(_sources() + content).hexdigest()[:32]
     path = cache_folder() / name / f"{digest}.json"
     try:
-        found: dict[str, Any] = json.loads(path.read_text())
+        result: dict[str, Any] = json.loads(path.read_text())
     except (OSError, ValueError):
-        found = find()
-        _write(path, json.dumps(found))
-    return found
+        result = find()
+        _write(path, json.dumps(result))
+    return result
 
 
 def _write(path: Path, text: str) -> None:

@@ -102,13 +102,13 @@ def _run(name: str) -> typer.Typer:
         from .study import layout, perform
 
         with progress(quiet, 1) as step:
-            found, path = perform(name, out, short, step)
+            result, path = perform(name, out, short, step)
         if as_json:
-            print(json.dumps({"finding": found.finding, "table": list(found.table)}, indent=2))
+            print(json.dumps({"finding": result.finding, "table": list(result.table)}, indent=2))
         elif not quiet:
             console = standard_console()
-            console.print(layout(found.table, about(name)))
-            console.print(f"\n{found.finding}\n")
+            console.print(layout(result.table, about(name)))
+            console.print(f"\n{result.finding}\n")
         print_results(path, as_json, quiet)
 
     said = about(name)

@@ -46,7 +46,7 @@ NOISE = {
     "force_N": 5e3,
 }  # fmt: skip
 """Standard deviation of the sensors' white noise."""
-TROUBLED = Sensors(noise=NOISE, delay=0.02, seed=1)
+DEGRADED_SENSING = Sensors(noise=NOISE, delay=0.02, seed=1)
 CERTIFIED = 5e-3
 """Largest relative difference between engine and optimisation with which a bound counts."""
 NOMINAL, PASSIVE = "nominal", "passive"
@@ -61,7 +61,7 @@ class Case:
 
     Attributes
     ----------
-    switching : {"papers", "passive"}
+    switching : {"instantaneous", "passive"}
         Rule by which the isolators stiffen.
     believed : float
         Force of the isolators believed in, over the true one.
@@ -69,15 +69,15 @@ class Case:
         What the controllers are given.
     """
 
-    switching: str = "papers"
+    switching: str = "instantaneous"
     believed: float = 1.0
     sensors: Sensors = field(default_factory=Sensors)
 
 
 CASES = {
     NOMINAL: Case(),
-    "soft": Case(believed=0.8, sensors=TROUBLED),
-    "stiff": Case(believed=1.2, sensors=TROUBLED),
+    "soft": Case(believed=0.8, sensors=DEGRADED_SENSING),
+    "stiff": Case(believed=1.2, sensors=DEGRADED_SENSING),
     PASSIVE: Case("passive"),
 }
 """Nominal; with noise, 20 ms of delay and isolators believed 20 % too soft or stiff; the passive
@@ -104,12 +104,12 @@ class Judgement:
 
     def of(self, name: str, case: str, key: str, motions: Iterable[str]) -> NDArray:
         """One number of one controller in one case, a value a motion."""
-        found = (self.rows[case, m] for m in motions)
-        rows = [next(row for row in some if row["controller"] == name) for some in found]
+        result = (self.rows[case, m] for m in motions)
+        rows = [next(row for row in some if row["controller"] == name) for some in result]
         return np.array([row.get(key, np.nan) for row in rows])
 
     @property
-    def entrants(self) -> list[str]:
+    def candidates(self) -> list[str]:
         """Names of the controllers."""
         return [row["controller"] for row in next(iter(self.rows.values()))]
 
@@ -132,51 +132,21 @@ class Judgement:
 
 
 @lru_cache(maxsize=8)
-def plant(switching: str = "papers", factor: float = 1.0) -> IsolatedStructure:
-    """Return the reference building on its isolators.
-
-    Parameters
-    ----------
-    switching : {"papers", "passive"}
-        Rule by which the isolators stiffen.
-    factor : float
-        On their force.
-
-    Returns
-    -------
-    IsolatedStructure
-    """
+def plant(switching: str = "instantaneous", factor: float = 1.0) -> IsolatedStructure:
+    """Return the reference building on its isolators."""
     law = law_of("strain_stiffening")
     given = reference_isolators(passive(law) if switching == "passive" else law)
     return reference_building().on(given.scaled(force=factor))
 
 
-def judged(entrants: Mapping[str, Controller], record: Record, case: Case) -> Rows:
-    """Run controllers under one motion.
-
-    Parameters
-    ----------
-    entrants : mapping of str to Controller
-        By the name to print.
-    record : Record
-        Ground motion.
-    case : Case
-        Under what.
-
-    Returns
-    -------
-    list of dict
-        A row an entrant: peaks, their ratios to those without current, ``J``, the best constant
-        current's as ``constant``, field work (J), mean squared current (A2), time a decision with
-        the simulation of what follows it (s), and whether it stayed bounded. A run that diverges
-        has infinite peaks.
-    """
+def judged(candidates: Mapping[str, Controller], record: Record, case: Case) -> Rows:
+    """Run controllers under one motion."""
     off, on, best = (
         _run(controller(name), record, case)
         for name in ("passive_off", "passive_on", "best_constant")
     )
     rows = []
-    for name, one in entrants.items():
+    for name, one in candidates.items():
         began = perf_counter()
         try:
             run = _run(one, record, case)
@@ -200,31 +170,23 @@ def judged(entrants: Mapping[str, Controller], record: Record, case: Case) -> Ro
 
 
 def _run(one: Controller, record: Record, case: Case) -> Run:
-    believed = plant("papers", case.believed)
+    assumed = plant("instantaneous", case.believed)
     return simulate(
-        plant(case.switching), record, one, belief=believed, driver=DRIVER, sensors=case.sensors
+        plant(case.switching), record, one, nominal=assumed, driver=DRIVER, sensors=case.sensors
     )
 
 
 def _peaks(run: Run | None, off: Run) -> dict[str, float]:
-    found = {key: np.inf if run is None else float(run.criteria[key]) for key in (BASE, FLOOR)}
-    ratios = {"base": found[BASE] / off.criteria[BASE], "floor": found[FLOOR] / off.criteria[FLOOR]}
-    return found | ratios | {"J": sum(ratios.values())}
+    result = {key: np.inf if run is None else float(run.criteria[key]) for key in (BASE, FLOOR)}
+    ratios = {
+        "base": result[BASE] / off.criteria[BASE],
+        "floor": result[FLOOR] / off.criteria[FLOOR],
+    }
+    return result | ratios | {"J": sum(ratios.values())}
 
 
 def constants(record: Record) -> list[dict[str, float]]:
-    """Run constant currents under one motion, nominal.
-
-    Parameters
-    ----------
-    record : Record
-        Ground motion.
-
-    Returns
-    -------
-    list of dict
-        A row of peaks, ratios and J a current of ``CONSTANTS``.
-    """
+    """Run constant currents under one motion, nominal."""
     runs = [_run(controller("constant", amperes=i), record, Case()) for i in CONSTANTS]
     return [_peaks(run, runs[0]) for run in runs]
 
@@ -234,17 +196,6 @@ def possible(record: Record) -> dict[str, Any]:
 
     It is kept in the cache folder: an interrupted study resumes, and other controllers are judged
     by it without solving again.
-
-    Parameters
-    ----------
-    record : Record
-        Ground motion.
-
-    Returns
-    -------
-    dict
-        Peaks in the engine, ratios and J; ``certified``, the largest relative difference between
-        the optimisation's and the engine's peaks.
     """
 
     def find() -> dict[str, Any]:
@@ -255,32 +206,14 @@ def possible(record: Record) -> dict[str, Any]:
     return cached_result("bounds", np.append(record.acceleration, record.dt).tobytes(), find)
 
 
-def judge(
+def evaluate(
     given: Mapping[str, Controller],
     records: Mapping[str, Record],
     n_bounds: int | None = None,
     workers: int = 1,
     step: Step = lambda what, share=0.0: None,
 ) -> Judgement:
-    """Run controllers under motions, in every case.
-
-    Parameters
-    ----------
-    given : mapping of str to Controller
-        By the name to print, any of one's own among them.
-    records : mapping of str to Record
-        Motions by name.
-    n_bounds : int, optional
-        For how many of them, the first ones, the clairvoyant bound is solved; for all by default.
-    workers : int
-        Processes; with one, everything runs in this process.
-    step : callable
-        Told the share of the work that has just been done.
-
-    Returns
-    -------
-    Judgement
-    """
+    """Run controllers under motions, in every case."""
     tasks: dict[tuple[str, str], Task] = {}
     # what takes longest first, so that no process is left with it at the end
     for motion in list(records)[:n_bounds]:
@@ -300,22 +233,7 @@ def judge(
 def in_processes(
     tasks: Mapping[Key, Task], workers: int, finished: Callable[[Key], None]
 ) -> dict[Key, Any]:
-    """Call functions, several at a time.
-
-    Parameters
-    ----------
-    tasks : mapping of object to Task
-        What to call, begun in this order.
-    workers : int
-        Processes; with one, everything runs in this process.
-    finished : callable
-        Told the key of each that is done.
-
-    Returns
-    -------
-    dict
-        Results, by the same keys.
-    """
+    """Call functions, several at a time."""
     done = {}
     if workers == 1:
         for key, (work, arguments) in tasks.items():

@@ -1,7 +1,7 @@
 """All controllers: how much of what is physically possible each achieves.
 
 Every registered controller runs under El Centro and under random motions that no setting was tuned
-on: as it should be, with noise, delay and a wrong belief, and on isolators that switch by the
+on: as it should be, with noise, delay and a wrong nominal model, and on isolators that switch by the
 passive rule. Score: J, the peak base displacement and the peak floor acceleration, each over its
 value without current, added. What is possible is the clairvoyant optimum, what must be beaten the
 best constant current; both know the motion.
@@ -24,7 +24,7 @@ from isolation_sim.scenario import Scenario
 from isolation_sim.tuning.intervals import mean_interval
 
 from . import controller_runs as runs
-from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, judge
+from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, evaluate
 from .study import EL_CENTRO, Outcome, Step, far_field, published_entry
 
 if TYPE_CHECKING:
@@ -41,28 +41,16 @@ PREVIEW = 0.8
 """Warning time of the controller that has one, s."""
 OBSERVING = {"filter": "extended", "learning": 20.0}
 """Settings of the predictive controller that estimates its state and learns."""
-NOT_JUDGED = ("clairvoyant", "constant", "prescribed")
+NOT_EVALUATED = ("clairvoyant", "constant", "prescribed")
 """The bound, and what has nothing to decide."""
 SHORT = ("passive_off", "best_constant", "clipped_lqr", "on_off")
 
 
-def entrants(short: bool) -> dict[str, Controller]:
-    """Return the controllers to judge, by the name to print.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take few.
-
-    Returns
-    -------
-    dict
-        With all of the registry's that decide something, and ``mpc`` with a warning time, and both
-        with an observer and a belief that learns.
-    """
+def candidates(short: bool) -> dict[str, Controller]:
+    """Return the controllers to judge, by the name to print."""
     if short:
         return {name: controller(**published_entry(name)) for name in SHORT}
-    names = [name for name in available_controllers() if name not in NOT_JUDGED]
+    names = [name for name in available_controllers() if name not in NOT_EVALUATED]
     predictive = {
         f"{name}{warned}": controller("mpc", preview=preview, **settings)
         for name, settings in (("mpc", {}), ("mpc, observing", OBSERVING))
@@ -95,21 +83,11 @@ def motions(short: bool) -> dict[str, Record]:
 
 
 def interval(differences: NDArray) -> tuple[float, float]:
-    """95 % bounds of a mean over other such motions, by bootstrap.
-
-    Parameters
-    ----------
-    differences : numpy.ndarray, shape (n_motions,)
-        Finite, one a motion.
-
-    Returns
-    -------
-    low, high : float
-    """
+    """95 % bounds of a mean over other such motions, by bootstrap."""
     return mean_interval(differences)[1:]
 
 
-def ranking(found: Judgement, case: str) -> Rows:
+def ranking(result: Judgement, case: str) -> Rows:
     """Rank the controllers in one case by their mean J over the random motions.
 
     Parameters
@@ -129,12 +107,12 @@ def ranking(found: Judgement, case: str) -> Rows:
         decision, simulation included, and the number of motions that it is not bounded under. None
         where a run diverged.
     """
-    every, random, solved = list(found.constants), found.random, found.solved
+    every, random, solved = list(result.constants), result.random, result.solved
     table = []
-    for name in found.entrants:
+    for name in result.candidates:
 
         def over(key: str, among: list[str], one: str = name) -> NDArray:
-            return found.of(one, case, key, among)
+            return result.of(one, case, key, among)
 
         excess, low, high = _mean(over("J", random) - over("constant", random))
         row = {
@@ -145,7 +123,7 @@ def ranking(found: Judgement, case: str) -> Rows:
             "El Centro": _known(over("J", [HOME])[0]),
         }  # fmt: skip
         if solved and case != PASSIVE:
-            best = [found.possible[m]["J"] for m in solved]
+            best = [result.possible[m]["J"] for m in solved]
             gaps = zip(over("J", solved), over("constant", solved), best, strict=True)
             shares = np.array([share_of_gap(*gap) for gap in gaps])
             row |= zip(("closed", "closed_from", "closed_to"), _mean(shares), strict=True)
@@ -173,49 +151,22 @@ def _known(value: float, digits: int = 3) -> float | None:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Not used: the runs are not kept.
-    short : bool
-        Whether to take four controllers, three motions of 8 s and no bound.
-    step : callable
-        Told what has just been done, and its share.
-
-    Returns
-    -------
-    Outcome
-        Table: the ranking in each case.
-    """
+    """Run the study."""
     n_bounds, workers = (0, 1) if short else (None, os.cpu_count() or 1)
-    found = judge(entrants(short), motions(short), n_bounds, workers, step)
-    table = [row for case in runs.CASES for row in ranking(found, case)]
-    return Outcome(table, finding(found, table), {"pareto": figure(found)})
+    result = evaluate(candidates(short), motions(short), n_bounds, workers, step)
+    table = [row for case in runs.CASES for row in ranking(result, case)]
+    return Outcome(table, finding(result, table), {"pareto": figure(result)})
 
 
-def finding(found: Judgement, table: Rows) -> str:
-    """Say what the ranking says.
-
-    Parameters
-    ----------
-    found : Judgement
-        Of all controllers.
-    table : list of dict
-        Rankings, one case after another.
-
-    Returns
-    -------
-    str
-    """
+def finding(result: Judgement, table: Rows) -> str:
+    """Say what the ranking says."""
     by_case = {case: [row for row in table if row["case"] == case] for case in runs.CASES}
     better = {
         case: [row for row in rows if row["to"] is not None and row["to"] < 0]
         for case, rows in by_case.items()
     }
-    told = [
-        f"J is the mean over {len(found.random)} random motions that no setting was tuned on; "
+    sentences = [
+        f"J is the mean over {len(result.random)} random motions that no setting was tuned on; "
         "intervals are 95 %, by drawing the motions anew."
     ]
     for case, where in ((NOMINAL, "papers' switching"), (PASSIVE, "passive")):
@@ -223,15 +174,15 @@ def finding(found: Judgement, table: Rows) -> str:
             f"{row['controller']} by {-row['excess']:.3f} ({-row['to']:.3f} to {-row['from']:.3f})"
             for row in better[case]
         )
-        told.append(
+        sentences.append(
             f"By the {where} rule J is surely less than the best constant current's, which knows "
             f"the motion, with {names or 'no controller'}."
         )
-    if found.solved:
-        told.append(_closed(found, by_case[NOMINAL]))
-    missed = [motion for motion in found.possible if motion not in found.solved]
+    if result.solved:
+        sentences.append(_closed(result, by_case[NOMINAL]))
+    missed = [motion for motion in result.possible if motion not in result.solved]
     if missed:
-        told.append(
+        sentences.append(
             f"No bound for {', '.join(missed)}: a controller is better than the local optimum "
             f"found, or engine and optimisation differ by more than {runs.CERTIFIED:g}."
         )
@@ -239,74 +190,62 @@ def finding(found: Judgement, table: Rows) -> str:
         astray = [
             f"{row['controller']} ({row['unbounded']})" for row in by_case[case] if row["unbounded"]
         ]
-        told.append(
-            f"With noise, 20 ms of delay and a {case} belief, not bounded, with how many motions: "
+        sentences.append(
+            f"With noise, 20 ms of delay and a {case} nominal model, not bounded, with how many motions: "
             f"{', '.join(astray) or 'none'}; surely better than constant: "
             f"{', '.join(row['controller'] for row in better[case]) or 'none'}."
         )
-    return "\n".join(told)
+    return "\n".join(sentences)
 
 
-def _closed(found: Judgement, rows: Rows) -> str:
+def _closed(result: Judgement, rows: Rows) -> str:
     """Say how much of what is possible ``mpc`` and the best controller achieve."""
     shares = [row for row in rows if row.get("closed") is not None]
     first = max(shares, key=lambda row: row["closed"])
-    told = ", ".join(
+    sentences = ", ".join(
         f"{row['controller']} {100 * row['closed']:.0f} % ({100 * row['closed_from']:.0f} to "
         f"{100 * row['closed_to']:.0f})"
         for row in shares
         if row is first or row["controller"] == "mpc"
     )
-    bounds = [found.possible[motion] for motion in found.solved]
+    bounds = [result.possible[motion] for motion in result.solved]
     scores = [one["J"] for one in bounds]
     return (
         f"Under {len(bounds)} motions the clairvoyant optimum has J {min(scores):.2f} to "
         f"{max(scores):.2f} (engine and optimisation differ by "
         f"{max(one['certified'] for one in bounds):.1e} at most); of the gap between the best "
-        f"constant current and it, {told}."
+        f"constant current and it, {sentences}."
     )
 
 
-def figure(found: Judgement) -> Figure:
-    """Draw base displacement against floor acceleration, nominal.
-
-    Parameters
-    ----------
-    found : Judgement
-        Of all controllers.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        El Centro, and the means over the random motions, the bound's over those with one; both
-        peaks over those without current, so that J is the same along a dotted line.
-    """
+def figure(result: Judgement) -> Figure:
+    """Draw base displacement against floor acceleration, nominal."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
     with style():
         drawing = new_figure(DOUBLE_COLUMN, 4.2)
         panels = list(drawing.subplots(1, 2))
-        for axes, among in zip(panels, ([HOME], found.random), strict=True):
-            _draw(axes, found, among)
+        for axes, among in zip(panels, ([HOME], result.random), strict=True):
+            _draw(axes, result, among)
         panels[0].set_title(HOME)
-        panels[1].set_title(f"mean of {len(found.random)} random motions")
+        panels[1].set_title(f"mean of {len(result.random)} random motions")
         legend(drawing, panels[0], "outside lower center")
     return drawing
 
 
-def _draw(axes: Axes, found: Judgement, among: list[str]) -> None:
+def _draw(axes: Axes, result: Judgement, among: list[str]) -> None:
     from isolation_sim.reports.style import line_styles
 
-    line = np.array([[(row["base"], row["floor"]) for row in found.constants[m]] for m in among])
+    line = np.array([[(row["base"], row["floor"]) for row in result.constants[m]] for m in among])
     axes.plot(*line.mean(axis=0).T, color="0.45", linewidth=1.4, label="constant currents")
-    looks = line_styles(len(found.entrants), markers=True)
-    for k, (name, look) in enumerate(zip(found.entrants, looks, strict=True)):
-        place = [found.of(name, NOMINAL, key, among).mean() for key in ("base", "floor")]
+    looks = line_styles(len(result.candidates), markers=True)
+    for k, (name, look) in enumerate(zip(result.candidates, looks, strict=True)):
+        place = [result.of(name, NOMINAL, key, among).mean() for key in ("base", "floor")]
         axes.plot(
             *place, color=look["color"], marker=look["marker"], linestyle="", markersize=5.5,
             fillstyle=("full", "none", "left")[k // 7 % 3], label=name, zorder=3,
         )  # fmt: skip
-    solved = [found.possible[m] for m in among if m in found.solved]
+    solved = [result.possible[m] for m in among if m in result.solved]
     if solved:
         place = [np.mean([one[key] for one in solved]) for key in ("base", "floor")]
         axes.plot(*place, "*", color="black", markersize=10, label="clairvoyant")

@@ -77,13 +77,13 @@ def current(run: TestRun) -> str:
 
 def shortened(run: TestRun, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> TestRun:
     """Keep the first cycles of a run, at about so many samples a cycle if it has more."""
-    found = re.search(r"_([\d.]+)Hz", run.name)
-    assert found is not None
-    a_cycle = 1 / (float(found[1]) * run.step)
+    result = re.search(r"_([\d.]+)Hz", run.name)
+    assert result is not None
+    a_cycle = 1 / (float(result[1]) * run.step)
     every = max(int(a_cycle / samples), 1)
-    kept = slice(0, int(cycles * a_cycle), every)
+    keep = slice(0, int(cycles * a_cycle), every)
     names = ("time", "displacement", "velocity", "force", "current")
-    return replace(run, **{name: getattr(run, name)[kept] for name in names})
+    return replace(run, **{name: getattr(run, name)[keep] for name in names})
 
 
 def prepared(folder: Path, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> Campaign:
@@ -115,23 +115,7 @@ def judged(
     candidates: Mapping[str, Mapping[str, float]] = CANDIDATES,
     **options: Any,
 ) -> list[Outcome]:
-    """Fit every law to everything and without each label.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        The runs.
-    labels : sequence of str
-        Conditions and currents to leave out, one at a time.
-    candidates : mapping
-        Laws and what is held.
-    **options
-        Given to ``fit``.
-
-    Returns
-    -------
-    list of Outcome
-    """
+    """Fit every law to everything and without each label."""
     outcomes = []
     for name, fixed in candidates.items():
         fits = {}
@@ -165,20 +149,7 @@ def _percent(share: float) -> str:
 def verdict(
     outcomes: Sequence[Outcome], by_condition: Sequence[str], by_current: Sequence[str]
 ) -> str:
-    """Say which law wins on runs not seen and where it gains, from the numbers alone.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-        Each law's fits.
-    by_condition, by_current : sequence of str
-        What was left out.
-
-    Returns
-    -------
-    str
-        A line a statement.
-    """
+    """Say which law wins on runs not seen and where it gains, from the numbers alone."""
     unseen = {o.law: pooled(o.unseen(by_condition)) for o in outcomes}
     ranked = sorted(outcomes, key=lambda o: unseen[o.law])
     best, others = ranked[0], ranked[1:]
@@ -300,22 +271,7 @@ def figure(outcomes: Sequence[Outcome], labels: Sequence[str]) -> Any:
 
 
 def main(folder: Path = DATA, results: Path = RESULTS, **options: Any) -> str:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        The campaign.
-    results : pathlib.Path
-        Where the table, the verdict and the figure go.
-    **options
-        Given to ``fit``.
-
-    Returns
-    -------
-    str
-        The verdict.
-    """
+    """Run the study."""
     campaign = prepared(folder)
     by_condition, by_current = conditions(campaign), currents(campaign)
     outcomes = judged(campaign, [*by_condition, *by_current], **options)

@@ -38,35 +38,20 @@ SHORT_CYCLES, SHORT_SAMPLES = 2, 40
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the diagnoses are kept.
-    short : bool
-        Whether to leave only the condition out, and to take fewer cycles and samples.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: the error of the force in each run, before and after.
-    """
+    """Run the study."""
     cycles, samples = (SHORT_CYCLES, SHORT_SAMPLES) if short else (CYCLES, SAMPLES)
     campaign = prepared(data_folder("mr_damper"), cycles, samples)
     labels = list(LEFT_OUT)[:1] if short else list(LEFT_OUT)
-    found = {}
+    result = {}
     for label in labels:
         step(f"diagnosing without {LEFT_OUT[label]}", 0.0)
         shown = without(campaign, label)
         law = fit(shown, LAW, fixed=CANDIDATES[LAW], current_degree=DEGREE).device
-        found[label] = diagnose(shown, LAWS[LAW], law, current_degree=DEGREE)
-        found[label].save(folder / f"diagnosis_without_{label.replace(' ', '')}")
+        result[label] = diagnose(shown, LAWS[LAW], law, current_degree=DEGREE)
+        result[label].save(folder / f"diagnosis_without_{label.replace(' ', '')}")
         step(f"diagnosing without {LEFT_OUT[label]}", 1 / len(labels))
-    table = [row for label, diagnosis in found.items() for row in _rows(label, diagnosis)]
-    return Outcome(table, _finding(found), {"loops": _figure(found)})
+    table = [row for label, diagnosis in result.items() for row in _rows(label, diagnosis)]
+    return Outcome(table, _finding(result), {"loops": _figure(result)})
 
 
 def _rows(label: str, diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -85,9 +70,9 @@ def _error(trace: Trace, force: Any) -> float:
     return float(np.linalg.norm(force - trace.measured) / np.linalg.norm(trace.measured))
 
 
-def _finding(found: dict[str, Diagnosis]) -> str:
+def _finding(result: dict[str, Diagnosis]) -> str:
     sentences = []
-    for label, one in found.items():
+    for label, one in result.items():
         named = "; ".join(
             cause.name
             + (f" ({cause.form})" if cause.form else "")
@@ -111,11 +96,11 @@ def _finding(found: dict[str, Diagnosis]) -> str:
     return "\n".join(sentences)
 
 
-def _figure(found: dict[str, Diagnosis]) -> Figure:
+def _figure(result: dict[str, Diagnosis]) -> Figure:
     from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
 
-    drawn = [trace for one in found.values() for trace in _left_out(one)]
-    rows = len(found)
+    drawn = [trace for one in result.values() for trace in _left_out(one)]
+    rows = len(result)
     across = -(-len(drawn) // rows)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.5 + 2.1 * rows)

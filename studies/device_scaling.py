@@ -35,17 +35,7 @@ DISPLACEMENT = "peak_base_displacement_m"
 
 
 def plan(short: bool) -> dict[str, Any]:
-    """Return the sweep's plan.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take a coarse grid.
-
-    Returns
-    -------
-    dict
-    """
+    """Return the sweep's plan."""
     sizes = [10, 30] if short else np.geomspace(5, 30, 13).round(2).tolist()
     return {
         "name": "device scaling",
@@ -61,38 +51,12 @@ def plan(short: bool) -> dict[str, Any]:
 
 
 def period(size: Any, count: Any) -> Any:
-    """Isolation period at 1.5 A and small vibrations, s.
-
-    Parameters
-    ----------
-    size, count : float or numpy.ndarray
-        Times the tested isolator's size, and number.
-
-    Returns
-    -------
-    float or numpy.ndarray
-    """
+    """Isolation period at 1.5 A and small vibrations, s."""
     return ISOLATED_PERIOD * np.sqrt(LENGTH_SCALE * REFERENCE_COUNT / (size * count))
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the sweep is kept.
-    short : bool
-        Whether to take a coarse grid.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: by motion and controller the design with the least rubber that stays within the
-        tested strain, and the one with the least floor acceleration.
-    """
+    """Run the study."""
     runs = swept(plan(short), folder, step).table
     runs["size"] = runs["size"].astype(float)
     runs["strain"] = runs[DISPLACEMENT] / (runs["size"] * TESTED)
@@ -141,8 +105,8 @@ def _same_period(shown: pandas.DataFrame) -> str:
     """What size alone does: designs of about one stiffness, the smallest and the largest ones."""
     far = shown[shown["motion"] == FIRST]
     product = far["size"] * far["count"]
-    wanted = LENGTH_SCALE * REFERENCE_COUNT
-    alike = far[np.abs(np.log(product / wanted)) < 0.13].sort_values("size")
+    target = LENGTH_SCALE * REFERENCE_COUNT
+    alike = far[np.abs(np.log(product / target)) < 0.13].sort_values("size")
     if len(alike) < 2:
         return ""
     small, large = alike.iloc[0], alike.iloc[-1]

@@ -80,17 +80,7 @@ def motions(short: bool) -> dict[str, dict[str, Any]]:
 
 
 def plan(short: bool) -> dict[str, Any]:
-    """Return the sweep's plan.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take few motions and levels.
-
-    Returns
-    -------
-    dict
-    """
+    """Return the sweep's plan."""
     given = motions(short)
     scaled = {"sa_period_s": ISOLATED_PERIOD, "scale_to_sa_g": 0.1}
     levels = [0.1, 0.3, 0.6] if short else np.geomspace(0.03, 0.9, 18).round(4).tolist()
@@ -105,27 +95,12 @@ def plan(short: bool) -> dict[str, Any]:
 
 
 def capacity(levels: NDArray, demands: NDArray, limit: float) -> float:
-    """Level at which a motion first reaches a limit.
-
-    Parameters
-    ----------
-    levels : numpy.ndarray, shape (n,)
-        Increasing, above 0.
-    demands : numpy.ndarray, shape (n,)
-        What the motion makes of each; not a number where the run failed, which counts as reached.
-    limit : float
-        In the unit of the demands.
-
-    Returns
-    -------
-    float
-        Between two levels by straight lines from the origin on; infinite where it is not reached.
-    """
+    """Level at which a motion first reaches a limit."""
     demands = np.where(np.isnan(demands), np.inf, demands)
-    reached = np.flatnonzero(demands >= limit)
-    if not reached.size:
+    attained = np.flatnonzero(demands >= limit)
+    if not attained.size:
         return np.inf
-    k = int(reached[0])
+    k = int(attained[0])
     low, below = (levels[k - 1], demands[k - 1]) if k else (0.0, 0.0)
     if np.isinf(demands[k]):
         return float(levels[k])
@@ -133,21 +108,7 @@ def capacity(levels: NDArray, demands: NDArray, limit: float) -> float:
 
 
 def fitted(capacities: NDArray, highest: float) -> Lognormal:
-    """Fit a lognormal distribution by maximum likelihood.
-
-    Parameters
-    ----------
-    capacities : numpy.ndarray, shape (n,), g
-        Infinite for those beyond the highest level.
-    highest : float, g
-        Highest level that was run.
-
-    Returns
-    -------
-    Lognormal
-        Without a capacity beyond the levels: mean and standard deviation of the logarithms.
-        With none within them the median is infinite, and the spread is not known.
-    """
+    """Fit a lognormal distribution by maximum likelihood."""
     from scipy.optimize import minimize
     from scipy.stats import norm
 
@@ -159,32 +120,18 @@ def fitted(capacities: NDArray, highest: float) -> Lognormal:
     if not beyond:
         return Lognormal(float(np.exp(start[0])), float(start[1]))
 
-    def minus_likelihood(unknowns: NDArray) -> float:
-        mean, spread = unknowns[0], np.exp(unknowns[1])
+    def minus_likelihood(parameterisation: NDArray) -> float:
+        mean, spread = parameterisation[0], np.exp(parameterisation[1])
         above = norm.logsf((np.log(highest) - mean) / spread)
         return -float(norm.logpdf(known, mean, spread).sum() + beyond * above)
 
     bounds = [(None, np.log(highest) + 5.0), (np.log(LEAST_SPREAD), np.log(5.0))]
-    found = minimize(minus_likelihood, [start[0], np.log(start[1])], bounds=bounds).x
-    return Lognormal(float(np.exp(found[0])), float(np.exp(found[1])))
+    result = minimize(minus_likelihood, [start[0], np.log(start[1])], bounds=bounds).x
+    return Lognormal(float(np.exp(result[0])), float(np.exp(result[1])))
 
 
 def redrawn(capacities: NDArray, highest: float, count: int) -> list[Lognormal]:
-    """Fit again to motions drawn with replacement, by ``scipy.stats.bootstrap``.
-
-    Parameters
-    ----------
-    capacities : numpy.ndarray, shape (n,), g
-        As in `fitted`.
-    highest : float, g
-        As in `fitted`.
-    count : int
-        How often.
-
-    Returns
-    -------
-    list of Lognormal
-    """
+    """Fit again to motions drawn with replacement, by ``scipy.stats.bootstrap``."""
     from scipy.stats import bootstrap
 
     drawn = bootstrap(
@@ -199,22 +146,7 @@ def redrawn(capacities: NDArray, highest: float, count: int) -> list[Lognormal]:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the sweep is kept.
-    short : bool
-        Whether to take few motions, levels and draws.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: median and spread of each fragility, with 95 % bounds.
-    """
+    """Run the study."""
     runs = swept(plan(short), folder, step).table
     highest = float(runs["sa_g"].max())
     names = list(motions(short))

@@ -54,18 +54,8 @@ SOILS = ("firm", "medium", "soft")
 Rows = list[dict[str, Any]]
 
 
-def entrants(short: bool) -> dict[str, Controller]:
-    """Return the controllers to judge, by the name to print.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take ``mpc`` without preview only.
-
-    Returns
-    -------
-    dict
-    """
+def candidates(short: bool) -> dict[str, Controller]:
+    """Return the controllers to judge, by the name to print."""
     if short:
         return {"mpc": controller("mpc")}
     return {
@@ -76,13 +66,7 @@ def entrants(short: bool) -> dict[str, Controller]:
 
 
 def recorded() -> dict[str, Record]:
-    """Return both components of the benchmark building's records; none without shared data.
-
-    Returns
-    -------
-    dict of str to Record
-        Scaled to ``PGA``.
-    """
+    """Return both components of the benchmark building's records; none without shared data."""
     try:
         folder = data_folder("benchmark_8_storey")
     except InputError:
@@ -99,17 +83,6 @@ def pulses(seed: int, count: int) -> dict[str, Record]:
 
     Their periods are spread evenly on a logarithmic scale; length, phase, strength and onset are
     drawn. The peak velocity is 0.25 to 0.7 m/s, the peak acceleration 0.5 g at most.
-
-    Parameters
-    ----------
-    seed : int
-        The same seed gives the same pulses.
-    count : int
-        How many; every other one is negative.
-
-    Returns
-    -------
-    dict of str to Record
     """
     rng = np.random.default_rng(seed)
     shortest, longest = PERIODS
@@ -126,42 +99,17 @@ def pulses(seed: int, count: int) -> dict[str, Record]:
 
 
 def far_field(seed: int, count: int) -> dict[str, Record]:
-    """Return random motions of two processes on three soils.
-
-    Parameters
-    ----------
-    seed : int
-        Of the first one; the others have the next ones.
-    count : int
-        How many.
-
-    Returns
-    -------
-    dict of str to Record
-        Scaled to ``PGA``.
-    """
+    """Return random motions of two processes on three soils."""
     motions = {}
     for k in range(count):
         soil, process = SOILS[k % 3], (clough_penzien_motion, kanai_tajimi_motion)[k // 3 % 2]
         name = process.__name__.removesuffix("_motion").replace("_", "-")
-        motions[f"{name} {soil} {seed + k}"] = process(
-            soil, duration=24.0, seed=seed + k, pga=PGA
-        )
+        motions[f"{name} {soil} {seed + k}"] = process(soil, duration=24.0, seed=seed + k, pga=PGA)
     return motions
 
 
 def motions(short: bool) -> dict[tuple[str, str], Record]:
-    """Return the ground motions by kind and name.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take two pulses and two far-field motions of 8 s.
-
-    Returns
-    -------
-    dict of (str, str) to Record
-    """
+    """Return the ground motions by kind and name."""
     count = 2 if short else COUNT
     kinds = {
         RECORDED: {} if short else recorded(),
@@ -177,21 +125,7 @@ def motions(short: bool) -> dict[tuple[str, str], Record]:
 
 
 def scored(one: Controller, record: Record) -> dict[str, float]:
-    """Score one controller under one motion; it is kept in the cache folder.
-
-    Parameters
-    ----------
-    one : Controller
-        The controller.
-    record : Record
-        Ground motion.
-
-    Returns
-    -------
-    dict
-        ``base`` and ``floor``, the peaks over those without current, their sum ``J``, and the best
-        constant current's, ``constant``.
-    """
+    """Score one controller under one motion; it is kept in the cache folder."""
 
     def find() -> dict[str, float]:
         (row,) = runs.judged({one.name: one}, record, runs.Case())
@@ -202,51 +136,24 @@ def scored(one: Controller, record: Record) -> dict[str, float]:
 
 
 def scores(short: bool, step: Step) -> Rows:
-    """Run every controller under every motion.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take few.
-    step : callable
-        Told the share of the work that has just been done.
-
-    Returns
-    -------
-    list of dict
-        A row a motion and controller: kind, motion, controller and as ``scored`` gives them.
-    """
-    given, records = entrants(short), motions(short)
+    """Run every controller under every motion."""
+    given, records = candidates(short), motions(short)
     tasks = {
         (kind, motion, name): (scored, (one, record))
         for name, one in given.items()
         for (kind, motion), record in records.items()
     }
     workers = 1 if short else os.cpu_count() or 1
-    found = runs.in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))
-    return [
-        {"kind": key[0], "motion": key[1], "controller": key[2]} | found[key] for key in tasks
-    ]
+    result = runs.in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))
+    return [{"kind": key[0], "motion": key[1], "controller": key[2]} | result[key] for key in tasks]
 
 
-def table(found: Rows) -> Rows:
-    """Summarise the scores by kind of motion and controller.
-
-    Parameters
-    ----------
-    found : list of dict
-        As of ``scores``.
-
-    Returns
-    -------
-    list of dict
-        Number of motions, mean of J less the best constant current's with 95 % bounds, the worst
-        motion and its value, the number of motions with harm, and the mean and largest J.
-    """
+def table(result: Rows) -> Rows:
+    """Summarise the scores by kind of motion and controller."""
     rows = []
-    groups = dict.fromkeys((row["kind"], row["controller"]) for row in found)
+    groups = dict.fromkeys((row["kind"], row["controller"]) for row in result)
     for kind, name in groups:
-        some = [row for row in found if (row["kind"], row["controller"]) == (kind, name)]
+        some = [row for row in result if (row["kind"], row["controller"]) == (kind, name)]
         over = np.array([row["J"] - row["constant"] for row in some])
         low, high = interval(over)
         worst = int(over.argmax())
@@ -263,52 +170,30 @@ def table(found: Rows) -> Rows:
 
 
 def finding(rows: Rows) -> str:
-    """Say what the table says.
-
-    Parameters
-    ----------
-    rows : list of dict
-        As ``table`` gives them.
-
-    Returns
-    -------
-    str
-        A line a controller.
-    """
+    """Say what the table says."""
     lines = [
         "J less that of the best constant current, which knows the motion: mean with 95 % bounds, "
         f"and motions with more than {HARM:g}."
     ]
     for name in dict.fromkeys(row["controller"] for row in rows):
-        told = "; ".join(
+        sentences = "; ".join(
             f"{row['kind']} {row['over_constant']:+.3f} ({row['from']:+.3f} to {row['to']:+.3f}), "
             f"{row['harmed']} of {row['motions']}"
             + (f", worst {row['worst_motion']} {row['worst']:+.2f}" if row["harmed"] else "")
             for row in rows
             if row["controller"] == name
         )
-        lines.append(f"{name}: {told}.")
+        lines.append(f"{name}: {sentences}.")
     return "\n".join(lines)
 
 
-def figure(found: Rows) -> Figure:
-    """Draw J less the best constant current's, motion by motion.
-
-    Parameters
-    ----------
-    found : list of dict
-        As of ``scores``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel a kind of motion; pulses from the shortest to the longest.
-    """
+def figure(result: Rows) -> Figure:
+    """Draw J less the best constant current's, motion by motion."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
-    kinds = dict.fromkeys(row["kind"] for row in found)
-    names = dict.fromkeys(row["controller"] for row in found)
-    counts = [len({row["motion"] for row in found if row["kind"] == kind}) for kind in kinds]
+    kinds = dict.fromkeys(row["kind"] for row in result)
+    names = dict.fromkeys(row["controller"] for row in result)
+    counts = [len({row["motion"] for row in result if row["kind"] == kind}) for kind in kinds]
     with style():
         drawing = new_figure(DOUBLE_COLUMN, 3.0)
         panels = drawing.subplots(
@@ -318,7 +203,7 @@ def figure(found: Rows) -> Figure:
         for axes, kind in zip(panels, kinds, strict=True):
             for name, look in zip(names, looks, strict=True):
                 over = [
-                    row["J"] - row["constant"] for row in found
+                    row["J"] - row["constant"] for row in result
                     if (row["kind"], row["controller"]) == (kind, name)
                 ]  # fmt: skip
                 axes.plot(
@@ -333,22 +218,7 @@ def figure(found: Rows) -> Figure:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Not used: the runs are not kept.
-    short : bool
-        Whether to take one controller and four motions of 8 s.
-    step : callable
-        Told what has just been done, and its share.
-
-    Returns
-    -------
-    Outcome
-        Table: a row a kind of motion and controller.
-    """
-    found = scores(short, step)
-    rows = table(found)
-    return Outcome(rows, finding(rows), {"ground_motion_types": figure(found)})
+    """Run the study."""
+    result = scores(short, step)
+    rows = table(result)
+    return Outcome(rows, finding(rows), {"ground_motion_types": figure(result)})

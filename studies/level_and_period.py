@@ -32,17 +32,7 @@ TESTED = 0.08
 
 
 def plan(short: bool) -> dict[str, Any]:
-    """Return the sweep's plan.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take a coarse grid.
-
-    Returns
-    -------
-    dict
-    """
+    """Return the sweep's plan."""
     count = 4 if short else 25
     periods = np.linspace(1.4, 3.8, count)
     return {
@@ -60,22 +50,7 @@ def plan(short: bool) -> dict[str, Any]:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the sweep is kept.
-    short : bool
-        Whether to take a coarse grid.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: the pair of period and current with the least floor acceleration within each gap.
-    """
+    """Run the study."""
     runs = swept(plan(short), folder, step).table
     runs["period_s"] = (ISOLATED_PERIOD / np.sqrt(runs["count"])).round(6)
     table = [row for motion in MOTIONS for gap in GAPS for row in _best(runs, motion, gap)]

@@ -30,17 +30,7 @@ DISPLACEMENT = "peak_base_displacement_m"
 
 
 def plan(short: bool) -> dict[str, Any]:
-    """Return the sweep's plan.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take few gaps and scales.
-
-    Returns
-    -------
-    dict
-    """
+    """Return the sweep's plan."""
     gaps = [0.2, 0.3] if short else np.arange(0.1, 0.4001, 0.025).round(3).tolist()
     wall = {
         "name": "wall", "direction": "base", "law": "linear", "parameters": {"k": 0.0},
@@ -63,22 +53,7 @@ def plan(short: bool) -> dict[str, Any]:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the sweep is kept.
-    short : bool
-        Whether to take few gaps and scales.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: the room that each controller needs, and what half of it costs.
-    """
+    """Run the study."""
     runs = swept(plan(short), folder, step).table
     free = runs[runs["gap_m"] == WIDE].set_index(["scale", "controller"])
     key = list(zip(runs["scale"], runs["controller"], strict=True))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 TITLE = "Predictive control: what each lever contributes"
 WHOLE = "as it is"
-LEVERS: dict[str, dict[str, Any]] = {
+ABLATIONS: dict[str, dict[str, Any]] = {
     "cost on exceeding the peaks": {
         "displacement_excess": 0.0, "acceleration_excess": 0.0, "regret": 0.0,
     },
@@ -49,25 +49,15 @@ SHORT = ("cost on exceeding the peaks", "terminal cost")
 Rows = list[dict[str, Any]]
 
 
-def entrants(short: bool) -> dict[str, Controller]:
-    """Return the controllers to compare, by what is taken away and the warning time.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take two levers and the warning times with which levers are taken away.
-
-    Returns
-    -------
-    dict
-    """
-    names = SHORT if short else tuple(LEVERS)
+def candidates(short: bool) -> dict[str, Controller]:
+    """Return the controllers to compare, by what is taken away and the warning time."""
+    names = SHORT if short else tuple(ABLATIONS)
     given: dict[str, Controller] = {}
     for preview in sorted({0.0, PREVIEW, *(() if short else PREVIEWS)}):
         given[label(WHOLE, preview)] = controller("mpc", preview=preview)
     for preview in (0.0, PREVIEW):
         for name in names:
-            given[label(name, preview)] = controller("mpc", preview=preview, **LEVERS[name])
+            given[label(name, preview)] = controller("mpc", preview=preview, **ABLATIONS[name])
     return given
 
 
@@ -77,23 +67,8 @@ def label(name: str, preview: float) -> str:
 
 
 def scores(short: bool, step: Step) -> tuple[dict[str, NDArray], NDArray]:
-    """Run all of them under all random motions.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take few controllers and two motions of 8 s.
-    step : callable
-        Told the share of the work that has just been done.
-
-    Returns
-    -------
-    scores : dict of str to numpy.ndarray, shape (n_motions,)
-        J of each of ``entrants``.
-    constant : numpy.ndarray, shape (n_motions,)
-        J of the best constant current.
-    """
-    given = entrants(short)
+    """Run all of them under all random motions."""
+    given = candidates(short)
     records = {name: record for name, record in motions(short).items() if name != HOME}
     tasks = {name: (runs.judged, (given, record, runs.Case())) for name, record in records.items()}
     workers = 1 if short else os.cpu_count() or 1
@@ -103,27 +78,12 @@ def scores(short: bool, step: Step) -> tuple[dict[str, NDArray], NDArray]:
     return dict(zip(given, table.T, strict=True)), constant
 
 
-def table(found: dict[str, NDArray], constant: NDArray) -> Rows:
-    """Lay out the scores.
-
-    Parameters
-    ----------
-    found : dict of str to numpy.ndarray, shape (n_motions,)
-        J of each of ``entrants``.
-    constant : numpy.ndarray, shape (n_motions,)
-        J of the best constant current.
-
-    Returns
-    -------
-    list of dict
-        A row a controller: what is taken away, warning time (s), mean J, what it is above that of
-        the whole controller with the same warning, and above the best constant current's, both
-        with 95 % bounds.
-    """
+def table(result: dict[str, NDArray], constant: NDArray) -> Rows:
+    """Lay out the scores."""
     rows = []
-    for name, own in found.items():
+    for name, own in result.items():
         taken, preview = name.rsplit(", ", 1)
-        whole = found[f"{WHOLE}, {preview}"]
+        whole = result[f"{WHOLE}, {preview}"]
         row = {"without": taken, "preview_s": float(preview.removesuffix(" s")), "J": own.mean()}
         for what, other in (("lost", whole), ("over_constant", constant)):
             low, high = interval(own - other)
@@ -133,41 +93,14 @@ def table(found: dict[str, NDArray], constant: NDArray) -> Rows:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Not used: the runs are not kept.
-    short : bool
-        Whether to take two levers and two motions of 8 s.
-    step : callable
-        Told what has just been done, and its share.
-
-    Returns
-    -------
-    Outcome
-        Table: a row a controller.
-    """
-    found, constant = scores(short, step)
-    rows = table(found, constant)
+    """Run the study."""
+    result, constant = scores(short, step)
+    rows = table(result, constant)
     return Outcome(rows, finding(rows, len(constant)), {"levers": figure(rows)})
 
 
 def finding(rows: Rows, n_motions: int) -> str:
-    """Say what the table says.
-
-    Parameters
-    ----------
-    rows : list of dict
-        As ``table`` gives them.
-    n_motions : int
-        Number of motions.
-
-    Returns
-    -------
-    str
-    """
+    """Say what the table says."""
     sentences = [
         f"J is the mean over {n_motions} random motions that no setting was tuned on; intervals "
         "are 95 %, by drawing the motions anew."
@@ -197,17 +130,7 @@ def finding(rows: Rows, n_motions: int) -> str:
 
 
 def figure(rows: Rows) -> Figure:
-    """Draw what is lost without each lever, and J over the warning time.
-
-    Parameters
-    ----------
-    rows : list of dict
-        As ``table`` gives them.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw what is lost without each lever, and J over the warning time."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
     with style():

@@ -48,13 +48,7 @@ DEGREE = 1
 
 
 def li_li() -> LoopTable:
-    """Li & Li's Table 1.
-
-    Returns
-    -------
-    LoopTable
-        Twelve loops at 1 Hz.
-    """
+    """Li & Li's Table 1."""
     rows = [
         (amplitude, 1.0, current, 1e3 * stiffness, damping)
         for amplitude, row in LI_LI_STIFFNESS_N_PER_MM.items()
@@ -66,13 +60,7 @@ def li_li() -> LoopTable:
 
 
 def yu() -> LoopTable:
-    """Loops that Yu et al.'s parameter sets describe.
-
-    Returns
-    -------
-    LoopTable
-        Three amplitudes at 1, 2 and 4 Hz, at the currents ``AGREEING``.
-    """
+    """Loops that Yu et al.'s parameter sets describe."""
     rows = []
     for amplitude, frequency in YU_ALPHA_N:
         for current in AGREEING:
@@ -91,23 +79,8 @@ def _table(name: str, rows: list[tuple[float, ...]]) -> LoopTable:
 
 
 def loops(device: Device, table: LoopTable) -> tuple[NDArray, NDArray]:
-    """Loops of a device in the tests of a table, integrated apart from the diagnosis.
-
-    Parameters
-    ----------
-    device : Device
-        Any.
-    table : LoopTable
-        Its amplitudes, frequencies and currents.
-
-    Returns
-    -------
-    stiffness : (n,) array, N/m
-        Effective.
-    damping : (n,) array
-        Damping ratio.
-    """
-    found = np.empty((2, len(table.amplitude)))
+    """Loops of a device in the tests of a table, integrated apart from the diagnosis."""
+    result = np.empty((2, len(table.amplitude)))
     for frequency in np.unique(table.frequency):
         rows = np.flatnonzero(table.frequency == frequency)
         motion = sinusoidal(
@@ -116,12 +89,12 @@ def loops(device: Device, table: LoopTable) -> tuple[NDArray, NDArray]:
         )  # fmt: skip
         for place, row in enumerate(rows):
             measured = motion.measured(place, skip=CYCLES - 4)
-            found[:, row] = measured.effective_stiffness.value, measured.damping_ratio.value
-    return found[0], found[1]
+            result[:, row] = measured.effective_stiffness.value, measured.damping_ratio.value
+    return result[0], result[1]
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Comparison:
     """A table, what was diagnosed in it, and what each law makes of its tests.
 
     Attributes
@@ -140,25 +113,10 @@ class Judged:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the diagnoses are kept.
-    short : bool
-        Whether to diagnose Li & Li's table alone.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: errors of stiffness and damping of each law against each table.
-    """
+    """Run the study."""
     tables = [li_li()] if short else [li_li(), yu()]
     published = law("strain_stiffening")
-    found = []
+    result = []
     for table in tables:
         step(f"diagnosing {table.name}", 0.0)
         diagnosis = diagnose(table, published.law, current_degree=DEGREE)
@@ -166,17 +124,17 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         assert diagnosis.judged is not None and diagnosis.extended is not None
         laws = {PUBLISHED: published, FITTED: diagnosis.judged, EXTENDED: diagnosis.extended}
         computed = {name: loops(device, table) for name, device in laws.items()}
-        found.append(Judged(table, diagnosis, computed))
+        result.append(Comparison(table, diagnosis, computed))
         step(f"diagnosing {table.name}", 1 / len(tables))
-    rows = [row for judged in found for row in _rows(judged)]
-    return Outcome(rows, _finding(rows, found), {"loops": _figure(found)})
+    rows = [row for evaluated in result for row in _rows(evaluated)]
+    return Outcome(rows, _finding(rows, result), {"loops": _figure(result)})
 
 
-def _rows(judged: Judged) -> list[dict[str, Any]]:
-    table, diagnosis = judged.table, judged.diagnosis
+def _rows(evaluated: Comparison) -> list[dict[str, Any]]:
+    table, diagnosis = evaluated.table, evaluated.diagnosis
     left_out = {FITTED: diagnosis.error_before.held_out, EXTENDED: diagnosis.error_after.held_out}
     rows = []
-    for name, (stiffness, damping) in judged.computed.items():
+    for name, (stiffness, damping) in evaluated.computed.items():
         wrong = stiffness / table.stiffness - 1, damping / table.damping - 1
         rows.append({
             "data": table.name, "law": name, "stiffness, RMS error %": 100 * _rms(wrong[0]),
@@ -191,10 +149,10 @@ def _rms(values: NDArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _finding(rows: list[dict[str, Any]], found: list[Judged]) -> str:
+def _finding(rows: list[dict[str, Any]], result: list[Comparison]) -> str:
     sentences = []
-    for judged in found:
-        table, diagnosis = judged.table, judged.diagnosis
+    for evaluated in result:
+        table, diagnosis = evaluated.table, evaluated.diagnosis
         published, fitted, extended = (row for row in rows if row["data"] == table.name)
         sentences.append(
             f"{table.name}: the published law misses stiffness and damping by "
@@ -222,14 +180,14 @@ def _pair(row: dict[str, Any]) -> str:
     return f"{row['stiffness, RMS error %']:.3g} and {row['damping, %']:.2g}"
 
 
-def _figure(found: list[Judged]) -> Figure:
+def _figure(result: list[Comparison]) -> Figure:
     from isolation_sim.reports.style import DOUBLE_COLUMN, line_styles, new_figure, style
 
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.6 + 2.3 * len(found))
-        panels = figure.subplots(len(found), 2, squeeze=False)
-        for row, judged in zip(panels, found, strict=True):
-            table = judged.table
+        figure = new_figure(DOUBLE_COLUMN, 0.6 + 2.3 * len(result))
+        panels = figure.subplots(len(result), 2, squeeze=False)
+        for row, evaluated in zip(panels, result, strict=True):
+            table = evaluated.table
             if np.ptp(table.frequency) > 0:
                 shown = table.current == table.current.max()
                 unit, x, group = "frequency, Hz", table.frequency, 1e3 * table.amplitude
@@ -246,7 +204,7 @@ def _figure(found: list[Judged]) -> Figure:
                     colour, marker = look["color"], look["marker"]
                     axes.plot(x[at], measured[k][at], marker, color=colour, label=f"{value:g} {of}")
                     for name, dashes in ((PUBLISHED, "--"), (EXTENDED, "-")):
-                        y = judged.computed[name][k][at] * (1 if k else 1e-3)
+                        y = evaluated.computed[name][k][at] * (1 if k else 1e-3)
                         axes.plot(x[at], y, dashes, color=colour)
                 axes.set(xscale="log", xlabel=unit, title=title,
                          ylabel="damping ratio" if k else "effective stiffness, N/mm")  # fmt: skip

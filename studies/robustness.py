@@ -31,31 +31,21 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-TITLE = "Robustness of the controllers: belief error and computation delay"
+TITLE = "Robustness of the controllers: nominal model error and computation delay"
 CONTROLLERS = ("clipped_lqr", "clipped_lqg", "lyapunov", "sliding_mode")
 PASSIVE = ("passive_off", "best_constant")
-RULES = ("papers", "passive")
+RULES = ("instantaneous", "passive")
 GROUNDS = MOTIONS | {"random": far_field(1)}
 
 LATE = 0.04
 """Delay at which the energies are looked at, s."""
 
 Maps = dict[tuple[str, str], "pandas.DataFrame"]
-"""By rule and controller the score over delay (rows, s) and believed over true force."""
+"""By rule and controller the score over delay (rows, s) and nominal over true force."""
 
 
 def plan(short: bool) -> dict[str, Any]:
-    """Return the sweep's plan.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take two controllers, one motion and a coarse grid.
-
-    Returns
-    -------
-    dict
-    """
+    """Return the sweep's plan."""
     names = CONTROLLERS[:1] if short else CONTROLLERS
     grounds = dict(list(GROUNDS.items())[: 1 if short else None])
     factors = [0.5, 1.0] if short else [0.5, 0.6, 0.8, 1.0, 1.25, 1.6, 2.0]
@@ -67,28 +57,13 @@ def plan(short: bool) -> dict[str, Any]:
             along_motions(grounds),
             {"field": "isolator.switching", "label": "switching", "values": list(RULES)},
             {"field": "simulation.computation_delay_s", "label": "delay_s", "values": delays},
-            {"field": "belief.force_factor", "label": "believed", "values": factors},
+            {"field": "nominal.force_factor", "label": "believed", "values": factors},
         ],
     }  # fmt: skip
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the sweep is kept.
-    short : bool
-        Whether to take two controllers, one motion and a coarse grid.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: each controller's score as it should be, with each trouble alone, and at its worst.
-    """
+    """Run the study."""
     runs = swept(plan(short), folder, step).table
     peaks = ["normalised_peak_base_displacement", "normalised_peak_floor_acceleration"]
     runs["score"] = runs[peaks].mean(axis=1)
@@ -101,8 +76,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         {
             "switching": rule, "controller": name, "right and prompt": float(cells.loc[0.0, 1.0]),
             f"{1e3 * cells.index.max():.0f} ms late": float(cells.loc[cells.index.max(), 1.0]),
-            "softest belief": float(cells.loc[0.0, cells.columns.min()]),
-            "stiffest belief": float(cells.loc[0.0, cells.columns.max()]),
+            "softest nominal model": float(cells.loc[0.0, cells.columns.min()]),
+            "stiffest nominal model": float(cells.loc[0.0, cells.columns.max()]),
             "worst": float(cells.to_numpy().max()),
             "better than constant": float(np.mean(cells.to_numpy() < constant)),
         }
@@ -133,7 +108,7 @@ def _finding(maps: Maps, constant: float) -> str:
             if len(late):
                 doubled.append(f"{name} from {1e3 * late[0]:.0f} ms on")
         sentences.append(
-            f"By the {rule} rule the worst scores with delay alone, and with a wrong belief alone, "
+            f"By the {rule} rule the worst scores with delay alone, and with a wrong nominal model alone, "
             f"are {told}; delay more than doubles the score of {', '.join(doubled) or 'none'}; the "
             f"least bad worst case is {sturdy}'s, {worst[sturdy]:.2f}."
         )
@@ -153,19 +128,7 @@ def _finding(maps: Maps, constant: float) -> str:
 
 
 def field_work(rule: str, delay: float) -> float:
-    """Work of changing the current, over the ground motion's input.
-
-    Parameters
-    ----------
-    rule : str
-        One of ``RULES``.
-    delay : float, s
-        From a decision of the first controller to its command, under El Centro.
-
-    Returns
-    -------
-    float
-    """
+    """Work of changing the current, over the ground motion's input."""
     job = Scenario.model_validate({
         "ground": EL_CENTRO,
         "isolator": {"switching": rule},
@@ -198,7 +161,7 @@ def _figure(maps: Maps) -> Figure:
             at = cells.columns, 1e3 * cells.index, cells
             image = axes.contourf(*at, levels, cmap=light_shades(), norm=LogNorm())
             contour_lines(axes, *at, [1.2, 1.5, 2, 4, 8, 12], "%g")
-            axes.set(xlabel="believed over true force", ylabel="delay, ms",
+            axes.set(xlabel="nominal over true force", ylabel="delay, ms",
                      title=f"{name}, {rule}", xscale="log")  # fmt: skip
             axes.set_xticks([0.5, 1.0, 2.0])
             axes.xaxis.set_major_formatter("{x:g}")

@@ -54,13 +54,13 @@ class Problem:
             float(np.sqrt(np.mean(y**2))) for y in (motion.displacement, motion.velocity, force)
         )
         sizes = (size, x, x / v)
-        self.unknowns = Parameterisation(LAWS[law_name], motion.current[:1], sizes, fixed)
-        u = self.unknowns
+        self.parameterisation = Parameterisation(LAWS[law_name], motion.current[:1], sizes, fixed)
+        u = self.parameterisation
         self.simulator = Simulator(u.law, motion, u.owner, u.power, n_steps)
 
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Force residuals, N, and their derivatives by the unknowns."""
-        u = self.unknowns
+        u = self.parameterisation
         with np.errstate(all="ignore"):
             force, jacobian = self.simulator.run(u.coefficients(values), derivatives)
             return force - self.force, jacobian @ u.spread
@@ -75,15 +75,15 @@ class Problem:
     def bounds(self) -> list[tuple[float, float]]:
         """Bounds of the coordinates in which the papers' searches look; see ``values``."""
         reach = float(np.arcsinh(10**DECADES))
-        found: list[tuple[float, float]] = []
-        for quantity in self.unknowns.free:
+        result: list[tuple[float, float]] = []
+        for quantity in self.parameterisation.free:
             if np.isfinite([quantity.lower, quantity.upper]).all():
-                found.append((quantity.lower, quantity.upper))
+                result.append((quantity.lower, quantity.upper))
             elif quantity.lower < 0:
-                found.append((-reach, reach))
+                result.append((-reach, reach))
             else:
-                found.append((-DECADES, DECADES))
-        return found
+                result.append((-DECADES, DECADES))
+        return result
 
     def values(self, place: NDArray) -> NDArray:
         """Parameters at a place between the bounds.
@@ -91,14 +91,14 @@ class Problem:
         The decimal logarithm of the parameter over its size, where it is positive; the inverse
         hyperbolic sine where it may have either sign; itself where it has both bounds.
         """
-        u = self.unknowns
-        found = np.empty_like(place)
+        u = self.parameterisation
+        result = np.empty_like(place)
         for k, (quantity, y) in enumerate(zip(u.free, place, strict=True)):
             if np.isfinite([quantity.lower, quantity.upper]).all():
-                found[k] = y
+                result[k] = y
             else:
-                found[k] = u.scale[k] * (np.sinh(y) if quantity.lower < 0 else 10**y)
-        return np.clip(found, u.lower, u.upper)
+                result[k] = u.scale[k] * (np.sinh(y) if quantity.lower < 0 else 10**y)
+        return np.clip(result, u.lower, u.upper)
 
 
 @dataclass(frozen=True)
@@ -124,8 +124,8 @@ class Course:
 
     def best(self, spent: float = np.inf, seconds: float = np.inf) -> float:
         """Least cost within a budget; infinite before the first."""
-        kept = (self.evaluations <= spent) & (self.seconds <= seconds)
-        return float(self.costs[kept][-1]) if kept.any() else np.inf
+        keep = (self.evaluations <= spent) & (self.seconds <= seconds)
+        return float(self.costs[keep][-1]) if keep.any() else np.inf
 
     def arrival(self, cost: float) -> tuple[float, float]:
         """Evaluations and processor time (s) until a cost; infinite if never."""
@@ -160,22 +160,8 @@ class _BudgetSpent(Exception):
 
 
 def least_squares(problem: Problem, budget: int, seed: int) -> Course:
-    """Levenberg-Marquardt steps from one random start after another.
-
-    Parameters
-    ----------
-    problem : Problem
-        What to solve.
-    budget : int
-        Evaluations.
-    seed : int
-        Of the starts.
-
-    Returns
-    -------
-    Course
-    """
-    u, recorder = problem.unknowns, _Recorder(budget)
+    """Levenberg-Marquardt steps from one random start after another."""
+    u, recorder = problem.parameterisation, _Recorder(budget)
     size = np.sqrt(np.mean(problem.force**2) * len(problem.force))
     n = len(u.scale)
 
@@ -202,23 +188,7 @@ def least_squares(problem: Problem, budget: int, seed: int) -> Course:
 
 
 def searched(problem: Problem, method: str, budget: int, seed: int) -> Course:
-    """Search by one method.
-
-    Parameters
-    ----------
-    problem : Problem
-        What to solve.
-    method : str
-        ``least_squares`` or one of ``available_methods()``.
-    budget : int
-        Evaluations.
-    seed : int
-        Of the method.
-
-    Returns
-    -------
-    Course
-    """
+    """Search by one method."""
     if method == LEAST_SQUARES:
         return least_squares(problem, budget, seed)
     recorder = _Recorder(budget)

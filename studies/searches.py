@@ -56,19 +56,7 @@ REFERENCE_STARTS = 40
 
 
 def synthetic_loops(seed: int = 0, noise: float = 0.02) -> Problem:
-    """Loops of a strain-stiffening device at three amplitudes and frequencies, with noise.
-
-    Parameters
-    ----------
-    seed : int
-        Of the noise.
-    noise : float
-        Over the force's RMS.
-
-    Returns
-    -------
-    Problem
-    """
+    """Loops of a strain-stiffening device at three amplitudes and frequencies, with noise."""
     device = law("strain_stiffening")
     t = np.arange(0, 2.0, 1 / 200)
     tests = ((2e-3, 1.0), (6e-3, 0.5), (4e-3, 3.0))
@@ -94,24 +82,7 @@ def synthetic_loops(seed: int = 0, noise: float = 0.02) -> Problem:
 
 
 def measured_damper(folder: Path, at: str = "1 A") -> Problem:
-    """Runs of the MR damper at one current, for the Bouc-Wen law.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        The campaign.
-    at : str
-        The current.
-
-    Returns
-    -------
-    Problem
-
-    Raises
-    ------
-    InputError
-        If the campaign cannot be read.
-    """
+    """Runs of the MR damper at one current, for the Bouc-Wen law."""
     runs = [run for run in prepared(folder).runs if current(run) == at]
     force = np.concatenate([run.force for run in runs])
     name = f"Bouc-Wen, damper at {at}"
@@ -199,23 +170,7 @@ def compared(
     seeds: int = SEEDS,
     advance: Callable[[], None] = lambda: None,
 ) -> Comparison:
-    """Search by every method, over several seeds.
-
-    Parameters
-    ----------
-    problem : Problem
-        What to solve.
-    budget : int
-        Evaluations of each search.
-    seeds : int
-        How many.
-    advance : callable
-        Called after each search.
-
-    Returns
-    -------
-    Comparison
-    """
+    """Search by every method, over several seeds."""
     courses: dict[str, list[Course]] = {}
     for method in (LEAST_SQUARES, *available_methods()):
         searched(problem, method, WARM, seeds)
@@ -223,34 +178,18 @@ def compared(
         for seed in range(seeds):
             courses[method].append(searched(problem, method, budget, seed))
             advance()
-    u = problem.unknowns
+    u = problem.parameterisation
     tight = [
         levenberg_marquardt(problem.residuals, start, u.lower, u.upper, 500, 1e-12).x
         for start in u.starts(REFERENCE_STARTS, 10_000)
     ]
     costs = [problem.cost(x) for x in tight]
-    costs += [course.best() for kept in courses.values() for course in kept]
+    costs += [course.best() for keep in courses.values() for course in keep]
     return Comparison(problem.name, len(u.scale), budget, float(np.nanmin(costs)), courses)
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where it may write; not used.
-    short : bool
-        Whether to search by a small budget from few seeds.
-    step : callable
-        Told the share of the searches that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Costs are over the best known, less 1; times over that in which least squares succeeds. The
-        damper's problem is left out, with the reason, where its data are not there.
-    """
+    """Run the study."""
     problems, said = [synthetic_loops()], []
     try:
         problems.append(measured_damper(DATA))
@@ -270,17 +209,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 
 def finding(comparison: Comparison) -> str:
-    """Say which methods solve a problem and at what price, from the numbers alone.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        All methods on the problem.
-
-    Returns
-    -------
-    str
-    """
+    """Say which methods solve a problem and at what price, from the numbers alone."""
     rows = comparison.records()
     ours = rows[0]
     text = (
@@ -308,17 +237,7 @@ def finding(comparison: Comparison) -> str:
 
 
 def figure(comparisons: Sequence[Comparison]) -> Figure:
-    """Draw the median cost over the best known, not below 1e-6, against evaluations.
-
-    Parameters
-    ----------
-    comparisons : sequence of Comparison
-        The problems.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the median cost over the best known, not below 1e-6, against evaluations."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
     with style():
@@ -344,5 +263,5 @@ def figure(comparisons: Sequence[Comparison]) -> Figure:
 if __name__ == "__main__":
     from .study import perform
 
-    outcome_found, written = perform("searches")
-    print(f"{outcome_found.finding}\nresults: {written}")
+    outcome, written = perform("searches")
+    print(f"{outcome.finding}\nresults: {written}")

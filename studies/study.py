@@ -54,26 +54,11 @@ MOTIONS = {"El Centro": EL_CENTRO, "near-fault pulse": NEAR_FAULT}
 
 
 def data_folder(name: str) -> Path:
-    """Find a folder of measured data.
-
-    Parameters
-    ----------
-    name : str
-        Of the folder.
-
-    Returns
-    -------
-    pathlib.Path
-
-    Raises
-    ------
-    InputError
-        If it is absent.
-    """
+    """Find a folder of measured data."""
     folder = Path(os.environ.get("ISOLATION_SIM_DATA") or DATA) / name
     if not folder.is_dir():
         raise InputError(
-            f"{folder}: no such folder of measured data; accepted: ISOLATION_SIM_DATA set to the "
+            f"{folder}: no such folder of measured data; expected: ISOLATION_SIM_DATA set to the "
             f"folder that holds {name}"
         )
     return folder
@@ -83,19 +68,6 @@ def far_field(seed: int, soil: str = "medium", pga: float = 3.0) -> dict[str, An
     """Ground section of a random motion with the spectrum of Clough and Penzien.
 
     Without their second filter it would have no end at long periods.
-
-    Parameters
-    ----------
-    seed : int
-        The same seed gives the same motion.
-    soil : {"firm", "medium", "soft"}
-        What the rock's noise passes through.
-    pga : float, m/s^2
-        Peak ground acceleration.
-
-    Returns
-    -------
-    dict
     """
     return {
         "kind": "clough_penzien", "soil": soil, "pga_m_s2": pga, "seed": seed,
@@ -104,18 +76,7 @@ def far_field(seed: int, soil: str = "medium", pga: float = 3.0) -> dict[str, An
 
 
 def along_motions(motions: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Axis of a plan: one motion after the other.
-
-    Parameters
-    ----------
-    motions : mapping of str to mapping
-        Ground sections by the name to print.
-
-    Returns
-    -------
-    dict
-        One of the plan's ``vary``, whose column is ``motion``.
-    """
+    """Axis of a plan: one motion after the other."""
     return {
         "field": "ground", "label": "motion", "names": list(motions),
         "values": list(motions.values()),
@@ -123,17 +84,7 @@ def along_motions(motions: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def published_entry(name: str) -> dict[str, str]:
-    """Controller entry of a scenario, with the published settings where defaults are tuned ones.
-
-    Parameters
-    ----------
-    name : str
-        Of a controller.
-
-    Returns
-    -------
-    dict of str to str
-    """
+    """Controller entry of a scenario, with the published settings where defaults are tuned ones."""
     presets = getattr(CONTROLLERS[name], "presets", {})
     return {"name": name} | ({"preset": PUBLISHED} if PUBLISHED in presets else {})
 
@@ -163,73 +114,31 @@ def perform(
     short: bool = False,
     step: Step = lambda what, share=0.0: None,
 ) -> tuple[Outcome, Path]:
-    """Run a study and write what it found.
-
-    Parameters
-    ----------
-    name : str
-        Of a study, or the path of its file.
-    out : str or pathlib.Path, optional
-        Folder to make, ``results/`` and the study's name by default; one that holds something is
-        left alone and a number is put after its name.
-    short : bool
-        Whether to run fewer cases.
-    step : callable
-        Told what is being done, and which share of the study has just been done.
-
-    Returns
-    -------
-    outcome : Outcome
-        Table, finding and figures.
-    path : pathlib.Path
-        The folder: ``report.html``, ``table.csv``, ``finding.txt``, ``figures/``, the sweep where
-        the study is one.
-
-    Raises
-    ------
-    InputError
-        If there is no such study, data that it needs are absent, or nothing can be written there.
-    """
+    """Run a study and write what it found."""
     from isolation_sim.reports.html.study_report import study_report
     from isolation_sim.reports.style import save
 
     study = STUDIES[name]
     with ResultsFolder(out or Path("results") / Path(name).stem) as folder:
         step("preparing", 1.0)  # from -1, where the progress begins, to 0
-        found: Outcome = study.outcome(folder.unfinished, short, step)
-        write_table(found.table, folder.unfinished / "table.csv")
-        write_text(f"{study.TITLE}\n\n{found.finding}\n", folder.unfinished / "finding.txt")
+        result: Outcome = study.outcome(folder.unfinished, short, step)
+        write_table(result.table, folder.unfinished / "table.csv")
+        write_text(f"{study.TITLE}\n\n{result.finding}\n", folder.unfinished / "finding.txt")
         drawn = [
             save(figure, folder.unfinished / "figures", stem)
-            for stem, figure in found.figures.items()
+            for stem, figure in result.figures.items()
         ]
         study_report(
-            study.TITLE, found.finding.splitlines(), {"What was found": texts(found.table)},
+            study.TITLE, result.finding.splitlines(), {"What was found": texts(result.table)},
             [svg for svg, _ in drawn], about(name),
             f"isolation-sim study {name}{' --short' * short}",
         ).write(folder.unfinished / "report.html")  # fmt: skip
         write_contents(folder.unfinished, study.TITLE)
-    return found, folder.path
+    return result, folder.path
 
 
 def about(name: str) -> str:
-    """Return what a study is about: the first line of its docstring, read without running it.
-
-    Parameters
-    ----------
-    name : str
-        Of a study, or the path of its file.
-
-    Returns
-    -------
-    str
-        Empty for a study that was registered in this process.
-
-    Raises
-    ------
-    InputError
-        If there is no such study.
-    """
+    """Return what a study is about: the first line of its docstring, read without running it."""
     place = STUDIES.place(name)
     if place.endswith(".py"):
         path: str | None = place
@@ -242,21 +151,7 @@ def about(name: str) -> str:
 
 
 def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
-    """Run a study's plan; every run must end well.
-
-    Parameters
-    ----------
-    plan : mapping
-        What the plan's file would hold.
-    folder : pathlib.Path
-        The study's results; the sweep goes to ``sweep`` in it.
-    step : callable
-        Told the share of the runs that has just been done.
-
-    Returns
-    -------
-    Sweep
-    """
+    """Run a study's plan; every run must end well."""
     from isolation_sim.sweeps import sweep
 
     total = 1
@@ -272,19 +167,7 @@ def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
 
 
 def layout(records: Records, title: str) -> Table:
-    """Lay out a study's table for the terminal, in engineering units.
-
-    Parameters
-    ----------
-    records : sequence of mapping
-        As in `Outcome`.
-    title : str
-        Above it.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+    """Lay out a study's table for the terminal, in engineering units."""
     from rich.table import Table
 
     table = Table(
@@ -301,20 +184,7 @@ def layout(records: Records, title: str) -> Table:
 
 
 def texts(records: Records) -> tuple[list[str], list[list[str]]]:
-    """Write a study's table as text, in engineering units.
-
-    Parameters
-    ----------
-    records : sequence of mapping
-        As in `Outcome`.
-
-    Returns
-    -------
-    headings : list of str
-        With units.
-    rows : list of list of str
-        A row a record.
-    """
+    """Write a study's table as text, in engineering units."""
     keys = _keys(records)
     headings = [heading(key).replace("_", " ") for key in keys]
     return headings, [[_printed(key, record.get(key, "")) for key in keys] for record in records]

@@ -41,70 +41,38 @@ AS_TUNED, OFF = "tuned", "no current"
 
 
 def tuned_settings() -> dict[str, dict[str, Any]]:
-    """Read what the tuning of each controller found.
-
-    Returns
-    -------
-    dict of str to dict
-        Settings by controller.
-    """
-    found = {}
+    """Read what the tuning of each controller found."""
+    result = {}
     for path in sorted(TUNED.glob("*.toml")):
         for entry in Scenario.read(path).controller if path.stem != "reference" else ():
-            found[entry.name] = dict(entry.settings)
-    return found
+            result[entry.name] = dict(entry.settings)
+    return result
 
 
 def motions(short: bool) -> tuple[dict[str, MotionSet], str]:
-    """Return the sets of motions to judge by, and what is absent.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take four motions of the mixture alone.
-
-    Returns
-    -------
-    sets : dict of str to MotionSet
-        By the name to print.
-    absent : str
-        Why the recorded components are left out; empty if they are not.
-    """
+    """Return the sets of motions to judge by, and what is absent."""
     job = Scenario.read(TUNED / "reference.toml").build()
     if short:
         return {"mixture": motion_set("mixture:4", job, UNSEEN_SEED)}, ""
     sets = {"mixture": motion_set("mixture:64", job, UNSEEN_SEED)}
     try:
-        found = read_folder(data_folder("benchmark_8_storey"))
+        result = read_folder(data_folder("benchmark_8_storey"))
     except InputError as error:
         return sets, str(error)
-    records = el_centro_1940(), *(one for each in found for one in each.components)
+    records = el_centro_1940(), *(one for each in result for one in each.components)
     scaled = [record.scaled_to_pga(PGA_G * STANDARD_GRAVITY) for record in records]
     return sets | {"recorded components": motion_set(scaled, job)}, ""
 
 
-def scores(group: MotionSet, entrants: dict[str, Candidate]) -> dict[str, list[float]]:
-    """Score controllers under one set of motions; kept in the cache folder.
-
-    Parameters
-    ----------
-    group : MotionSet
-        Motions.
-    entrants : dict of str to Candidate
-        By any name.
-
-    Returns
-    -------
-    dict of str to list of float
-        A number a motion, by the same names.
-    """
+def scores(group: MotionSet, candidates: dict[str, Candidate]) -> dict[str, list[float]]:
+    """Score controllers under one set of motions; kept in the cache folder."""
 
     def find() -> dict[str, Any]:
         trials = Trials(Scenario.read(TUNED / "reference.toml"), group, CRITERIA)
-        found = trials.scores(list(entrants.values())).tolist()
-        return dict(zip(entrants, found, strict=True))
+        result = trials.scores(list(candidates.values())).tolist()
+        return dict(zip(candidates, result, strict=True))
 
-    return cached_result("tuned", f"{group.digest} {json.dumps(entrants)}".encode(), find)
+    return cached_result("tuned", f"{group.digest} {json.dumps(candidates)}".encode(), find)
 
 
 def _candidate(entry: Mapping[str, Any]) -> Candidate:
@@ -113,35 +81,20 @@ def _candidate(entry: Mapping[str, Any]) -> Candidate:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Not used: the runs are not kept.
-    short : bool
-        Whether to take two controllers and four motions.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: mean scores with 95 % intervals, a row a controller and set of motions.
-    """
-    found = tuned_settings()
-    names = list(found)[: 2 if short else None]
+    """Run the study."""
+    result = tuned_settings()
+    names = list(result)[: 2 if short else None]
     sets, absent = motions(short)
-    entrants = {OFF: Candidate("passive_off", {})}
+    candidates = {OFF: Candidate("passive_off", {})}
     for name in names:
-        entrants |= {
+        candidates |= {
             f"{name} {PUBLISHED}": _candidate(published_entry(name)),
-            f"{name} {AS_TUNED}": Candidate(name, found[name]),
+            f"{name} {AS_TUNED}": Candidate(name, result[name]),
         }
     means: dict[tuple[str, str], MeanInterval] = {}
     table = []
     for motion, group in sets.items():
-        each = scores(group, entrants)
+        each = scores(group, candidates)
         means |= {(motion, key): mean_interval(values) for key, values in each.items()}
         for name in names:
             tuned = np.array(each[f"{name} {AS_TUNED}"])
@@ -161,7 +114,7 @@ def _finding(
     sets: dict[str, MotionSet], absent: str,
 ) -> str:  # fmt: skip
     """Say what the table says, a paragraph a line."""
-    told = [
+    sentences = [
         "The score is J minus that of the best constant current of each motion; intervals are 95 %."
     ]
     for motion in sets:
@@ -170,7 +123,7 @@ def _finding(
         loses = [row["controller"] for row in rows if row["tuned_from"] > 0]
         worse = [row["controller"] for row in rows if row["tuned"] > row["published"]]
         first = min(rows, key=lambda row: row["tuned"])
-        told.append(
+        sentences.append(
             f"{motion[:1].upper()}{motion[1:]}: no current at all scores {means[motion, OFF]}. "
             f"Tuned, surely better than the best constant current: {', '.join(beats) or 'none'}; "
             f"surely worse: {', '.join(loses) or 'none'}. The least tuned score is that of "
@@ -178,7 +131,9 @@ def _finding(
             f"published it has {means[motion, first['controller'] + ' ' + PUBLISHED]}. "
             f"Tuned worse than published: {', '.join(worse) or 'none'}."
         )
-    return "\n".join(told + ([f"Recorded components are left out: {absent}."] if absent else []))
+    return "\n".join(
+        sentences + ([f"Recorded components are left out: {absent}."] if absent else [])
+    )
 
 
 def _figure(

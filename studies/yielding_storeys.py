@@ -42,34 +42,13 @@ GRAVITY = 9.80665
 
 
 def yield_drift(structure: Structure) -> float:
-    """Drift at which the reference building's storeys yield, m.
-
-    Parameters
-    ----------
-    structure : Structure
-        Elastic, with equal storeys.
-
-    Returns
-    -------
-    float
-    """
+    """Drift at which the reference building's storeys yield, m."""
     weight = GRAVITY * (structure.total_mass - structure.mass[0, 0])
     return STRENGTH * weight / -structure.stiffness[0, 1]
 
 
 def yielding(structure: Structure) -> IsolatedStructure:
-    """Replace the storeys' stiffness above hardening by Bouc-Wen elements.
-
-    Parameters
-    ----------
-    structure : Structure
-        Elastic reference building, on its base or fixed.
-
-    Returns
-    -------
-    IsolatedStructure
-        As stiff as before at small drifts, with the same damping matrix.
-    """
+    """Replace the storeys' stiffness above hardening by Bouc-Wen elements."""
     elastic = iso.reference_building()
     shear = -elastic.stiffness[0, 1] * yield_drift(elastic)
     return yielding_storeys(IsolatedStructure(structure, ()), shear, HARDENING, SMOOTHNESS)
@@ -81,8 +60,8 @@ def buildings() -> dict[str, tuple[IsolatedStructure, str]]:
     on_isolators = yielding(elastic)
     isolator = elastic.on(iso.reference_isolators()).elements
     isolated = replace(on_isolators, elements=(*isolator, *on_isolators.elements))
-    found = {FIXED: (yielding(elastic.fixed_base()), "passive_off")}
-    return found | {name: (isolated, name) for name in CONTROLLERS}
+    result = {FIXED: (yielding(elastic.fixed_base()), "passive_off")}
+    return result | {name: (isolated, name) for name in CONTROLLERS}
 
 
 def motion(section: dict[str, Any]) -> Record:
@@ -91,23 +70,7 @@ def motion(section: dict[str, Any]) -> Record:
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
-    """Run the study.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where results go.
-    short : bool
-        Whether to take few scales.
-    step : callable
-        Told the share that has just been done.
-
-    Returns
-    -------
-    Outcome
-        Table: the scales of the motion at which each building yields and reaches a ductility of
-        3, and where it ends. ``runs.csv`` has every run.
-    """
+    """Run the study."""
     scales = [1.0, 3.0] if short else np.arange(0.25, 3.01, 0.25).tolist()
     plants, drift = buildings(), yield_drift(iso.reference_building())
     runs: list[dict[str, Any]] = []
@@ -120,11 +83,11 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
             cases = [Case(plant, record.scaled(scale), control) for scale in scales]
             batch = simulate_many(cases)
             for k, scale in enumerate(scales):
-                found = {key: float(values[k]) for key, values in batch.criteria.items()}
+                result = {key: float(values[k]) for key, values in batch.criteria.items()}
                 runs.append({
                     "motion": name, "scale": scale, "building": label,
-                    "ductility": found["peak_drift_m"] / drift,
-                    **{key: found[key] for key in (
+                    "ductility": result["peak_drift_m"] / drift,
+                    **{key: result[key] for key in (
                         "peak_drift_m", "peak_base_displacement_m", "peak_floor_acceleration_m_s2"
                     )},
                 })  # fmt: skip
@@ -155,12 +118,12 @@ def _onset(
     """Scale at which a ductility is reached; None where none reaches it."""
     rows = [row for row in runs if row["motion"] == name and row["building"] == building]
     scales = np.array([0.0, *(row["scale"] for row in rows)])
-    found = np.array([0.0, *(row["ductility"] for row in rows)])
-    above = np.flatnonzero(found >= ductility)
+    result = np.array([0.0, *(row["ductility"] for row in rows)])
+    above = np.flatnonzero(result >= ductility)
     if not above.size:
         return None
     k = above[0]
-    return float(np.interp(ductility, found[k - 1 : k + 1], scales[k - 1 : k + 1]))
+    return float(np.interp(ductility, result[k - 1 : k + 1], scales[k - 1 : k + 1]))
 
 
 def _worse_at(runs: Sequence[dict[str, Any]], name: str, building: str) -> str:

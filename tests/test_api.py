@@ -142,9 +142,7 @@ def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
     assert (list(again.runs), list(again.diverged)) == (["passive_on"], ["passive_off"])
     assert again.criteria == found.criteria
     report = iso.json_report(found)["diverged"]
-    assert report == [
-        {"controller": "passive_off", "reason": str(found.diverged["passive_off"])}
-    ]
+    assert report == [{"controller": "passive_off", "reason": str(found.diverged["passive_off"])}]
 
 
 def test_if_every_controller_diverges_there_is_no_comparison():
@@ -163,8 +161,17 @@ def test_a_degree_of_the_current_is_refused_where_it_has_no_meaning(tmp_path):
         iso.diagnose([record], scenario=iso.Scenario(), current_degree=0)
 
 
-@pytest.mark.parametrize(("degree", "told"), [(2, "need 3 currents; the fitted rows have 2 "
-                                               r"\(0 to 3 A\)"), (-1, "accepted: 0 or more")])
+@pytest.mark.parametrize(
+    ("degree", "told"),
+    [
+        (
+            2,
+            "need 3 currents; the fitted rows have 2 "
+            r"\(0 to 3 A\)",
+        ),
+        (-1, "expected: 0 or more"),
+    ],
+)
 def test_a_degree_that_a_loop_table_does_not_determine_is_refused(tmp_path, degree, told):
     table = tmp_path / "loops.csv"
     rows = [f"{2 + k // 2},1,{3 * (k % 2)},{50 + k},0.1" for k in range(8)]

@@ -124,9 +124,12 @@ def test_all_nine_against_separate_code(runs):
     assert {name: found[name] for name in expected} == pytest.approx(expected, rel=5e-4)
     # the building tells every one of them from the variant under a name of its own
     for index, variant in {
-        "J3": "normalised_peak_base_displacement", "J4": "normalised_peak_drift",
-        "J5": "normalised_peak_floor_acceleration", "J7": "normalised_rms_base_displacement",
-        "J8": "normalised_rms_floor_acceleration", "J9": "normalised_device_dissipation",
+        "J3": "normalised_peak_base_displacement",
+        "J4": "normalised_peak_drift",
+        "J5": "normalised_peak_floor_acceleration",
+        "J7": "normalised_rms_base_displacement",
+        "J8": "normalised_rms_floor_acceleration",
+        "J9": "normalised_device_dissipation",
     }.items():
         assert abs(found[index] / found[variant] - 1) > 5e-3, (index, found[index], found[variant])
     # the springs carry a part of the shear
@@ -137,8 +140,10 @@ def test_quantities_of_the_geometry(runs):
     run = runs["passive_on"]
     separate = measures(run)
     for name, expected in (
-        ("peak_isolator_displacement_m", "d"), ("peak_drift_ratio", "drift"),
-        ("peak_superstructure_acceleration_m_s2", "a"), ("rms_isolator_displacement_m", "rms d"),
+        ("peak_isolator_displacement_m", "d"),
+        ("peak_drift_ratio", "drift"),
+        ("peak_superstructure_acceleration_m_s2", "a"),
+        ("rms_isolator_displacement_m", "rms d"),
         ("rms_superstructure_acceleration_m_s2", "rms a"),
     ):
         assert run.criteria[name] == pytest.approx(separate[expected], rel=5e-4)
@@ -149,8 +154,11 @@ def test_unknown_geometry_leaves_its_quantities_out(runs):
     run = runs["passive_on"]
     plain = iso.simulate(isolated(), run.records, "passive_on")
     gone = set(run.criteria) - set(plain.criteria)
-    assert gone == {f"{kind}_{name}" for kind in ("peak", "rms")
-                    for name in ("isolator_displacement_m", "drift_ratio")}
+    assert gone == {
+        f"{kind}_{name}"
+        for kind in ("peak", "rms")
+        for name in ("isolator_displacement_m", "drift_ratio")
+    }
     reference = iso.simulate(isolated(), run.records, "passive_off")
     ratios = criteria(plain, reference)
     assert ratios["J3"] == ratios["normalised_peak_base_displacement"]
@@ -161,9 +169,9 @@ def test_equal_heights_do_not_change_a_shear_building():
     ground = el_centro_1940().cut(0, 5)
 
     def ratios(heights):
-        building = iso.shear_building(
-            [2e5] * 3, [2e8] * 3, base_mass=3e5, heights=heights
-        ).on(iso.reference_isolators())
+        building = iso.shear_building([2e5] * 3, [2e8] * 3, base_mass=3e5, heights=heights).on(
+            iso.reference_isolators()
+        )
         off, on = (iso.simulate(building, ground, name) for name in ("passive_off", "passive_on"))
         return criteria(on, off)
 
@@ -190,11 +198,14 @@ def test_structures_of_different_geometry_side_by_side():
             assert np.isnan(values[k]) == (name not in single)
 
 
-@pytest.mark.parametrize(("given", "said"), [
-    ({"isolator_positions": [[0.0, 1.0, 2.0]]}, "isolator_positions has shape"),
-    ({"isolator_positions": [[0.0, np.nan]]}, r"isolator_positions\[0, 1\] is nan"),
-    ({"heights": [3.0] * 5 + [0.0]}, "heights are .* accepted: above zero"),
-])
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"isolator_positions": [[0.0, 1.0, 2.0]]}, "isolator_positions has shape"),
+        ({"isolator_positions": [[0.0, np.nan]]}, r"isolator_positions\[0, 1\] is nan"),
+        ({"heights": [3.0] * 5 + [0.0]}, "heights are .* accepted: above zero"),
+    ],
+)
 def test_geometry_that_cannot_be_used(given, said):
     with pytest.raises(InputError, match=said):
         tower(**given)

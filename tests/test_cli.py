@@ -26,26 +26,30 @@ name = "passive_off"
 name = "passive_on"
 """
 
-CRITERIA = {
-    f"{kind}_{name}"
-    for kind in ("peak", "rms")
-    for name in (
-        "base_displacement_m",
-        "floor_acceleration_m_s2",
-        "superstructure_acceleration_m_s2",
-        "drift_m",
-        "base_shear_N",
-        "structural_shear_N",
-        "isolator_force_N",
-    )
-} | {f"J{k}" for k in range(1, 10)} | {
-    "normalised_peak_base_displacement",
-    "normalised_peak_drift",
-    "normalised_peak_floor_acceleration",
-    "normalised_rms_base_displacement",
-    "normalised_rms_floor_acceleration",
-    "normalised_device_dissipation",
-}
+CRITERIA = (
+    {
+        f"{kind}_{name}"
+        for kind in ("peak", "rms")
+        for name in (
+            "base_displacement_m",
+            "floor_acceleration_m_s2",
+            "superstructure_acceleration_m_s2",
+            "drift_m",
+            "base_shear_N",
+            "structural_shear_N",
+            "isolator_force_N",
+        )
+    }
+    | {f"J{k}" for k in range(1, 10)}
+    | {
+        "normalised_peak_base_displacement",
+        "normalised_peak_drift",
+        "normalised_peak_floor_acceleration",
+        "normalised_rms_base_displacement",
+        "normalised_rms_floor_acceleration",
+        "normalised_device_dissipation",
+    }
+)
 
 
 @pytest.fixture
@@ -240,53 +244,53 @@ def test_options_are_checked(call):
 
 CSV = "time_s,ground_acceleration_m_s2\n0.00,0.1\n0.01,-0.2\n0.02,0.1\n"
 BAD_INPUT = {
-    "missing scenario": (None, {}, "job.toml: no such file; accepted: a scenario"),
+    "missing scenario": (None, {}, "job.toml: no such file; expected: a scenario"),
     "not TOML": ("ground = [", {}, "job.toml: not TOML: "),
     "missing file": (
         '[ground]\nfile = "motion.csv"',
         {},
-        "job.toml: ground: {here}/motion.csv: given a file that does not exist; accepted: ",
+        "job.toml: ground: {here}/motion.csv: given a file that does not exist; expected: ",
     ),
     "missing time": (
         '[ground]\nfile = "motion.csv"',
         {"motion.csv": CSV.replace("time_s", "t")},
         "job.toml: ground: {here}/motion.csv, line 1: given columns 't, ground_acceleration_m_s2'; "
-        "accepted: a column time_s among them",
+        "expected: a column time_s among them",
     ),
     "missing column": (
         '[ground]\nfile = "motion.csv"\ncolumn = "ground_acceleration_g"',
         {"motion.csv": CSV},
         "job.toml: ground: {here}/motion.csv, line 1: given column 'ground_acceleration_g'; "
-        "accepted: ground_acceleration_m_s2 (did you mean it?)",
+        "expected: ground_acceleration_m_s2 (did you mean it?)",
     ),
     "wrong unit in a column": (
         '[ground]\nfile = "motion.csv"',
         {"motion.csv": CSV.replace("_m_s2", "_ft_s2")},
         "job.toml: ground: {here}/motion.csv, line 1: given columns 'time_s, "
-        "ground_acceleration_ft_s2'; accepted: an acceleration column whose name ends in a unit: ",
+        "ground_acceleration_ft_s2'; expected: an acceleration column whose name ends in a unit: ",
     ),
     "wrong unit": (
         '[ground]\nfile = "motion.txt"\nunit = "feet"\ndt_s = 0.01',
         {"motion.txt": "0.1\n0.2\n"},
-        "job.toml: ground: {here}/motion.txt, unit: given unit 'feet'; accepted: ",
+        "job.toml: ground: {here}/motion.txt, unit: given unit 'feet'; expected: ",
     ),
     "NaN": (
         '[ground]\nfile = "motion.csv"',
         {"motion.csv": CSV.replace("-0.2", "nan")},
         "job.toml: ground: {here}/motion.csv, line 3, column ground_acceleration_m_s2: given "
-        "'nan'; accepted: a finite number",
+        "'nan'; expected: a finite number",
     ),
     "time that does not increase": (
         '[ground]\nfile = "motion.csv"',
         {"motion.csv": CSV.replace("0.02", "0.01")},
         "job.toml: ground: {here}/motion.csv, column time_s, line 4: given 0.01 after 0.01; "
-        "accepted: times that increase",
+        "expected: times that increase",
     ),
     "negative mass": (
         "[structure]\nfloor_masses_kg = [-1e5]\nstorey_stiffnesses_N_per_m = [1e8]\n"
         "base_mass_kg = 1e5",
         {},
-        "job.toml: structure.floor_masses_kg[0] is -100000.0; accepted: a number above 0",
+        "job.toml: structure.floor_masses_kg[0] is -100000.0; expected: a number above 0",
     ),
     "unknown key": (
         "[isolator]\nlenght_scale = 10.0",
@@ -297,7 +301,7 @@ BAD_INPUT = {
         '[isolator]\nlaw = "strain_stifening"',
         {},
         "job.toml: isolator: unknown law 'strain_stifening'; did you mean 'strain_stiffening'? "
-        "accepted: ",
+        "expected: ",
     ),
     "current out of range": (
         '[[controller]]\nname = "constant"\namperes = 6.0',
@@ -339,7 +343,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("new nowhere/mine.toml", "nowhere/mine.toml: No such file or directory"),
         ("fit nowhere --law linear", "nowhere: a folder that does not exist"),
         ("fit folder --law linear", "folder: no campaign.toml in it"),
-        ("fit table.csv --law linear", "table.csv: a file; accepted: a folder"),
+        ("fit table.csv --law linear", "table.csv: a file; expected: a folder"),
         ("fit folder --law linear --out a.html", "--out a.html: the report is written there"),
         ("diagnose folder", "folder: no campaign.toml in it"),
         ("diagnose table.csv", "table.csv: columns 'a,b'; accepted:"),
@@ -347,7 +351,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("cite folder", "folder: holds no run"),
         ("cite latin.toml", "latin.toml: cannot be read (not UTF-8)"),
         ("sweep folder", "folder: cannot be read (Is a directory)"),
-        ("sweep plan.toml --out table.csv", "table.csv: a file; accepted: a new folder"),
+        ("sweep plan.toml --out table.csv", "table.csv: a file; expected: a new folder"),
         ("sweep show folder", "folder: no sweep there"),
         ("sweep show table.csv", "table.csv: no sweep there"),
         ("sweep new folder --force", "folder: a folder; expected: a file"),

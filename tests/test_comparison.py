@@ -94,7 +94,8 @@ def test_table_in_engineering_units(comparison):
 def test_the_best_of_a_row_is_marked(comparison):
     cells = rows(str(comparison))
     for label, best in (
-        ("J3 peak isolator displacement", min), ("J9 device work / input energy", max),
+        ("J3 peak isolator displacement", min),
+        ("J9 device work / input energy", max),
     ):
         values = [float(cell.rstrip("*")) for cell in cells[label]]
         marked = [cell.endswith("*") for cell in cells[label]]
@@ -104,8 +105,15 @@ def test_the_best_of_a_row_is_marked(comparison):
 
 
 def test_seven_long_names_fit_a_terminal(comparison):
-    names = ["passive_off", "passive_on", "best_constant", "clipped_lqr", "sliding_mode",
-             "model_predictive_control", "clairvoyant"]
+    names = [
+        "passive_off",
+        "passive_on",
+        "best_constant",
+        "clipped_lqr",
+        "sliding_mode",
+        "model_predictive_control",
+        "clairvoyant",
+    ]
     runs = list(comparison.runs.values())
     seven = Comparison({name: runs[k % 3] for k, name in enumerate(names)})
     text = str(seven)
@@ -153,14 +161,22 @@ def test_json_report(comparison):
     assert [run["controller"] for run in report["runs"]] == list(CONTROLLERS)
     for run in report["runs"]:
         assert set(run) == {"controller", "criteria", "energy"}
-        assert {"peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m",
-                "peak_base_shear_N", "rms_drift_m", "J1", "J9"} <= set(run["criteria"])
+        assert {
+            "peak_base_displacement_m",
+            "peak_floor_acceleration_m_s2",
+            "peak_drift_m",
+            "peak_base_shear_N",
+            "rms_drift_m",
+            "J1",
+            "J9",
+        } <= set(run["criteria"])
         assert {"closure_error", "field_work_J", "input_J"} <= set(run["energy"])
         assert all(type(v) is float for part in ("criteria", "energy") for v in run[part].values())
     assert report["runs"][2]["criteria"] == comparison.criteria["on_off"]
 
 
-@pytest.mark.parametrize("kind", ["time_histories", "loops", "currents", "floor_envelopes",
-                                  "energy"])
+@pytest.mark.parametrize(
+    "kind", ["time_histories", "loops", "currents", "floor_envelopes", "energy"]
+)
 def test_plots(comparison, kind):
     assert comparison.plot(kind).axes

@@ -58,8 +58,12 @@ def biaxial_building():
     """Slab and floor that move in x, y and rotation; shaken in x and y."""
     mass = np.diag([2e3, 2e3, 5e3])
     return iso.from_fixed_base(
-        mass, 1e2 * mass, 1e4 * mass, np.diag([3e3, 3e3, 7e3]),
-        rigid_motion=np.eye(3), shaken=[0, 1],
+        mass,
+        1e2 * mass,
+        1e4 * mass,
+        np.diag([3e3, 3e3, 7e3]),
+        rigid_motion=np.eye(3),
+        shaken=[0, 1],
         names=["base_x", "base_y", "base_r", "floor1_x", "floor1_y", "floor1_r"],
     )
 
@@ -67,23 +71,30 @@ def biaxial_building():
 def test_sine_of_known_peak_and_rms():
     time = np.linspace(0.0, 2.0, 201)
     sine = np.sin(2 * np.pi * time)
-    values = response_criteria(response(
-        time,
-        base_displacement=0.2 * sine[:, None],
-        floor_acceleration=np.stack([3 * sine, -4 * sine], axis=1),
-        superstructure_acceleration=np.stack([3 * sine], axis=1),
-        drift=np.stack([0.02 * sine, 0.01 * sine, 0 * sine], axis=1),
-        base_shear=-7e3 * sine,
-        structural_shear=5e3 * sine,
-        isolator_force=7e3 * sine,
-        isolator_displacement=np.stack([0.1 * sine, 0.3 * sine], axis=1),
-        drift_ratio=np.stack([0.005 * sine, 0.006 * sine], axis=1),
-    ))
+    values = response_criteria(
+        response(
+            time,
+            base_displacement=0.2 * sine[:, None],
+            floor_acceleration=np.stack([3 * sine, -4 * sine], axis=1),
+            superstructure_acceleration=np.stack([3 * sine], axis=1),
+            drift=np.stack([0.02 * sine, 0.01 * sine, 0 * sine], axis=1),
+            base_shear=-7e3 * sine,
+            structural_shear=5e3 * sine,
+            isolator_force=7e3 * sine,
+            isolator_displacement=np.stack([0.1 * sine, 0.3 * sine], axis=1),
+            drift_ratio=np.stack([0.005 * sine, 0.006 * sine], axis=1),
+        )
+    )
     for key, amplitude in {
-        "base_displacement_m": 0.2, "floor_acceleration_m_s2": 4.0, "drift_m": 0.02,
-        "superstructure_acceleration_m_s2": 3.0, "isolator_displacement_m": 0.3,
-        "drift_ratio": 0.006, "base_shear_N": 7e3,
-        "structural_shear_N": 5e3, "isolator_force_N": 7e3,
+        "base_displacement_m": 0.2,
+        "floor_acceleration_m_s2": 4.0,
+        "drift_m": 0.02,
+        "superstructure_acceleration_m_s2": 3.0,
+        "isolator_displacement_m": 0.3,
+        "drift_ratio": 0.006,
+        "base_shear_N": 7e3,
+        "structural_shear_N": 5e3,
+        "isolator_force_N": 7e3,
     }.items():
         assert values[f"peak_{key}"] == pytest.approx(amplitude, rel=1e-14)
         assert values[f"rms_{key}"] == pytest.approx(amplitude / np.sqrt(2), rel=1e-12)
@@ -134,11 +145,14 @@ def test_a_structure_without_storeys_has_no_drift():
     assert values["peak_drift_m"] == values["rms_drift_m"] == 0.0
 
 
-@pytest.mark.parametrize(("given", "said"), [
-    ({"drift": np.zeros((4, 1))}, r"drift has shape \(4, 1\); accepted: 5 samples on axis -2"),
-    ({"floor_acceleration": np.zeros(5)}, "floor_acceleration has shape"),
-    ({"base_shear": np.zeros((5, 1))}, "base_shear has shape"),
-])
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"drift": np.zeros((4, 1))}, r"drift has shape \(4, 1\); expected: 5 samples on axis -2"),
+        ({"floor_acceleration": np.zeros(5)}, "floor_acceleration has shape"),
+        ({"base_shear": np.zeros((5, 1))}, "base_shear has shape"),
+    ],
+)
 def test_arrays_that_do_not_fit(given, said):
     with pytest.raises(iso.InputError, match=said):
         response(np.arange(5.0), **given)
@@ -150,23 +164,47 @@ def test_one_sample_has_no_duration():
 
 
 def test_benchmark_criteria_by_hand():
-    keys = ("base_shear_N", "structural_shear_N", "base_displacement_m", "drift_m",
-            "superstructure_acceleration_m_s2", "isolator_force_N", "floor_acceleration_m_s2",
-            "isolator_displacement_m", "drift_ratio")
-    controlled = {f"{kind}_{key}": float(k) for kind in ("peak", "rms")
-                  for k, key in enumerate(keys, 1)}
+    keys = (
+        "base_shear_N",
+        "structural_shear_N",
+        "base_displacement_m",
+        "drift_m",
+        "superstructure_acceleration_m_s2",
+        "isolator_force_N",
+        "floor_acceleration_m_s2",
+        "isolator_displacement_m",
+        "drift_ratio",
+    )
+    controlled = {
+        f"{kind}_{key}": float(k) for kind in ("peak", "rms") for k, key in enumerate(keys, 1)
+    }
     uncontrolled = {key: 10.0 for key in controlled}
-    energy = {"control_device_work_J": 3.0, "absolute_input_J": 4.0,
-              "device_dissipation_J": 1.0, "input_J": 5.0}
+    energy = {
+        "control_device_work_J": 3.0,
+        "absolute_input_J": 4.0,
+        "device_dissipation_J": 1.0,
+        "input_J": 5.0,
+    }
     values = benchmark_criteria(controlled, uncontrolled, energy)
-    assert values == pytest.approx({
-        "J1": 0.1, "J2": 0.2, "J3": 0.8, "J4": 0.9, "J5": 0.5,
-        "J6": 6.0, "J7": 0.8, "J8": 0.5, "J9": 0.75,
-        "normalised_peak_base_displacement": 0.3, "normalised_rms_base_displacement": 0.3,
-        "normalised_peak_drift": 0.4,
-        "normalised_peak_floor_acceleration": 0.7, "normalised_rms_floor_acceleration": 0.7,
-        "normalised_device_dissipation": 0.2,
-    })
+    assert values == pytest.approx(
+        {
+            "J1": 0.1,
+            "J2": 0.2,
+            "J3": 0.8,
+            "J4": 0.9,
+            "J5": 0.5,
+            "J6": 6.0,
+            "J7": 0.8,
+            "J8": 0.5,
+            "J9": 0.75,
+            "normalised_peak_base_displacement": 0.3,
+            "normalised_rms_base_displacement": 0.3,
+            "normalised_peak_drift": 0.4,
+            "normalised_peak_floor_acceleration": 0.7,
+            "normalised_rms_floor_acceleration": 0.7,
+            "normalised_device_dissipation": 0.2,
+        }
+    )
     assert list(values)[:9] == [f"J{k}" for k in range(1, 10)]
     assert np.isnan(
         benchmark_criteria(controlled, uncontrolled, energy | {"absolute_input_J": 0.0})["J9"]
@@ -175,10 +213,18 @@ def test_benchmark_criteria_by_hand():
 
 
 def test_without_geometry_isolators_are_at_the_base_and_storeys_alike():
-    keys = ("base_shear_N", "structural_shear_N", "base_displacement_m", "drift_m",
-            "superstructure_acceleration_m_s2", "isolator_force_N", "floor_acceleration_m_s2")
-    controlled = {f"{kind}_{key}": float(k) for kind in ("peak", "rms")
-                  for k, key in enumerate(keys, 1)}
+    keys = (
+        "base_shear_N",
+        "structural_shear_N",
+        "base_displacement_m",
+        "drift_m",
+        "superstructure_acceleration_m_s2",
+        "isolator_force_N",
+        "floor_acceleration_m_s2",
+    )
+    controlled = {
+        f"{kind}_{key}": float(k) for kind in ("peak", "rms") for k, key in enumerate(keys, 1)
+    }
     uncontrolled = {key: 10.0 for key in controlled}
     values = benchmark_criteria(controlled, uncontrolled)
     assert (values["J3"], values["J4"], values["J7"]) == (0.3, 0.4, 0.3)
@@ -237,9 +283,7 @@ def test_input_of_the_absolute_motion_is_the_shears_work_on_the_ground(runs):
     (record,) = run.records
     power = -response_of(run).base_shear * record.velocity
     absolute = np.concatenate([[0], np.cumsum((power[1:] + power[:-1]) / 2 * record.dt)])
-    assert run.energy.absolute_input_J == pytest.approx(
-        absolute, abs=2e-3 * np.abs(absolute).max()
-    )
+    assert run.energy.absolute_input_J == pytest.approx(absolute, abs=2e-3 * np.abs(absolute).max())
     # while the ground moves, the two inputs differ
     apart = run.energy.absolute_input_J - run.energy.input_J
     assert np.abs(apart).max() > 0.01 * np.abs(absolute).max()
@@ -249,9 +293,7 @@ def test_work_on_the_devices_is_what_they_lost_and_store(runs):
     energy = runs["passive_on"].energy
     kept = energy.device_stored_J - energy.device_stored_J[0]
     expected = energy.device_dissipation_J + kept - energy.field_work_J
-    assert energy.control_device_work_J == pytest.approx(
-        expected, abs=1e-6 * energy.input_J.max()
-    )
+    assert energy.control_device_work_J == pytest.approx(expected, abs=1e-6 * energy.input_J.max())
 
 
 def test_vectors_over_two_directions():
@@ -268,9 +310,9 @@ def test_vectors_over_two_directions():
         np.hypot(column["base_x_displacement_m"], column["base_y_displacement_m"])[:, None]
     )
     for level, name in enumerate(("base", "floor1")):
-        assert found.floor_acceleration[:, level] == pytest.approx(np.hypot(
-            column[f"{name}_x_acceleration_m_s2"], column[f"{name}_y_acceleration_m_s2"]
-        ))
+        assert found.floor_acceleration[:, level] == pytest.approx(
+            np.hypot(column[f"{name}_x_acceleration_m_s2"], column[f"{name}_y_acceleration_m_s2"])
+        )
     assert found.drift == pytest.approx(
         np.hypot(column["storey1_x_drift_m"], column["storey1_y_drift_m"])[:, None]
     )

@@ -26,8 +26,10 @@ OFFERING = (
 )
 # text that the kernel's generator completes, and the generator of an element's text
 GENERATED = (
-    *(f"isolation_sim.simulation.kernel_{part}_template"
-      for part in ("tables", "step", "control", "integration", "summary")),
+    *(
+        f"isolation_sim.simulation.kernel_{part}_template"
+        for part in ("tables", "step", "control", "integration", "summary")
+    ),
     "isolation_sim.identification.sensitivity_template",
     "isolation_sim.simulation.element_code",
 )

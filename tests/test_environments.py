@@ -165,7 +165,7 @@ def test_what_is_refused(short_motions):
         BuildingEnv(cost={"base_displacement_m": 0})
     with pytest.raises(iso.InputError, match="base_displacment_m"):
         BuildingVectorEnv(2, observations=["base_displacment_m"])
-    with pytest.raises(iso.InputError, match=r"motion is 5; accepted: 0 to 1"):
+    with pytest.raises(iso.InputError, match=r"motion is 5; expected: 0 to 1"):
         BuildingEnv(motions=short_motions).reset(options={"motion": 5})
     with pytest.raises(iso.InputError, match=r"is sampled every 0.01 s, others every 0.02 s"):
         BuildingVectorEnv(2, motions=[short_motions[0], short_motions[1].resampled(0.01)])

@@ -56,8 +56,10 @@ def test_deformation_beyond_the_tests_is_told_once_in_python(shake, isolated):
     lines, run = told(TestedRangeWarning, lambda: iso.simulate(isolated, strong))
     peak = 1e3 * run.criteria["peak_base_displacement_m"]
     assert lines == run.warnings()
-    assert lines == [f"isolator deforms further than its law was tested, 80 mm at this scale: "
-                     f"passive_off {peak:.0f} mm"]
+    assert lines == [
+        f"isolator deforms further than its law was tested, 80 mm at this scale: "
+        f"passive_off {peak:.0f} mm"
+    ]
     lines, _ = told(
         TestedRangeWarning, lambda: iso.compare(isolated, strong, ["passive_off", "passive_on"])
     )
@@ -71,8 +73,9 @@ def test_current_beyond_the_tests_is_told(shake, isolated):
         TestedRangeWarning,
         lambda: iso.simulate(isolated, shake.scaled(0.2), iso.controller("constant", amperes=4.0)),
     )
-    assert lines == ["coil 0 carries more current than its devices were tested with, 3 A: "
-                     "constant 4 A"]
+    assert lines == [
+        "coil 0 carries more current than its devices were tested with, 3 A: constant 4 A"
+    ]
     assert run.reached_of_tests.current_ratio == pytest.approx(4 / 3)
 
 
@@ -129,7 +132,7 @@ def test_a_wrong_unit_of_masses_is_told_with_the_period(shake):
 @pytest.mark.parametrize(
     ("call", "part"),
     [
-        (lambda record: record.padded(after=1e9), "5e+10 samples; accepted: up to 20,000,000"),
+        (lambda record: record.padded(after=1e9), "5e+10 samples; expected: up to 20,000,000"),
         (lambda record: record.resampled(1e-7), "resampled to 1e-07 s"),
         (lambda record: Case and _with_period(record), "period is 1e-09 s, 4e+09 decisions"),
     ],
@@ -185,8 +188,17 @@ def test_fit_refuses_its_output_place_before_the_work(tmp_path, capsys):
         assert (code, out) == (2, "")
         assert "exists; expected: a new name, or --force" in err and len(err.splitlines()) == 1
         assert (tmp_path / name).read_text() == "mine"
-    code, _, err = command(capsys, "fit", tmp_path / "none", "--law", "bouc_wen", "--out",
-                           tmp_path / "b.toml", "--report", tmp_path / "a.html")
+    code, _, err = command(
+        capsys,
+        "fit",
+        tmp_path / "none",
+        "--law",
+        "bouc_wen",
+        "--out",
+        tmp_path / "b.toml",
+        "--report",
+        tmp_path / "a.html",
+    )
     assert code == 2 and "a.html: exists" in err
 
 
@@ -194,13 +206,15 @@ def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("job.toml").write_text(SHORT)
     for _ in range(2):
-        code, out, err = command(capsys, "run", "job.toml", "--out", "out", "--quiet",
-                                 "--no-figures")
+        code, out, err = command(
+            capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures"
+        )
         assert code == 0
     assert out == "results: out-2\n" and "--overwrite" in err
     Path("out/mine.txt").write_text("mine")
-    code, out, _ = command(capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures",
-                           "--overwrite")
+    code, out, _ = command(
+        capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures", "--overwrite"
+    )
     assert (code, out) == (0, "results: out\n")
     assert not Path("out/mine.txt").exists() and Path("out/criteria.csv").exists()
     Path("other").mkdir()
@@ -321,8 +335,15 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
         forces = building.damping @ y[n:] + building.stiffness @ y[:n]
         return np.concatenate([y[n:], -inverse @ forces - building.influence[:, 0] * ground])
 
-    exact = solve_ivp(rates, (0, 4), np.zeros(2 * n), t_eval=np.linspace(0, 4, 4001), rtol=1e-8,
-                      atol=1e-10, max_step=0.02)
+    exact = solve_ivp(
+        rates,
+        (0, 4),
+        np.zeros(2 * n),
+        t_eval=np.linspace(0, 4, 4001),
+        rtol=1e-8,
+        atol=1e-10,
+        max_step=0.02,
+    )
     drift = np.abs(building.drift_rows @ exact.y[:n]).max()
     assert found.fixed_base.criteria["peak_drift_m"] == pytest.approx(drift, rel=2e-3)
     text = str(found)

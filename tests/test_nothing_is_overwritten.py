@@ -43,8 +43,15 @@ def desk(tmp_path_factory):
     noise = np.random.default_rng(0).normal(0, 1, t.size)
     run = TestRun("sine", t, x, v, 2e4 * x + 300 * v + noise, np.zeros(t.size), False)
     write_campaign(Campaign("spring", "made for a test", (run,)), folder / "tests")
-    called("sweep", str(folder / "plan.toml"), "--workers", "1", "--quiet", "--out",
-           str(folder / "done"))
+    called(
+        "sweep",
+        str(folder / "plan.toml"),
+        "--workers",
+        "1",
+        "--quiet",
+        "--out",
+        str(folder / "done"),
+    )
     return folder
 
 

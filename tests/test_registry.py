@@ -304,7 +304,7 @@ def law_file(folder: Path, text: str) -> str:
     [
         (None, r"cannot be read \(No such file or directory\)"),
         ("LAV = 1\n", "unknown name .*did you mean 'LAV'"),
-        ("LAW = 3.0\n", "is of type float; accepted: an isolation_sim.laws.Law"),
+        ("LAW = 3.0\n", "is of type float; expected: an isolation_sim.laws.Law"),
         ("LAW = 1 +\n", "cannot be loaded: SyntaxError"),
         ("import not_there\n", "cannot be loaded: ModuleNotFoundError: .*not_there"),
         ("raise RuntimeError('two\\nlines')\n", "cannot be loaded: RuntimeError: two lines"),
@@ -349,7 +349,7 @@ def test_what_is_registered_has_one_name_and_one_owner(site, parts):
         iso.register("law", law, "square")
     with pytest.raises(iso.InputError, match="unknown kind 'lav'; did you mean 'law'"):
         iso.register("lav", law)  # type: ignore[arg-type]
-    with pytest.raises(iso.InputError, match=r"of type Law; accepted: a class such as"):
+    with pytest.raises(iso.InputError, match=r"of type Law; expected: a class such as"):
         iso.register("controller", law)
     linear = type(law)(**{**vars(law), "name": "linear"})
     with pytest.raises(iso.InputError, match=r"'linear' is given by register\(\) and isolation-"):

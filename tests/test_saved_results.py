@@ -199,8 +199,13 @@ def test_what_cannot_be_loaded_is_told(content, tmp_path):
 
 
 def test_a_repr_is_one_short_line(comparison, fitted, diagnosis):
-    results = [comparison, *comparison.runs.values(), fitted, fitted.campaign,
-               comparison.runs["passive_off"].isolated]
+    results = [
+        comparison,
+        *comparison.runs.values(),
+        fitted,
+        fitted.campaign,
+        comparison.runs["passive_off"].isolated,
+    ]
     for result in results:
         assert len(repr(result)) < 300 and "\n" not in repr(result)
     for result in (comparison, fitted, comparison.runs["passive_off"]):
@@ -210,11 +215,13 @@ def test_a_repr_is_one_short_line(comparison, fitted, diagnosis):
 def test_tables_and_arrays_for_other_tools(comparison, fitted):
     run = comparison.runs["clipped_lqr"]
     table = run.to_pandas()
-    np.testing.assert_array_equal(table["floor5_acceleration_m_s2"], run.output(
-        "floor5_acceleration_m_s2"))
+    np.testing.assert_array_equal(
+        table["floor5_acceleration_m_s2"], run.output("floor5_acceleration_m_s2")
+    )
     assert table.index.name == "time_s" and "coil0_current_A" in table
-    assert comparison.to_pandas().loc["clipped_lqr", "J1"] == comparison.criteria["clipped_lqr"][
-        "J1"]
+    assert (
+        comparison.to_pandas().loc["clipped_lqr", "J1"] == comparison.criteria["clipped_lqr"]["J1"]
+    )
     both = comparison.to_xarray()
     np.testing.assert_array_equal(
         both.sel(controller="clipped_lqr").current.values, run.history.current.values

@@ -67,9 +67,7 @@ structures = st.one_of(
     ),
     st.fixed_dictionaries({"file": st.just("m.npz"), "dof_names": st.lists(names)}),
 )
-parameters = st.one_of(
-    names, st.dictionaries(names, st.one_of(positive, rows), min_size=1)
-)
+parameters = st.one_of(names, st.dictionaries(names, st.one_of(positive, rows), min_size=1))
 devices = st.fixed_dictionaries(
     {"law": names}, optional={"parameters": parameters, "length_scale": positive}
 )
@@ -104,7 +102,7 @@ scenarios = st.fixed_dictionaries(
             {"noise": st.dictionaries(names, positive), "seed": whole}
         ),
         "simulation": st.fixed_dictionaries({"tolerance": st.floats(1e-12, 1e-2)}),
-        "belief": st.fixed_dictionaries({"force_factor": positive, "parameters": parameters}),
+        "nominal": st.fixed_dictionaries({"force_factor": positive, "parameters": parameters}),
     },
 )
 
@@ -237,20 +235,20 @@ def test_other_buildings_must_give_their_scales():
     storey_stiffnesses_N_per_m = [1e8]
     base_mass_kg = 1e5
     """
-    with pytest.raises(InputError, match=r"^isolator: length_scale is missing; accepted: a number"):
+    with pytest.raises(InputError, match=r"^isolator: length_scale is missing; expected: a number"):
         Scenario.from_toml(text).build()
 
 
 def test_belief_differs_from_the_truth_only_where_it_says():
     text = """
-    [belief]
+    [nominal]
     force_factor = 1.5
-    [belief.parameters]
+    [nominal.parameters]
     alpha = 1e8
     """
     job = Scenario.from_toml(text).build()
     true = job.isolated.elements[0].device
-    believed = job.options["belief"].elements[0].device
+    believed = job.options["nominal"].elements[0].device
     assert believed.force_scale == 1.5 * true.force_scale
     assert believed.length == true.length
     ours, theirs = (
@@ -259,9 +257,9 @@ def test_belief_differs_from_the_truth_only_where_it_says():
     )
     assert theirs.pop("alpha") == 1e8 != ours.pop("alpha")
     assert theirs == ours
-    other = Scenario.from_toml('[belief]\nlaw = "hybrid"').build().options["belief"]
+    other = Scenario.from_toml('[nominal]\nlaw = "hybrid"').build().options["nominal"]
     assert other.elements[0].device.law.name == "hybrid"
-    assert "belief" not in Scenario().build().options
+    assert "nominal" not in Scenario().build().options
 
 
 def test_driver_sensors_and_options_reach_the_run():
@@ -334,23 +332,23 @@ REFUSED = {
         "structure.kind is 'sheer'; did you mean 'shear'?",
     ),
     "kind that cannot be told": ("[ground]\nsoil = 'firm'", "ground.kind is missing"),
-    "wrong type": ("[driver]\nlag_s = 'x'", "driver.lag_s is 'x'; accepted: a number"),
-    "true for a number": ("[driver]\nlag_s = true", "driver.lag_s is True; accepted: a number"),
-    "not a table": ("driver = 3", "driver is 3; accepted: a table"),
-    "not a list": ("controller = 3", "controller is 3; accepted: a list"),
-    "no controllers": ("controller = []", "controller is []; accepted: a list of 1 or more"),
-    "NaN": ("[driver]\nlag_s = nan", "driver.lag_s is nan; accepted: a finite number"),
+    "wrong type": ("[driver]\nlag_s = 'x'", "driver.lag_s is 'x'; expected: a number"),
+    "true for a number": ("[driver]\nlag_s = true", "driver.lag_s is True; expected: a number"),
+    "not a table": ("driver = 3", "driver is 3; expected: a table"),
+    "not a list": ("controller = 3", "controller is 3; expected: a list"),
+    "no controllers": ("controller = []", "controller is []; expected: a list of 1 or more"),
+    "NaN": ("[driver]\nlag_s = nan", "driver.lag_s is nan; expected: a finite number"),
     "negative mass": (
         "[structure]\nfloor_masses_kg = [1e5, -2e5]\nstorey_stiffnesses_N_per_m = [1e8, 1e8]\n"
         "base_mass_kg = 1e5",
-        "structure.floor_masses_kg[1] is -200000.0; accepted: a number above 0",
+        "structure.floor_masses_kg[1] is -200000.0; expected: a number above 0",
     ),
     "missing key": ("[structure]\nkind = 'matrices'", "structure.file is missing"),
     "inside a union": ("[isolator.parameters]\nk0 = ['a']", "isolator.parameters.k0[0] is 'a'"),
-    "union": ("[isolator]\nparameters = 4", "isolator.parameters is 4; accepted: text or a table"),
+    "union": ("[isolator]\nparameters = 4", "isolator.parameters is 4; expected: text or a table"),
     "one of a list": (
         "[[ground]]\n[[ground]]\nscale_factor = 'x'",
-        "ground[1].scale_factor is 'x'; accepted: a number",
+        "ground[1].scale_factor is 'x'; expected: a number",
     ),
     "word": (
         "[simulation]\ncurrent_outside = 'clam'",
@@ -358,7 +356,7 @@ REFUSED = {
     ),
     "range": (
         "[simulation]\ntolerance = 1.0",
-        "simulation.tolerance is 1.0; accepted: 0.01 or less",
+        "simulation.tolerance is 1.0; expected: 0.01 or less",
     ),
     "two scales": (
         "[ground]\nscale_factor = 1.0\nscale_to_pga_g = 2.0",
@@ -369,7 +367,7 @@ REFUSED = {
     "nameless controller": ("[[controller]]\nrule = 'x'", "controller[0].name is missing"),
     "two problems": (
         "[driver]\nlag_s = -1.0\nslew_A_per_s = -1.0",
-        "driver.lag_s is -1.0; accepted: 0 or more (and 1 more problem)",
+        "driver.lag_s is -1.0; expected: 0 or more (and 1 more problem)",
     ),
 }
 

@@ -54,8 +54,8 @@ def test_scenario_is_the_same_run_in_python():
 
 def test_believed_isolators_switch_by_the_papers_rule_unless_told():
     for text, passive in (("", False), ('switching = "passive"\n', True)):
-        job = Scenario.from_toml(f"{TEXT}[belief]\nforce_factor = 1.2\n{text}").build()
-        believed = job.options["belief"].elements[0].device
+        job = Scenario.from_toml(f"{TEXT}[nominal]\nforce_factor = 1.2\n{text}").build()
+        believed = job.options["nominal"].elements[0].device
         assert believed.force_scale == pytest.approx(1.2 * iso.reference_isolators().force_scale)
         assert (papers_rule(believed) is not believed) == passive
 
@@ -63,9 +63,9 @@ def test_believed_isolators_switch_by_the_papers_rule_unless_told():
 MISTAKES = {
     '[isolator]\nswitching = "pasive"': "isolator.switching is 'pasive'; did you mean 'passive'",
     '[isolator]\nlaw = "hybrid"\nswitching = "passive"': "isolator: hybrid.*declares no springs",
-    "[sensors]\ndropout = 1.0": "sensors.dropout is 1.0; accepted: .*below 1",
-    "[sensors]\ncompensation_s = -0.1": "sensors.compensation_s is -0.1; accepted: 0 or more",
-    "[driver]\nstep_A = -1.0": "driver.step_A is -1.0; accepted: 0 or more",
+    "[sensors]\ndropout = 1.0": "sensors.dropout is 1.0; expected: .*below 1",
+    "[sensors]\ncompensation_s = -0.1": "sensors.compensation_s is -0.1; expected: 0 or more",
+    "[driver]\nstep_A = -1.0": "driver.step_A is -1.0; expected: 0 or more",
     '[isolator]\nswitching = "passive"\n[[isolator.effect]]\nname = "coulomb_friction"\n'
     "level = 1.0\nvelocity = 0.01": "isolator: switching is 'passive', with effects",
 }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..compiled import Decision
 from ..force_tracking import COILS, coil_current
-from .linear_belief import structure_and_ground
+from .nominal_linear_model import structure_and_ground
 from .observer import N_DOFS, N_ELEMENTS, N_Y, N_Z, Estimate, Observer
 from .small_matrices import conjugate, step_matrices
 from .tangent import TangentModel
@@ -27,25 +27,7 @@ def equations(
     z: NDArray, currents: NDArray, settings: NDArray, dynamics: NDArray, rates: NDArray,
     work: NDArray, tangent: Callable,
 ) -> None:  # fmt: skip
-    """Rates of the whole state and their exact derivatives.
-
-    Parameters
-    ----------
-    z : numpy.ndarray, shape (n_all,)
-        Displacements, velocities, ground, device states.
-    currents : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-    settings : numpy.ndarray
-        As ``ExtendedKalmanFilter.decision`` lays them out.
-    dynamics : numpy.ndarray, shape ((n_all + 1) ** 2,)
-        The derivatives, with the rates as the last column and a last row of zeros.
-    rates : numpy.ndarray, shape (n_all,)
-        The rates.
-    work : numpy.ndarray, shape ((1 + n_states) * (3 + n_states),)
-        Scratch.
-    tangent : callable
-        As of ``TangentModel``.
-    """
+    """Rates of the whole state and their exact derivatives."""
     n, n_z, m = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_ELEMENTS])
     each, width = int(settings[EACH]), int(settings[WIDTH])
     n_all = n_z + m * each
@@ -93,20 +75,7 @@ def equations(
 def extended_update(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, tangent: Callable
 ) -> None:
-    """Predict to the present instant and correct by what was measured, one after another.
-
-    Parameters
-    ----------
-    t : float, s
-        Instant of the measurement; measurements come at the filter's period.
-    measured : numpy.ndarray, shape (n_y + n_channels,)
-        Accelerations (m/s^2), deformations (m) and coil currents (A).
-    settings, memory : numpy.ndarray
-        As ``ExtendedKalmanFilter.decision`` lays them out; the estimate is
-        ``memory[1 : 1 + n_all]``.
-    tangent : callable
-        As of ``TangentModel``.
-    """
+    """Predict to the present instant and correct by what was measured, one after another."""
     n, n_z, n_y = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_Y])
     m, each, h = int(settings[N_ELEMENTS]), int(settings[EACH]), settings[PERIOD]
     n_all = n_z + m * each
@@ -190,21 +159,7 @@ def extended_row(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable, tangent: Callable,
 ) -> None:  # fmt: skip
-    """Update, and write estimate, innovations and covariance.
-
-    Parameters
-    ----------
-    t : float, s
-        Instant of the measurement.
-    measured, settings, memory : numpy.ndarray
-        As of ``extended_update``.
-    command : numpy.ndarray, shape (n_all + n_y + n_all**2,)
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``; not needed.
-    tangent : callable
-        As of ``TangentModel``.
-    """
+    """Update, and write estimate, innovations and covariance."""
     extended_update(t, measured, settings, memory, tangent)
     n_y = int(settings[N_Y])
     n_all = int(settings[N_Z]) + int(settings[N_ELEMENTS]) * int(settings[EACH])
@@ -241,12 +196,12 @@ class ExtendedKalmanFilter(Observer):
         The noise is that of the whole state: the device states walk at random, lest the filter
         trust them without bounds.
         """
-        structure, rows = self.belief.structure, self.belief.element_rows
+        structure, rows = self.nominal.structure, self.nominal.element_rows
         a, b, g, _, _ = structure_and_ground(structure, rows, self.ground)
         n_z, each = len(a), self.tracking.model.n_states
         noise = np.zeros((n_z + len(rows) * each,) * 2)
         noise[:n_z, :n_z] = self.ground.density * g @ g.T
-        for e, element in enumerate(self.belief.elements):
+        for e, element in enumerate(self.nominal.elements):
             device = element.device
             for k, state in enumerate(device.law.states):
                 scale = device.deformation_scale / device.length if state.unit == "m" else 1.0
@@ -255,9 +210,9 @@ class ExtendedKalmanFilter(Observer):
 
     def decision(self) -> Decision:
         """Equations and devices in one array."""
-        (a, b, noise), rows, tracking = self.linear, self.belief.element_rows, self.tracking
+        (a, b, noise), rows, tracking = self.linear, self.nominal.element_rows, self.tracking
         model, (m, n) = tracking.model, rows.shape
-        counts = [len(element.device.law.states) for element in self.belief.elements]
+        counts = [len(element.device.law.states) for element in self.nominal.elements]
         own = np.concatenate([a.ravel(), b.ravel(), noise.ravel(), rows.ravel(), counts])
         n_all, n_y = len(a) + m * model.n_states, n + m
         head = [
@@ -265,13 +220,13 @@ class ExtendedKalmanFilter(Observer):
             self.noise.acceleration, self.noise.deformation, FIRST + len(own),
         ]  # fmt: skip
         widest = (1 + model.n_states) * (3 + model.n_states)
-        kept = 1 + 2 * n_all + self.belief.n_channels + n_y + n_y * n_all
-        memory = np.zeros(kept + 4 * (n_all + 1) ** 2 + max(4 * (n_all + 1) ** 2, widest))
+        keep = 1 + 2 * n_all + self.nominal.n_channels + n_y + n_y * n_all
+        memory = np.zeros(keep + 4 * (n_all + 1) ** 2 + max(4 * (n_all + 1) ** 2, widest))
         return Decision(extended_row, np.concatenate([head, own, tracking.settings]), memory, model)
 
     def _sizes(self) -> tuple[int, int]:
-        n_all = len(self.linear[0]) + len(self.belief.elements) * self.tracking.model.n_states
-        return n_all, self.belief.structure.n_dofs + len(self.belief.elements)
+        n_all = len(self.linear[0]) + len(self.nominal.elements) * self.tracking.model.n_states
+        return n_all, self.nominal.structure.n_dofs + len(self.nominal.elements)
 
     def width(self) -> int:
         """Length of a row."""
@@ -280,11 +235,11 @@ class ExtendedKalmanFilter(Observer):
 
     def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
         """Sort a row out."""
-        n, n_z, (n_all, n_y) = self.belief.structure.n_dofs, len(self.linear[0]), self._sizes()
+        n, n_z, (n_all, n_y) = self.nominal.structure.n_dofs, len(self.linear[0]), self._sizes()
         q, p, ground, states, innovations, covariance = np.split(
             rows, [n, 2 * n, n_z, n_all, n_all + n_y], axis=1
         )
-        shape = (len(rows), len(self.belief.elements), self.tracking.model.n_states)
+        shape = (len(rows), len(self.nominal.elements), self.tracking.model.n_states)
         return Estimate(
             time, q, p, ground, states.reshape(shape), innovations,
             covariance.reshape(-1, n_all, n_all),

@@ -40,7 +40,7 @@ class GroundNoise:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"ground noise: {name} is {value}; accepted: a number above 0")
+                raise InputError(f"ground noise: {name} is {value}; expected: a number above 0")
 
     @property
     def density(self) -> float:

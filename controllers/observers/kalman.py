@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..compiled import Decision
 from ..force_tracking import MOTION, coil_current, device_force, follow_device
-from .linear_belief import sampled, structure_and_ground
+from .nominal_linear_model import sampled, structure_and_ground
 from .observer import N_DOFS, N_ELEMENTS, N_Y, N_Z, Estimate, Observer
 
 # settings: every observer's; where the force tracking begins; the step's matrices; those of the
@@ -21,17 +21,7 @@ TRACKING, HEAD = 4, 5
 
 
 def kalman_memory(settings: NDArray) -> int:
-    """Where the force tracking begins in a Kalman filter's memory.
-
-    Parameters
-    ----------
-    settings : numpy.ndarray
-        As ``KalmanFilter.decision`` lays them out.
-
-    Returns
-    -------
-    int
-    """
+    """Where the force tracking begins in a Kalman filter's memory."""
     n_z, n_y, m = int(settings[N_Z]), int(settings[N_Y]), int(settings[N_ELEMENTS])
     return 1 + 2 * n_z + m + 2 * n_y
 
@@ -40,19 +30,7 @@ def kalman_update(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, combined_force: Callable,
     state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Predict to the present instant and correct by what was measured.
-
-    Parameters
-    ----------
-    t : float, s
-        Instant of the measurement.
-    measured : numpy.ndarray, shape (n_y + n_channels,)
-        Accelerations (m/s^2), deformations (m) and coil currents (A).
-    settings, memory : numpy.ndarray
-        As ``KalmanFilter.decision`` lays them out; the estimate is ``memory[1 : 1 + n_z]``.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
-    """
+    """Predict to the present instant and correct by what was measured."""
     n, n_z, n_y = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_Y])
     m, at = int(settings[N_ELEMENTS]), HEAD
     transition = settings[at : at + n_z * n_z]
@@ -116,19 +94,7 @@ def kalman_row(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Update, and write estimate, device states and innovations.
-
-    Parameters
-    ----------
-    t : float, s
-        Instant of the measurement.
-    measured, settings, memory : numpy.ndarray
-        As of ``kalman_update``.
-    command : numpy.ndarray, shape (n_z + n_elements * n_states + n_y,)
-        The result.
-    combined_force, state_rates : callable
-        As of ``DeviceModel``.
-    """
+    """Update, and write estimate, device states and innovations."""
     kalman_update(t, measured, settings, memory, combined_force, state_rates)
     n_z, n_y, m = int(settings[N_Z]), int(settings[N_Y]), int(settings[N_ELEMENTS])
     first = kalman_memory(settings) + MOTION + 5 * m
@@ -166,8 +132,8 @@ class KalmanFilter(Observer):
         """
         from scipy.linalg import solve_discrete_are
 
-        rows, n = self.belief.element_rows, self.belief.structure.n_dofs
-        a, b, g, c, d = structure_and_ground(self.belief.structure, rows, self.ground)
+        rows, n = self.nominal.element_rows, self.nominal.structure.n_dofs
+        a, b, g, c, d = structure_and_ground(self.nominal.structure, rows, self.ground)
         density = self.ground.density * g @ g.T
         transition, at_start, at_end, added = sampled(a, b, density, self.period)
         on_state = np.vstack([c, np.pad(rows, ((0, 0), (0, len(a) - n)))])
@@ -192,7 +158,7 @@ class KalmanFilter(Observer):
     def _force_noise(self) -> NDArray:
         """Standard deviation of each element's force, from noise in its deformation, N."""
         deviations = []
-        for element in self.belief.elements:
+        for element in self.nominal.elements:
             amperes = 0.0 if element.channel is None else float(self.reference[element.channel])
             # noise is fast: the stiffness is that at half the sampling frequency
             stiffness = element.device.linearised(amperes, 0.5 / self.period)
@@ -201,7 +167,7 @@ class KalmanFilter(Observer):
 
     def decision(self) -> Decision:
         """Filter and devices in one array."""
-        design, rows, tracking = self.design, self.belief.element_rows, self.tracking
+        design, rows, tracking = self.design, self.nominal.element_rows, self.tracking
         n_y, n_z = design["on_state"].shape
         names = ("transition", "at_start", "at_end", "on_state", "on_force", "gain", "root")
         own = np.concatenate([*(design[name].ravel() for name in names), rows.ravel()])
@@ -213,12 +179,12 @@ class KalmanFilter(Observer):
     def width(self) -> int:
         """Length of a row."""
         n_y, n_z = self.design["on_state"].shape
-        return n_z + len(self.belief.elements) * self.tracking.model.n_states + n_y
+        return n_z + len(self.nominal.elements) * self.tracking.model.n_states + n_y
 
     def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
         """Sort a row out; the covariance is that of the steady state."""
-        n, n_z = self.belief.structure.n_dofs, len(self.design["transition"])
-        m, n_states = len(self.belief.elements), self.tracking.model.n_states
+        n, n_z = self.nominal.structure.n_dofs, len(self.design["transition"])
+        m, n_states = len(self.nominal.elements), self.tracking.model.n_states
         q, p, ground, states, innovations = np.split(
             rows, [n, 2 * n, n_z, n_z + m * n_states], axis=1
         )

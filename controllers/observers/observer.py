@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import Situation
+from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from ..compiled import Decision, compile_decision
@@ -50,7 +50,7 @@ class Noise:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not (np.isfinite(value) and value > 0):
-                raise InputError(f"noise: {name} is {value}; accepted: a number above 0")
+                raise InputError(f"noise: {name} is {value}; expected: a number above 0")
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Estimate:
         Internal states in the devices' units.
     innovations : numpy.ndarray, shape (n, n_measured)
         Measurements minus predictions, made independent and of unit variance: white noise of
-        variance 1 if the observer's beliefs hold. Their squares summed over a row are the
+        variance 1 if the observer's assumptions hold. Their squares summed over a row are the
         normalised innovation squared.
     covariance : numpy.ndarray, shape (n, n_states, n_states)
         Of the error that the observer expects, of displacements, velocities and ground, followed
@@ -92,7 +92,7 @@ class Observer(ABC):
 
     Parameters
     ----------
-    belief : IsolatedStructure
+    nominal : IsolatedStructure
         The model to reason with.
     period : float
         Interval between measurements, s.
@@ -118,7 +118,7 @@ class Observer(ABC):
 
     def __init__(
         self,
-        belief: IsolatedStructure,
+        nominal: IsolatedStructure,
         period: float,
         ground: GroundNoise | None = None,
         noise: Noise | None = None,
@@ -126,27 +126,27 @@ class Observer(ABC):
         limits: ArrayLike | None = None,
     ):
         if not (np.isfinite(period) and period > 0):
-            raise InputError(f"observer: period is {period} s; accepted: above 0")
-        n = belief.n_channels
-        tested = np.array([belief.tested_current(c) for c in range(n)])
+            raise InputError(f"observer: period is {period} s; expected: above 0")
+        n = nominal.n_channels
+        tested = np.array([nominal.tested_current(c) for c in range(n)])
         if limits is None:
-            limits = np.array([belief.current_range(c) for c in range(n)]).reshape(n, 2).T
+            limits = np.array([nominal.current_range(c) for c in range(n)]).reshape(n, 2).T
         else:
             tested[:] = np.inf
-        self.belief, self.period = belief, float(period)
+        self.nominal, self.period = nominal, float(period)
         self.ground, self.noise = ground or GroundNoise(), noise or Noise()
         low, high = np.asarray(limits, float)
-        situation = Situation(belief, self.period, 0.0, low, high, tested, self.outputs)
-        self.tracking = force_tracking(belief.elements, situation, self.devices)
+        context = RunContext(nominal, self.period, 0.0, low, high, tested, self.outputs)
+        self.tracking = force_tracking(nominal.elements, context, self.devices)
         self.reference = self.tracking.reference(reference)
 
     @staticmethod
-    def measures(belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(nominal: IsolatedStructure) -> tuple[str, ...]:
         """Names of the outputs that it wants measured.
 
         Parameters
         ----------
-        belief : IsolatedStructure
+        nominal : IsolatedStructure
             The model to reason with.
 
         Returns
@@ -155,15 +155,15 @@ class Observer(ABC):
             All levels' accelerations, then all elements' deformations.
         """
         return (
-            *(f"{dof}_acceleration_m_s2" for dof in belief.structure.names),
-            *(f"{element}_deformation_m" for element in belief.element_names),
+            *(f"{dof}_acceleration_m_s2" for dof in nominal.structure.names),
+            *(f"{element}_deformation_m" for element in nominal.element_names),
         )
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Columns of the measurements: what it ``measures``, then the coil currents."""
-        coils = (f"coil{c}_current_A" for c in range(self.belief.n_channels))
-        return (*self.measures(self.belief), *coils)
+        coils = (f"coil{c}_current_A" for c in range(self.nominal.n_channels))
+        return (*self.measures(self.nominal), *coils)
 
     @abstractmethod
     def decision(self) -> Decision:
@@ -215,7 +215,7 @@ class Observer(ABC):
         rows = np.asarray(measurements, dtype=float)
         if rows.ndim != 2 or rows.shape[1] != len(self.outputs) or not np.isfinite(rows).all():
             raise InputError(
-                f"observer: measurements have shape {rows.shape}; accepted: finite numbers, one "
+                f"observer: measurements have shape {rows.shape}; expected: finite numbers, one "
                 f"column each of {', '.join(self.outputs)}"
             )
         time = np.arange(len(rows)) * self.period
@@ -245,38 +245,18 @@ class Running:
             *(array.ctypes.data_as(pointer) for array in self._arrays),
             self._sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
         ]
-        m = len(observer.belief.elements)
+        m = len(observer.nominal.elements)
         tracking = settings[int(settings[observer.tracking_at]) :]
         numbers = tracking[COILS + m : COILS + m + m * observer.tracking.model.n_numbers]
         self._scales = numbers.reshape(m, -1)[:, FORCE_SCALE]
-        self._believed = self._scales.copy()
+        self._nominal_scales = self._scales.copy()
 
     def update(self, t: float, measurement: NDArray) -> NDArray:
-        """Estimate from one more measurement.
-
-        Parameters
-        ----------
-        t : float, s
-            Instant.
-        measurement : numpy.ndarray, shape (n_outputs,)
-            What was measured then, in the order of the observer's ``outputs``: m/s^2, m and A.
-
-        Returns
-        -------
-        numpy.ndarray, shape (width,)
-            As the observer's ``estimate`` reads it; displacements (m) and velocities (m/s) of the
-            degrees of freedom come first.
-        """
+        """Estimate from one more measurement."""
         self._measured[:] = measurement
         self._entry(t, *self._places)
         return self._row.copy()
 
     def strengthen(self, strength: NDArray) -> None:
-        """Expect other forces of the devices from now on.
-
-        Parameters
-        ----------
-        strength : numpy.ndarray, shape (n_elements,)
-            Each device's over that of the belief.
-        """
-        self._scales[:] = self._believed * strength
+        """Expect other forces of the devices from now on."""
+        self._scales[:] = self._nominal_scales * strength

@@ -13,17 +13,7 @@ REACH = 0.125
 
 
 def multiply(n: int, a: NDArray, b: NDArray, out: NDArray) -> None:
-    """Product of two square matrices.
-
-    Parameters
-    ----------
-    n : int
-        Rows.
-    a, b : numpy.ndarray, shape (n * n,)
-        The factors.
-    out : numpy.ndarray, shape (n * n,)
-        The result; neither of the factors.
-    """
+    """Product of two square matrices."""
     for i in range(n):
         row = out[i * n : (i + 1) * n]
         for j in range(n):
@@ -37,19 +27,7 @@ def multiply(n: int, a: NDArray, b: NDArray, out: NDArray) -> None:
 
 
 def conjugate(n: int, a: NDArray, s: NDArray, out: NDArray, work: NDArray) -> None:
-    """Product a s a' for a symmetric s.
-
-    Parameters
-    ----------
-    n : int
-        Rows.
-    a, s : numpy.ndarray, shape (n * n,)
-        The factors.
-    out : numpy.ndarray, shape (n * n,)
-        The result; may be s.
-    work : numpy.ndarray, shape (n * n,)
-        Scratch.
-    """
+    """Product a s a' for a symmetric s."""
     multiply(n, a, s, work)
     for i in range(n):
         for j in range(i + 1):
@@ -66,19 +44,6 @@ def step_matrices(
 
     Taylor polynomials of a fraction of the step, doubled: a step of twice the length has the
     transition squared, and adds what the first half added, carried on, to what the second adds.
-
-    Parameters
-    ----------
-    n : int
-        Rows.
-    a : numpy.ndarray, shape (n * n,)
-        Dynamics times the step; divided by a power of 2 on return.
-    noise : numpy.ndarray, shape (n * n,)
-        Density of the noise times the step.
-    transition, covariance : numpy.ndarray, shape (n * n,)
-        The results.
-    work : numpy.ndarray, shape (3 * n * n,)
-        Scratch.
 
     References
     ----------

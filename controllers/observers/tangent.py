@@ -22,22 +22,7 @@ from ..device_model import (
 
 
 def force_and_rates(law: Law, x: Any, v: Any, states: tuple, parameters: tuple) -> list[Any]:
-    """Force and rates of the states, each followed by its derivatives by x, v and the states.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    x, v : casadi.SX
-        Deformation and velocity in the device's scale.
-    states, parameters : tuple of casadi.SX
-        The law's.
-
-    Returns
-    -------
-    list of casadi.SX
-        (1 + n_states) rows of 3 + n_states entries.
-    """
+    """Force and rates of the states, each followed by its derivatives by x, v and the states."""
     import casadi
 
     motion = [x, v, *states]
@@ -90,16 +75,7 @@ class TangentModel(DeviceModel):
         self, e: int, x: float, v: float, states: NDArray, current: float, row: NDArray,
         out: NDArray,
     ) -> None:  # fmt: skip
-        """Force and rates of a device's states with their derivatives.
-
-        Parameters
-        ----------
-        e, x, v, states, current, row
-            As of ``state_rates``.
-        out : numpy.ndarray, shape ((1 + n_states) * (3 + n_states),)
-            The result: the force (N), then each state's rate, each followed by its derivatives by
-            x, v (both in the structure's scale) and the states; n_states are the device's own.
-        """
+        """Force and rates of a device's states with their derivatives."""
         device = self.devices[e]
         n = len(device.law.states)
         values = np.ravel(

@@ -22,47 +22,6 @@ def condense(
     Unknown are the change of each block of commands, in ranges of its coil, and three excesses in
     their units: of displacement and of acceleration over their levels, and of acceleration over the
     peak without current (the regret).
-
-    Parameters
-    ----------
-    prediction : tuple
-        ``Prediction.results``.
-    commands : numpy.ndarray, shape (n_steps, n_channels), A
-        Commands predicted with.
-    before : numpy.ndarray, shape (n_channels,), A
-        The last command given.
-    block : numpy.ndarray of int, shape (n_steps,)
-        Block of each step's command.
-    coils : numpy.ndarray, shape (n_channels, 5)
-        Lag (s), slew (A/s), lowest, highest and initial current (A).
-    step : float, s
-        Length of a step.
-    sizes : tuple of int
-        Numbers of displacements and of accelerations among the outputs.
-    units : numpy.ndarray, shape (3,)
-        Units of displacement (m), acceleration (m/s^2) and velocity (m/s).
-    levels : numpy.ndarray, shape (2,)
-        Displacement (m) and acceleration (m/s^2) above which an excess counts.
-    margins : tuple
-        Samples of the ground motion that are known, from now on; what accelerations keep clear
-        of their level (m/s^2) that many samples behind those, (reach + 1, n_accelerations, 2), at
-        the coils' lowest and highest currents; and the peak acceleration without current up to each
-        step, (n_steps + 1,), m/s^2.
-    weights : numpy.ndarray, shape (9,)
-        On squared displacements and accelerations over the horizon, on the squared amplitude at its
-        end, on squared changes of the plan, on its roughness, on squared currents, and on the three
-        excesses.
-    resting : numpy.ndarray, shape (n_outputs,)
-        What the ground, coming to rest after the horizon, adds to the displacements (m) and the
-        velocities (m/s) of the bases that the cost at the end is on.
-    programme : tuple
-        Hessian, gradient, rows of the constraints and their upper and lower bounds, the bounds of
-        the unknowns first; the result.
-
-    Returns
-    -------
-    int
-        Number of rows in use.
     """
     y, dy, past, y_before, dy_before = prediction
     hessian, gradient, rows, upper, lower = programme

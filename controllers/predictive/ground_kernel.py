@@ -15,22 +15,7 @@ DRIFT = 10.0
 
 
 def drive(new: float, motion: NDArray, returning: tuple) -> float:
-    """Acceleration that drives the ground against the pull by which its velocity comes back.
-
-    Parameters
-    ----------
-    new : float, m/s^2
-        Acceleration of the ground, a step after ``motion``.
-    motion : numpy.ndarray, shape (2,)
-        Acceleration (m/s^2) and velocity (m/s) of the ground; carried on by a step.
-    returning : tuple of float
-        Pull on the velocity (1/s), the step (s), what is left of the velocity after it, and the
-        share of each forecast drive that is kept.
-
-    Returns
-    -------
-    float, m/s^2
-    """
+    """Acceleration that drives the ground against the pull by which its velocity comes back."""
     pull, h, keep, _ = returning
     motion[1] = keep * (motion[1] + 0.5 * h * (motion[0] + new))
     motion[0] = new
@@ -41,23 +26,7 @@ def learn(
     new: float, past: NDArray, coefficients: NDArray, covariance: NDArray, gain: NDArray,
     noise: NDArray,
 ) -> None:  # fmt: skip
-    """Recursive least squares of an autoregressive model; all arrays in place.
-
-    Parameters
-    ----------
-    new : float, m/s^2
-        The ground's drive now.
-    past : numpy.ndarray, shape (order,), m/s^2
-        The samples before it, latest first; ``new`` joins them.
-    coefficients : numpy.ndarray, shape (order,)
-        Of the samples before, latest first.
-    covariance : numpy.ndarray, shape (order, order)
-        Theirs, over the variance of the noise; (s^2/m)^2.
-    gain : numpy.ndarray, shape (order,)
-        Scratch.
-    noise : numpy.ndarray, shape (1,), (m/s^2)^2
-        Variance of the model's error from one sample to the next, over the last second.
-    """
+    """Recursive least squares of an autoregressive model; all arrays in place."""
     order = len(past)
     error, spread = new, FORGETTING
     for a in range(order):
@@ -85,29 +54,11 @@ def learn(
         past[0] = new
 
 
-def foresee(
+def forecast(
     known: int, coefficients: NDArray, past: NDArray, ground: NDArray, motion: NDArray,
     returning: tuple, drives: NDArray,
 ) -> None:  # fmt: skip
-    """Continue a ground acceleration by its expected values.
-
-    Parameters
-    ----------
-    known : int
-        Samples of ``ground`` that are known; 1 or more.
-    coefficients : numpy.ndarray, shape (order,)
-        Of the autoregressive model of the drive, latest sample first.
-    past : numpy.ndarray, shape (order,), m/s^2
-        Drives up to now, latest first.
-    ground : numpy.ndarray, shape (n_steps + 1,), m/s^2
-        From now on; filled in behind what is known.
-    motion : numpy.ndarray, shape (2,)
-        Acceleration (m/s^2) and velocity (m/s) of the ground now; carried on to the horizon.
-    returning : tuple of float
-        As of ``drive``.
-    drives : numpy.ndarray, shape (n_steps + 1,), m/s^2
-        Scratch: drives ahead, kept within the largest known one.
-    """
+    """Continue a ground acceleration by its expected values."""
     pull, h, keep, fading = returning
     most = 0.0
     for value in past:
@@ -126,25 +77,10 @@ def foresee(
             most = max(most, abs(drives[k]))
 
 
-def stray(
+def forecast_deviation(
     coefficients: NDArray, noise: NDArray, pulses: NDArray, shape: NDArray, strays: NDArray
 ) -> None:
-    """How far accelerations stray from their prediction, for what the ground does unforeseen.
-
-    Parameters
-    ----------
-    coefficients : numpy.ndarray, shape (n_directions, order)
-        Of the autoregressive models.
-    noise : numpy.ndarray, shape (n_directions, 1), (m/s^2)^2
-        Variance of their errors from one sample to the next.
-    pulses : numpy.ndarray, shape (n_directions, 2, reach, n_accelerations)
-        As ``Prediction.pulses`` gives them.
-    shape : numpy.ndarray, shape (reach,)
-        Scratch.
-    strays : numpy.ndarray, shape (reach + 1, n_accelerations, 2), m/s^2
-        Standard deviations that many samples behind what is known, at the coils' lowest and highest
-        currents; the result.
-    """
+    """How far accelerations stray from their prediction, for what the ground does unforeseen."""
     strays[:] = 0.0
     for d in range(len(coefficients)):
         # an unforeseen sample and what the model expects to follow it

@@ -36,23 +36,7 @@ class Propagator:
 
 
 def propagator(modes: Modes, h: float, t: float, n_nodes: int) -> Propagator:
-    """Carry modes from the start of an interval to a time in it.
-
-    Parameters
-    ----------
-    modes : Modes
-        Structure with the devices' reference springs.
-    h : float, s
-        Length of the interval.
-    t : float, s
-        Time from its start, up to h.
-    n_nodes : int
-        Nodes through which the force is a polynomial; 1 for a constant one.
-
-    Returns
-    -------
-    Propagator
-    """
+    """Carry modes from the start of an interval to a time in it."""
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     at, weights = t * (nodes + 1) / 2, t * weights / 2
     kernel = weights * np.exp(np.multiply.outer(modes.eigenvalues, t - at))

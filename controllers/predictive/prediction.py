@@ -19,10 +19,10 @@ from ..compiled import collect
 from ..device_model import FORCE_SCALE, DeviceModel, first_coefficient, polynomial
 from ..device_states import follow_states
 from .condense_kernel import condense
-from .ground_kernel import drive, foresee, learn, stray
+from .generated_jacobian import generated_jacobian
+from .ground_kernel import drive, forecast, forecast_deviation, learn
 from .interval import propagator, real_rows
-from .prediction_kernel import believed_forces, predict
-from .side_text import side_text
+from .prediction_kernel import nominal_forces, predict
 
 _HEADER = '''"""Written by controllers.predictive.prediction; do not edit."""
 
@@ -89,7 +89,7 @@ class Prediction:
 
     Parameters
     ----------
-    belief : IsolatedStructure
+    nominal : IsolatedStructure
         The model to predict with.
     coils : numpy.ndarray, shape (n_channels, 5)
         Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
@@ -119,20 +119,20 @@ class Prediction:
     along : numpy.ndarray, shape (n_displacements, n_directions)
         Displacements of the bases that move with the ground, per displacement of the ground.
     strength : numpy.ndarray, shape (n_devices,)
-        Each device's force over that of the belief; 1 unless it is changed.
+        Each device's force over that of the nominal model; 1 unless it is changed.
     """
 
     def __init__(
-        self, belief: IsolatedStructure, coils: NDArray, step: float, block: NDArray,
+        self, nominal: IsolatedStructure, coils: NDArray, step: float, block: NDArray,
         longest: float = np.inf,
     ):  # fmt: skip
-        self.belief, self.block = belief, np.ascontiguousarray(block, dtype=np.int64)
-        modes, outputs = modes_for(belief)
-        self.model = DeviceModel([element.device for element in belief.elements])
-        n_devices, n_states = len(belief.elements), self.model.n_states
+        self.nominal, self.block = nominal, np.ascontiguousarray(block, dtype=np.int64)
+        modes, outputs = modes_for(nominal)
+        self.model = DeviceModel([element.device for element in nominal.elements])
+        n_devices, n_states = len(nominal.elements), self.model.n_states
         self.numbers = self.model.numbers.reshape(n_devices, -1)
-        self.lengths = np.array([e.device.length for e in belief.elements])
-        channels = [-1 if e.channel is None else e.channel for e in belief.elements]
+        self.lengths = np.array([e.device.length for e in nominal.elements])
+        channels = [-1 if e.channel is None else e.channel for e in nominal.elements]
         self.channels = np.array(channels, dtype=np.int64)
         self.rows = np.ascontiguousarray(real_rows(modes.deformation))
         self._to_modes = np.linalg.inv(_square(real_rows(modes.shapes)))
@@ -174,18 +174,18 @@ class Prediction:
 
     def _output_rows(self, outputs: Any, modes: Any) -> tuple[NDArray, NDArray]:
         """Rows of the outputs over the modes and over the devices' forces beyond reference."""
-        quantities = quantity_rows(self.belief, outputs.names)
+        quantities = quantity_rows(self.nominal, outputs.names)
         displacement, acceleration = (
             rows[np.any(rows, axis=-1)] for rows in
             (quantities["base_displacement_m"], quantities["floor_acceleration_m_s2"])
         )  # fmt: skip
         self.n_displacements, self.n_accelerations = len(displacement), len(acceleration)
-        n_dofs = self.belief.structure.n_dofs
-        self.along = displacement[:, :n_dofs] @ self.belief.structure.influence
+        n_dofs = self.nominal.structure.n_dofs
+        self.along = displacement[:, :n_dofs] @ self.nominal.structure.influence
         # an output's velocity follows its displacement by as many places as there are dofs
         velocity = np.roll(displacement, n_dofs, axis=1)
         rows = np.concatenate([displacement, acceleration, velocity]) @ outputs.rows
-        n, m = 2 * modes.eigenvalues.size, len(self.belief.elements)
+        n, m = 2 * modes.eigenvalues.size, len(self.nominal.elements)
         x, v = np.moveaxis(self.rows, 1, 0)
         by_force = rows[:, n : n + m]
         reference = modes.stiffness[:, np.newaxis] * x + modes.damping[:, np.newaxis] * v
@@ -195,7 +195,7 @@ class Prediction:
     def _fastest(self) -> float:
         """Fastest decay of a device state within the tested deformation, 1/s, by differences."""
         fastest = 0.0
-        for element in self.belief.elements:
+        for element in self.nominal.elements:
             device, n = element.device, len(element.device.law.states)
             if not n:
                 continue
@@ -221,35 +221,13 @@ class Prediction:
         return states
 
     def modes_of(self, displacement: NDArray, velocity: NDArray) -> NDArray:
-        """Modes of a measured motion.
-
-        Parameters
-        ----------
-        displacement, velocity : numpy.ndarray, shape (n_dofs,), m and m/s
-            Of all dofs, relative to the ground.
-
-        Returns
-        -------
-        numpy.ndarray, shape (2 n_modes,)
-        """
+        """Modes of a measured motion."""
         return self._to_modes @ np.concatenate([displacement, velocity])
 
     def follow(
         self, before: NDArray, after: NDArray, h: float, states: NDArray, i: NDArray
     ) -> None:
-        """Carry the device states along measured motion, in place.
-
-        Parameters
-        ----------
-        before, after : numpy.ndarray, shape (2 n_modes,)
-            Modes at the ends of an interval.
-        h : float, s
-            Its length.
-        states : numpy.ndarray, shape (n_devices, n_states)
-            Device states.
-        i : numpy.ndarray, shape (n_channels,), A
-            Coil currents during the interval.
-        """
+        """Carry the device states along measured motion, in place."""
         current = np.where(self.channels < 0, 0.0, i[self.channels])
         self.module.follow(
             self.rows @ before, self.rows @ after, h, states, current, self.lengths, self.numbers,
@@ -259,38 +237,14 @@ class Prediction:
     def predict(
         self, z: NDArray, states: NDArray, i: NDArray, commands: NDArray, ground: NDArray
     ) -> None:
-        """Predict and differentiate; see ``y``, ``dy`` and ``past``.
-
-        Parameters
-        ----------
-        z : numpy.ndarray, shape (2 n_modes,)
-            Modes now.
-        states : numpy.ndarray, shape (n_devices, n_states)
-            Device states now.
-        i : numpy.ndarray, shape (n_channels,), A
-            Coil currents now.
-        commands : numpy.ndarray, shape (n_steps, n_channels), A
-            Commands to predict with.
-        ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
-            Ground acceleration now and at the substeps' ends.
-        """
+        """Predict and differentiate; see ``y``, ``dy`` and ``past``."""
         assert len(ground) == len(self.block) * self.n_sub + 1
         self.module.run(
             z, states, i, commands, self.block, ground, self.plant, self.work, self.results
         )
 
     def between(self, samples: NDArray) -> NDArray:
-        """Ground acceleration at the substeps' ends, on lines from one sample to the next.
-
-        Parameters
-        ----------
-        samples : numpy.ndarray, shape (n + 1, n_directions), m/s^2
-            At the ends of n steps.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n * n_sub + 1, n_directions), m/s^2
-        """
+        """Ground acceleration at the substeps' ends, on lines from one sample to the next."""
         if self.n_sub == 1:
             return samples
         n = len(samples) - 1
@@ -300,75 +254,26 @@ class Prediction:
     def carried(
         self, z: NDArray, states: NDArray, i: NDArray, commands: NDArray, ground: NDArray
     ) -> tuple[NDArray, NDArray, NDArray]:
-        """State at the end of the horizon.
-
-        Parameters
-        ----------
-        z, states, i, commands, ground : numpy.ndarray
-            As of ``predict``.
-
-        Returns
-        -------
-        z : numpy.ndarray, shape (2 n_modes,)
-            Modes.
-        states : numpy.ndarray, shape (n_devices, n_states)
-            Device states.
-        i : numpy.ndarray, shape (n_channels,), A
-            Coil currents.
-        """
+        """State at the end of the horizon."""
         self.predict(z, states, i, commands, ground)
         z, _, states, _, i, *_ = self.work[0]
         return z.copy(), states.copy(), i.copy()
 
     def forces(self, z: NDArray, states: NDArray, i: NDArray) -> NDArray:
-        """Forces of the devices as the law has them, without their ``strength``.
-
-        Parameters
-        ----------
-        z, states, i : numpy.ndarray
-            As of ``predict``.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_devices,), N
-            In the structure's scale.
-        """
+        """Forces of the devices as the law has them, without their ``strength``."""
         force = np.zeros(len(states))
         self.module.forces(z, states, i, self.plant, self.work[-1], force)
         return force * self.numbers[:, FORCE_SCALE]
 
     def outputs(self, z: NDArray, states: NDArray, i: NDArray) -> NDArray:
-        """Outputs of one instant, as the columns of ``y``.
-
-        Parameters
-        ----------
-        z, states, i : numpy.ndarray
-            As of ``predict``.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_outputs,)
-        """
+        """Outputs of one instant, as the columns of ``y``."""
         on_modes, on_force = self.plant[-1]
         force = self.forces(z, states, i) / self.numbers[:, FORCE_SCALE] * self.strength
         force -= (self._references * (self.rows @ z)).sum(axis=1)
         return on_modes @ z + on_force @ force
 
     def pulses(self, current: NDArray, reach: int) -> NDArray:
-        """Accelerations that answer to a pulse of the ground's, from rest, at held currents.
-
-        Parameters
-        ----------
-        current : numpy.ndarray, shape (n_channels,), A
-            Currents of coils and commands.
-        reach : int
-            Steps to follow; fewer than the horizon's.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_directions, reach, n_accelerations), dimensionless
-            Per unit of the pulse, which rises and falls in a step each; from its top on.
-        """
+        """Accelerations that answer to a pulse of the ground's, from rest, at held currents."""
         commands = np.tile(current, (len(self.block), 1))
         rest, states = np.zeros(self.rows.shape[-1]), self.initial_states()
         n_directions, first, answers = len(self.plant[3]), self.n_displacements, []
@@ -381,20 +286,7 @@ class Prediction:
 
 
 def growing_blocks(n_steps: int, n_blocks: int) -> NDArray:
-    """Blocks of commands: one step long at first, where a plan matters most, and growing.
-
-    Parameters
-    ----------
-    n_steps : int
-        Steps of the horizon.
-    n_blocks : int
-        Blocks, as many as steps or fewer.
-
-    Returns
-    -------
-    numpy.ndarray of int, shape (n_steps,)
-        Block of each step's command, from 0.
-    """
+    """Blocks of commands: one step long at first, where a plan matters most, and growing."""
     left = 1.0 - np.arange(n_steps) / n_steps
     blocks = np.round(n_blocks * (1.0 - left ** (n_steps / n_blocks))).astype(int)
     return np.minimum(blocks, n_blocks - 1)
@@ -417,9 +309,9 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     collect(polynomial, parts)
     parts["devices of the laws"] = DeviceModel.text(laws)
     collect(follow_states, parts, ("state_rates",))
-    for function in (believed_forces, predict, condense, drive, learn, foresee, stray):
+    for function in (nominal_forces, predict, condense, drive, learn, forecast, forecast_deviation):
         collect(function, parts)
-    parts["device_side"] = side_text(laws, n_states)
+    parts["device_side"] = generated_jacobian(laws, n_states)
     text = "\n\n\n".join([_HEADER, *parts.values(), _ENTRY]) + "\n"
     notice = "compiling the prediction for this law (once; about 15 s) ..."
     return load_text("prediction", text, notice)

@@ -39,35 +39,14 @@ def carry_all(decay: NDArray, z: NDArray, out: NDArray, n_modes: int, width: int
 def device_side(
     x: float, v: float, states: NDArray, current: float, row: NDArray, out: NDArray
 ) -> None:
-    """Force, rates and their derivatives; ``side_text`` writes the laws' own in its place."""
+    """Force, rates and their derivatives; ``generated_jacobian`` writes the laws' own in its place."""
     raise NotImplementedError
 
 
 def device_now(
     e: int, z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray
 ) -> tuple[float, float]:
-    """Evaluate one device's law.
-
-    Parameters
-    ----------
-    e : int
-        Which device.
-    z : numpy.ndarray, shape (2 n_modes,)
-        Modes.
-    s : numpy.ndarray, shape (n_devices, n_states)
-        Device states, device scale.
-    i : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-    plant : tuple
-        As ``Prediction.plant``.
-    side : numpy.ndarray
-        Force, rates and their derivatives, as ``device_side`` writes them; the result.
-
-    Returns
-    -------
-    x, v : float, m and m/s
-        Deformation and velocity, device scale.
-    """
+    """Evaluate one device's law."""
     decay, _, _, _, rows, _, channels, numbers, _, _, _ = plant
     n_modes, c = decay.shape[1], channels[e]
     x, v = motion_of(rows[e, 0], z, n_modes), motion_of(rows[e, 1], z, n_modes)
@@ -79,27 +58,7 @@ def devices(
     z: NDArray, dz: NDArray, s: NDArray, ds: NDArray, i: NDArray, di: NDArray, plant: tuple,
     force: NDArray, dforce: NDArray, rate: NDArray, drate: NDArray, side: NDArray, width: int,
 ) -> None:  # fmt: skip
-    """Forces beyond reference and state rates of all devices, with their derivatives.
-
-    Parameters
-    ----------
-    z, dz : numpy.ndarray
-        Modes, (2 n_modes,), and their derivatives, one more axis of ``width``.
-    s, ds : numpy.ndarray
-        States, (n_devices, n_states), and their derivatives.
-    i, di : numpy.ndarray
-        Coil currents, (n_channels,), A, and their derivatives.
-    plant : tuple
-        As ``Prediction.plant``.
-    force, dforce : numpy.ndarray
-        Results: N in the device's scale, (n_devices,), and their derivatives.
-    rate, drate : numpy.ndarray
-        Results: rates of the states, (n_devices, n_states), and their derivatives.
-    side : numpy.ndarray
-        Scratch for one device's values and derivatives.
-    width : int
-        Number of columns of derivatives.
-    """
+    """Forces beyond reference and state rates of all devices, with their derivatives."""
     decay, held, _, _, rows, reference, channels, _, strength, _, _ = plant
     n_modes, n_states = decay.shape[1], s.shape[1]
     for e in range(len(held)):
@@ -130,20 +89,10 @@ def devices(
                     target[j] += weight * ds[e, q, j]
 
 
-def believed_forces(
+def nominal_forces(
     z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray, force: NDArray
 ) -> None:
-    """Forces of all devices as the law has them.
-
-    Parameters
-    ----------
-    z, s, i, plant : numpy.ndarray, and a tuple
-        As of ``device_now``.
-    side : numpy.ndarray
-        Scratch for one device's values and derivatives.
-    force : numpy.ndarray, shape (n_devices,), N
-        Device scale; the result.
-    """
+    """Forces of all devices as the law has them."""
     for e in range(len(force)):
         device_now(e, z, s, i, plant, side)
         force[e] = side[0]
@@ -179,36 +128,7 @@ def predict(
     plant: tuple, work: tuple, y: NDArray, dy: NDArray, past: NDArray, y_before: NDArray,
     dy_before: NDArray,
 ) -> None:  # fmt: skip
-    """Predict outputs over the horizon and differentiate them by the blocks of commands.
-
-    Parameters
-    ----------
-    z : numpy.ndarray, shape (2 n_modes,)
-        Modes now.
-    s : numpy.ndarray, shape (n_devices, n_states)
-        Device states now, device scale.
-    i : numpy.ndarray, shape (n_channels,), A
-        Coil currents now.
-    commands : numpy.ndarray, shape (n_steps, n_channels), A
-        Commands to predict with.
-    block : numpy.ndarray of int, shape (n_steps,)
-        Block of each step's command.
-    ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
-        Ground acceleration at the substeps' ends, from now on.
-    plant : tuple
-        As ``Prediction.plant``.
-    work : tuple
-        As ``Prediction.work``.
-    y : numpy.ndarray, shape (n_steps + 1, n_outputs)
-        Outputs now and at the steps' ends; the result.
-    dy : numpy.ndarray, shape (n_steps + 1, n_outputs, n_blocks * n_channels)
-        Their derivatives; the result.
-    past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
-        Coil currents at the steps' beginnings: derivatives, then values; the result.
-    y_before, dy_before : numpy.ndarray
-        As ``y`` and ``dy``, just before the coils without lag take their next commands; empty
-        where there are none. The result.
-    """
+    """Predict outputs over the horizon and differentiate them by the blocks of commands."""
     decay, held, sloped, moved, _, _, _, _, _, coil_keep, outputs = plant
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values

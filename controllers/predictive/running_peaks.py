@@ -29,13 +29,7 @@ class RunningPeaks:
         self.peaks = np.zeros(2)
 
     def follow(self, outputs: NDArray) -> None:
-        """Go on to the next sample.
-
-        Parameters
-        ----------
-        outputs : numpy.ndarray, shape (n_outputs,)
-            Displacements (m), accelerations (m/s^2); what follows is left out.
-        """
+        """Go on to the next sample."""
         now = outputs[: self._kinds[-1]].copy()
         self._count(np.abs(now))
         if len(self._past) == 2:
@@ -48,13 +42,7 @@ class RunningPeaks:
         self._past = [*self._past[-1:], now]
 
     def change(self, outputs: NDArray) -> None:
-        """Take the values just after a change of current.
-
-        Parameters
-        ----------
-        outputs : numpy.ndarray, shape (n_outputs,)
-            As of ``follow``.
-        """
+        """Take the values just after a change of current."""
         now = outputs[: self._kinds[-1]].copy()
         self._count(np.abs(now))
         self._past = [now]

@@ -46,20 +46,7 @@ class SlowGround:
         self._released = limit == 0.0
 
     def follow(self, sample: NDArray, floors: float = 0.0) -> bool:
-        """Take one more sample into account.
-
-        Parameters
-        ----------
-        sample : numpy.ndarray, shape (n_directions,), m/s^2
-            Ground acceleration.
-        floors : float, m/s^2
-            Peak acceleration of the floors so far.
-
-        Returns
-        -------
-        bool
-            Whether the ground moves and has been slow all along, and the building follows it.
-        """
+        """Take one more sample into account."""
         # before the first sample the ground was at rest
         full = len(self._samples) == self._span
         before = self._samples[0] if full else np.zeros_like(sample)

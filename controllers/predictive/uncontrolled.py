@@ -16,7 +16,7 @@ class Uncontrolled:
 
     Parameters
     ----------
-    belief : IsolatedStructure
+    nominal : IsolatedStructure
         The model.
     coils : numpy.ndarray, shape (n_channels, 5)
         Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
@@ -35,13 +35,13 @@ class Uncontrolled:
     """
 
     def __init__(
-        self, belief: IsolatedStructure, coils: NDArray, step: float, longest: float,
+        self, nominal: IsolatedStructure, coils: NDArray, step: float, longest: float,
         n_ahead: int = 0,
     ):  # fmt: skip
-        self._model = Prediction(belief, coils, step, np.zeros(1, int), longest)
+        self._model = Prediction(nominal, coils, step, np.zeros(1, int), longest)
         self._ahead: Prediction | None = None
         if n_ahead:
-            self._ahead = Prediction(belief, coils, step, np.zeros(n_ahead, int), longest)
+            self._ahead = Prediction(nominal, coils, step, np.zeros(n_ahead, int), longest)
         self._held = np.tile(coils[:, 2], (n_ahead, 1))
         self._past = [np.zeros(2)]
         self.course = np.zeros((1 + n_ahead, 2))
@@ -57,16 +57,7 @@ class Uncontrolled:
         return self._seen.peaks
 
     def follow(self, ground: NDArray, strength: NDArray) -> None:
-        """Go on to the last known sample of the ground motion, and forecast beyond it.
-
-        Parameters
-        ----------
-        ground : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
-            Ground acceleration at the ends of the prediction's substeps from now on: as many known
-            steps as at every call before, then the ``n_ahead`` forecast ones.
-        strength : numpy.ndarray, shape (n_devices,)
-            Each device's force over that of the belief.
-        """
+        """Go on to the last known sample of the ground motion, and forecast beyond it."""
         p = self._model
         p.strength[:] = strength
         n = p.n_sub

@@ -127,9 +127,7 @@ class WholeRecord:
         """Variables of the run to start from, (size, n or n + 1)."""
         run, n = self.start, self.n
         z = run.modal[run.grid.samples].T
-        s = np.concatenate(
-            [run.states[:, e, : k.stop - k.start].T for e, k in enumerate(self.own)]
-        )
+        s = np.concatenate([run.states[:, e, : k.stop - k.start].T for e, k in enumerate(self.own)])
         i, u = run.current.T.copy(), run.command[:-1].T
         i[:, 0] = self.coils[:, 4]
         forces = [
@@ -284,25 +282,7 @@ class WholeRecord:
         iterations: int = 300,
         tolerance: float = 1e-5,
     ) -> Optimum:
-        """Minimise a weighted sum of peaks.
-
-        Parameters
-        ----------
-        weights : mapping of str to float
-            Weight of each quantity's peak, 1 / its SI unit.
-        bounds : mapping of str to float, optional
-            Highest peak allowed, by quantity, SI units.
-        start : numpy.ndarray, optional
-            Variables of another solution; those of the run by default.
-        iterations : int
-            Most iterations of the interior-point method.
-        tolerance : float
-            Its tolerance.
-
-        Returns
-        -------
-        Optimum
-        """
+        """Minimise a weighted sum of peaks."""
         import casadi
 
         problem, n_peaks = self._problem, len(self.quantities)
@@ -333,8 +313,8 @@ class WholeRecord:
         solved = solver(x0=x0, p=w, lbx=low, ubx=high, lbg=0.0 * ends.clip(max=0), ubg=ends)
         x = np.asarray(solved["x"]).ravel()
         stats = solver.stats()
-        found = (x[-n_peaks:] * self.peaks_of_start).tolist()
-        peaks = dict(zip(self.quantities, found, strict=True))
+        result = (x[-n_peaks:] * self.peaks_of_start).tolist()
+        peaks = dict(zip(self.quantities, result, strict=True))
         before = sum(self.guess[k].size for k in _VARIABLES[: _VARIABLES.index("u")])
         u = x[before : before + self.guess["u"].size].reshape(-1, self.sizes["u"])
         u = np.clip(u * self.scale["u"], self.coils[:, 2], self.coils[:, 3])

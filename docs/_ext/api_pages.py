@@ -50,14 +50,14 @@ def write_pages(folder: Path) -> list[str]:
         Names of the packages.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    told: dict[int, str] = {}
+    sentences: dict[int, str] = {}
     for name in PACKAGES:
-        text = _page(importlib.import_module(name), told)
+        text = _page(importlib.import_module(name), sentences)
         (folder / f"{name}.rst").write_text(text, encoding="utf-8")
     return list(PACKAGES)
 
 
-def _page(module: ModuleType, told: dict[int, str]) -> str:
+def _page(module: ModuleType, sentences: dict[int, str]) -> str:
     """A module's page; what another page has told already is referred to."""
     name = module.__name__
     lines = [name, "=" * len(name), "", f".. py:module:: {name}", "", _prose(module), ""]
@@ -66,13 +66,13 @@ def _page(module: ModuleType, told: dict[int, str]) -> str:
         path = f"{name}.{one}"
         if not (inspect.isclass(value) or inspect.isroutine(value)):
             lines += [f".. py:data:: {path}", "", f"   {meaning(module, one)}", ""]
-        elif id(value) in told:
-            lines += [f"``{one}`` is :py:obj:`{told[id(value)]}`.", ""]
+        elif id(value) in sentences:
+            lines += [f"``{one}`` is :py:obj:`{sentences[id(value)]}`.", ""]
         elif inspect.isclass(value):
             lines += [f".. autoclass:: {path}", "   :members:", ""]
         else:
             lines += [f".. autofunction:: {path}", ""]
-        told.setdefault(id(value), path)
+        sentences.setdefault(id(value), path)
     return "\n".join(lines)
 
 

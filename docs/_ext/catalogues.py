@@ -121,16 +121,16 @@ def tuned() -> str:
     str
         MyST text.
     """
-    found = tuned_controllers.outcome(Path(), False, lambda what, share=0.0: None)
+    result = tuned_controllers.outcome(Path(), False, lambda what, share=0.0: None)
     rows = [
         (row["motions"], f"`{row['controller']}`",
          *(f"{row[what]:+.2f} ({row[f'{what}_from']:+.2f} to {row[f'{what}_to']:+.2f})"
            for what in ("published", "tuned")),
          f"{row['beats_constant']} of {row['number']}")
-        for row in found.table
+        for row in result.table
     ]  # fmt: skip
     headings = ("motions", "controller", "as published", "as tuned", "tuned beats constant in")
-    return f"{table(headings, rows)}\n\n{found.finding.replace(chr(10), chr(10) * 2)}"
+    return f"{table(headings, rows)}\n\n{result.finding.replace(chr(10), chr(10) * 2)}"
 
 
 def references() -> str:

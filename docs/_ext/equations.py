@@ -234,7 +234,7 @@ def _width(text: str) -> int:
     part = r"\{((?:[^{}]|\{[^{}]*\})*)\}"
     fraction = re.compile(rf"\\frac{part}{part}")
     while fraction.search(text):
-        text = fraction.sub(lambda found: max(found.groups(), key=len), text)
+        text = fraction.sub(lambda result: max(result.groups(), key=len), text)
     text = re.sub(r"\\left|\\right|[{}^_\s]", "", text)
     return len(re.sub(r"\\[a-zA-Z]+", "x", text))
 
@@ -254,8 +254,8 @@ def stored(law: Any) -> Any:
     if law.stored_energy is None:
         return None
     (x,) = traced("x")
-    found = law.stored_energy(x, traced(law.state_names), traced(law.parameter_names))
-    return expression_of(found)
+    result = law.stored_energy(x, traced(law.state_names), traced(law.parameter_names))
+    return expression_of(result)
 
 
 def force(law: Any) -> Any:

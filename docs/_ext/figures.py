@@ -43,10 +43,10 @@ def spectra() -> Figure:
     left, right = figure.subplots(1, 2)
     periods = np.linspace(0.2, 4.0, 120)
     for damping, line in zip((0.02, 0.1, 0.2), line_styles(3), strict=True):
-        found = response_spectrum(el_centro_1940(), periods, damping)
+        result = response_spectrum(el_centro_1940(), periods, damping)
         label = f"damping ratio {damping:g}"
-        left.plot(periods, found.sa, label=label, **line)
-        right.plot(periods, 1e3 * found.sd, label=label, **line)
+        left.plot(periods, result.sa, label=label, **line)
+        right.plot(periods, 1e3 * result.sd, label=label, **line)
     left.set(xlabel="period (s)", ylabel="peak acceleration (m/s²)")
     right.set(xlabel="period (s)", ylabel="peak displacement (mm)")
     right.legend()
@@ -139,17 +139,17 @@ def current_map() -> Figure:
     inverse = CurrentMap(device, low, high)
     ends = [device.force(x, v, tuple(states.T), i) for i in (low, high)]
     # a wanted force: linear spring and dashpot
-    wanted = 5e6 * x + 2e6 * v
-    found = [inverse(*each) for each in zip(wanted, x, v, states, strict=True)]
+    target = 5e6 * x + 2e6 * v
+    result = [inverse(*each) for each in zip(target, x, v, states, strict=True)]
     figure = new_figure(WIDTH, 2.9)
     left, right = figure.subplots(1, 2)
     time = np.arange(n) / (motion.frequency * motion.points)
     left.fill_between(time, 1e-3 * ends[0], 1e-3 * ends[1], color="0.85", label="0 A to 3 A")
-    left.plot(time, 1e-3 * wanted, "--", color="#D55E00", label="wanted")
-    left.plot(time, [1e-3 * each.force for each in found], color="black", label="given")
+    left.plot(time, 1e-3 * target, "--", color="#D55E00", label="wanted")
+    left.plot(time, [1e-3 * each.force for each in result], color="black", label="given")
     left.set(xlabel="time (s)", ylabel="force (kN)")
     left.legend()
-    right.plot(time, [each.current for each in found], color="black")
+    right.plot(time, [each.current for each in result], color="black")
     right.set(xlabel="time (s)", ylabel="current (A)")
     return figure
 

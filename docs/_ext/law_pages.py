@@ -195,18 +195,18 @@ def _draw(one: Law, folder: Path) -> str:
             f"{FREQUENCY:g} Hz, last of six cycles."
         )
     else:
-        found = fit(_tests(), one, starts=8)
+        result = fit(_tests(), one, starts=8)
         loops = {
             each.run.name: tuple(
                 values[-_PERIOD:]
                 for values in (each.run.displacement, each.run.velocity, each.force)
             )
-            for each in found.errors
+            for each in result.errors
         }
         caption = (
             "The law has no published numbers. Here it is fitted to loops of the published "
             f"strain-stiffening isolator at 1 A and {FREQUENCY:g} Hz (thick grey): the RMS error "
-            f"that is left is {100 * found.error:.0f} % of the RMS force."
+            f"that is left is {100 * result.error:.0f} % of the RMS force."
         )
     with style():
         picture = new_figure(7.2, 3.0)

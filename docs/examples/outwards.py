@@ -18,7 +18,7 @@ class Outwards(Controller):
     full_speed: float = setting(0.3, "outward velocity of the highest current", Number(above=0),
                                 "m/s", SearchRange(0.05, 5.0))  # fmt: skip
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Base displacement and velocity."""
         return ("base_displacement_m", "base_velocity_m_s")
 

@@ -49,7 +49,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     column = _chosen_column(names, list(units), column, place)
     require_two(len(rows) - 1, str(path))
 
-    wanted = names.index(TIME_COLUMN), names.index(column)
+    target = names.index(TIME_COLUMN), names.index(column)
     times, values, line_numbers = [], [], []
     for number, line in rows[1:]:
         cells = _cells(line)
@@ -58,7 +58,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
                 f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
             )
         time, value = (
-            parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in wanted
+            parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in target
         )
         times.append(time)
         values.append(value)
@@ -76,23 +76,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
 
 
 def acceleration_columns(path: str | Path) -> list[str]:
-    """Return the columns of a CSV file whose names end in a unit of acceleration.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    list of str
-        In the file's order.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read.
-    """
+    """Return the columns of a CSV file whose names end in a unit of acceleration."""
     return [name for name in _cells(table_lines(path)[0][1]) if _unit_of(name)]
 
 
@@ -128,9 +112,7 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
     if column in candidates:
         return column
     if column is not None and column in names:
-        raise InputError(
-            place, f"column {column!r}", f"a name that ends in a unit: {suffixes}"
-        )
+        raise InputError(place, f"column {column!r}", f"a name that ends in a unit: {suffixes}")
     if not candidates:
         raise InputError(
             place,

@@ -12,21 +12,6 @@ def read_lines(path: str | Path) -> list[str]:
     """Return the lines of a text file that holds something.
 
     The text is UTF-8, or Latin-1 where it is not.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    list of str
-        Its lines, without line ends.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, unreadable, not text, or empty.
     """
     accepted = "a file of UTF-8 text, or Latin-1"
     try:
@@ -48,53 +33,19 @@ def read_lines(path: str | Path) -> list[str]:
 
 
 def table_lines(path: str | Path) -> list[tuple[int, str]]:
-    """Return the lines of a table's text file, without blank ones and those that begin with ``#``.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    list of (int, str)
-        Each with its number, counted from 1.
-
-    Raises
-    ------
-    InputError
-        As ``read_lines``, and if there are comments only.
-    """
-    kept = [
+    """Return the lines of a table's text file, without blank ones and those that begin with ``#``."""
+    keep = [
         (number, line)
         for number, line in enumerate(read_lines(path), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
-    if not kept:
+    if not keep:
         raise InputError(str(path), "comments only", "a line of column names, then numbers")
-    return kept
+    return keep
 
 
 def parse_number(cell: str, place: str) -> float:
-    """Return the finite number in a cell.
-
-    Parameters
-    ----------
-    cell : str
-        The cell's text.
-    place : str
-        File, line and column, for the error.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    InputError
-        If it is not a finite number.
-    """
+    """Return the finite number in a cell."""
     try:
         value = float(cell)
     except ValueError:
@@ -105,35 +56,11 @@ def parse_number(cell: str, place: str) -> float:
 
 
 def shown(text: str) -> str:
-    """Return text as it is to be quoted in an error, cut to 60 characters.
-
-    Parameters
-    ----------
-    text : str
-        What a file holds.
-
-    Returns
-    -------
-    str
-        Its quoted beginning.
-    """
+    """Return text as it is to be quoted in an error, cut to 60 characters."""
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def require_two(count: int, place: str) -> None:
-    """Refuse a file with fewer than two samples.
-
-    Parameters
-    ----------
-    count : int
-        How many it holds.
-    place : str
-        The file, for the error.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two.
-    """
+    """Refuse a file with fewer than two samples."""
     if count < 2:
         raise InputError(place, f"{count} samples", "two samples or more")

@@ -13,27 +13,7 @@ TOLERANCE = 0.02
 
 
 def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: str) -> float:
-    """Return the step of increasing, uniform times.
-
-    Parameters
-    ----------
-    times : (n,) sequence of float
-        Times, s; two or more.
-    line_numbers : (n,) sequence of int
-        The file's line of each time, for the error.
-    column : str
-        File and column, for the error.
-
-    Returns
-    -------
-    float
-        Step, s, to twelve significant digits (the rest is the times' own rounding).
-
-    Raises
-    ------
-    InputError
-        If times do not increase, or one is off the uniform grid by more than `TOLERANCE` steps.
-    """
+    """Return the step of increasing, uniform times."""
     t = np.asarray(times)
     steps = np.diff(t)
     backward = np.flatnonzero(steps <= 0.0)

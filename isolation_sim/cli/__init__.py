@@ -54,8 +54,8 @@ app = typer.Typer(
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(target: bool) -> None:
+    if target:
         print(f"isolation-sim {__version__}")
         raise typer.Exit
 
@@ -96,19 +96,13 @@ def _end_at_usage(error: Any) -> None:
         print(context.get_help())
     else:
         path = context.command_path if context is not None else "isolation-sim"
-        told = " ".join(error.format_message().split())
-        print_error(f"{told.rstrip('.')}; expected: what {path} --help shows")
+        sentences = " ".join(error.format_message().split())
+        print_error(f"{sentences.rstrip('.')}; expected: what {path} --help shows")
     sys.exit(2)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and end the process.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        What follows the program's name; the process's own by default.
-    """
+    """Run the command line and end the process."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
     try:

@@ -18,9 +18,7 @@ EXAMPLES = examples(
 
 
 def evaluate(
-    law: Annotated[
-        Path, typer.Argument(help="File of a law, as fit --out and diagnose write it.")
-    ],
+    law: Annotated[Path, typer.Argument(help="File of a law, as fit --out and diagnose write it.")],
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
     report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
     as_json: AsJson = False,

@@ -55,7 +55,7 @@ def fit(
         report = out.with_suffix(".html")
     if report is not None and report == out:
         raise InputError(
-            f"--out {out}: the report is written there; accepted: a file such as "
+            f"--out {out}: the report is written there; expected: a file such as "
             f"{out.with_suffix('.toml')}"
         )
     kinds = ("svg", "png") if figure else ()

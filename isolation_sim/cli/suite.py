@@ -52,45 +52,45 @@ def suite(
 
     with progress(quiet, 100) as step:
         try:
-            found = run_suite(
+            result = run_suite(
                 scenario, out, resume=resume, workers=workers,
                 step=lambda text: step(text, 0), progress=advance,
             )  # fmt: skip
         except KeyboardInterrupt:
             print("stopped; what is finished is kept: --resume goes on", file=sys.stderr)
             raise typer.Exit(130) from None
-    found.check(criterion)
+    result.check(criterion)
     if as_json:
-        print(_json(found), end="")
+        print(_json(result), end="")
     elif not quiet:
         console = standard_console()
-        for label in found.controllers:
-            console.print(statistics_table(found, label))
-        console.print(records_table(found, criterion))
-        for sentence in verdict(found):
+        for label in result.controllers:
+            console.print(statistics_table(result, label))
+        console.print(records_table(result, criterion))
+        for sentence in verdict(result):
             console.print(sentence)
-    failed = found.sweep.failed
+    failed = result.sweep.failed
     for _, row in failed.iterrows():
         print_warning(f"{row['motion']}, {row['controller']}: {row['status']}: {row['reason']}")
-    print_results(found.folder, as_json, quiet)
+    print_results(result.folder, as_json, quiet)
     if len(failed):
         raise typer.Exit(1)
 
 
-def _json(found: Suite) -> str:
+def _json(result: Suite) -> str:
     """Statistics and runs as JSON, in SI units; null where there is no number."""
     return (
         json.dumps(
             {
-                "name": found.name,
-                "folder": str(found.folder),
-                "rule": found.rule.name,
-                "design_statistic": found.design_statistic,
-                "mean_spectrum_over_target": found.mean_ratio,
-                "meets_rule": found.meets_rule,
-                "motions": found.index["motions"],
-                "statistics": json.loads(found.statistics.reset_index().to_json(orient="records")),
-                "runs": json.loads(found.table.to_json(orient="records")),
+                "name": result.name,
+                "folder": str(result.folder),
+                "rule": result.rule.name,
+                "design_statistic": result.design_statistic,
+                "mean_spectrum_over_target": result.mean_ratio,
+                "meets_rule": result.meets_rule,
+                "motions": result.index["motions"],
+                "statistics": json.loads(result.statistics.reset_index().to_json(orient="records")),
+                "runs": json.loads(result.table.to_json(orient="records")),
             },
             indent=2,
         )

@@ -235,7 +235,7 @@ def show(
 
     result = Sweep(folder)
     if figures is not None and figures.is_file():
-        raise InputError(f"--figures {figures}: a file; accepted: a folder")
+        raise InputError(f"--figures {figures}: a file; expected: a folder")
     check_new_files(force, csv)
     place = figures or folder
     if figures is not None and (figures / "report.html").exists() and not force:
@@ -302,12 +302,12 @@ def _announced(expected: Estimate, processes: int | None) -> str:
         where = f"on {processes} process{'es' * (processes > 1)}"
     return (
         f"{expected.n_runs:,} runs ({expected.n_cases:,} cases): about "
-        f"{_spoken_time(expected.seconds / (processes or 1))} {where}, "
+        f"{_duration_text(expected.seconds / (processes or 1))} {where}, "
         f"{expected.size / 1e6:.1f} MB"
     )
 
 
-def _spoken_time(seconds: float) -> str:
+def _duration_text(seconds: float) -> str:
     if seconds < 90:
         return f"{max(seconds, 1):.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

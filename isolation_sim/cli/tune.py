@@ -113,7 +113,5 @@ def _weights(texts: list[str]) -> dict[str, float]:
     pairs = dict(_pair(text, "--criterion", "peak_drift_m=1") for text in texts)
     for name, weight in pairs.items():
         if isinstance(weight, bool) or not isinstance(weight, int | float):
-            raise InputError(
-                f"--criterion {name}={weight}: accepted: a number, as {name}=1"
-            )
+            raise InputError(f"--criterion {name}={weight}: accepted: a number, as {name}=1")
     return pairs

@@ -17,15 +17,15 @@ from ground_motions import Record
 from ..comparison import UNCONTROLLED
 from ..criteria import criteria
 from ..errors import Diverged, InputError
-from ..simulation.control import Control, Situation
+from ..simulation.control import Control, RunContext
 from ..simulation.result import Run
 from ..simulation.run import simulate
 from ..structures import IsolatedStructure
 
 CASES = {
-    "predicted": "plant and controllers' belief by the law that was judged",
+    "predicted": "plant and controllers' nominal model by the law that was judged",
     "actual": "plant by the extended law, controllers designed with the one that was judged",
-    "redesigned": "plant and controllers' belief by the extended law",
+    "redesigned": "plant and controllers' nominal model by the extended law",
 }
 """How each controller is run."""
 
@@ -103,7 +103,7 @@ class _AsDesigned:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._control, name)
 
-    def prepare(self, situation: Situation, trial: Any) -> None:
+    def prepare(self, context: RunContext, trial: Any) -> None:
         """Learn nothing more."""
 
 
@@ -120,21 +120,21 @@ def consequence(
     """Run controllers on a building as it was simulated and as it is."""
     if UNCONTROLLED not in controllers:
         raise InputError(
-            f"controllers are {', '.join(controllers)}; accepted: {UNCONTROLLED} among them, which "
+            f"controllers are {', '.join(controllers)}; expected: {UNCONTROLLED} among them, which "
             "J refers to"
         )
     tell = progress or (lambda what: None)
     runs: dict[str, dict[str, Run | None]] = {case: {} for case in CASES}
     for name, control in controllers.items():
         # in this order: what is learnt on the old plant is used on the new one
-        for case, plant, belief, one in (
+        for case, plant, nominal, one in (
             ("predicted", before, before, control),
             ("actual", after, before, _AsDesigned(control)),
             ("redesigned", after, after, control),
         ):
             tell(f"{name}, {case}")
             try:
-                run = simulate(plant, ground, one, **{**(options or {}), "belief": belief})
+                run = simulate(plant, ground, one, **{**(options or {}), "nominal": nominal})
             except Diverged:
                 run = None
             runs[case][name] = run
@@ -157,10 +157,10 @@ def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
         return ranked
     numbers = {name: criteria(run, off) for name, run in runs.items() if run is not None}
     scores = {name: round((n[_BASE] + n[_FLOOR]) / 2, DIGITS) for name, n in numbers.items()}
-    for name, found in numbers.items():
+    for name, result in numbers.items():
         ranked[name] = Performance(
-            peak_base_displacement_m=found["peak_base_displacement_m"],
-            peak_floor_acceleration_m_s2=found["peak_floor_acceleration_m_s2"],
+            peak_base_displacement_m=result["peak_base_displacement_m"],
+            peak_floor_acceleration_m_s2=result["peak_floor_acceleration_m_s2"],
             J=scores[name],
             rank=1 + sum(score < scores[name] for score in scores.values()),
         )
@@ -176,7 +176,7 @@ _WHERE = {
 
 def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
     """Say which runs deform the device further than it was tested."""
-    told = []
+    sentences = []
     for case, of_case in runs.items():
         peaks = {}
         for name, run in of_case.items():
@@ -189,8 +189,10 @@ def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
                 peaks[name] = peak / tested
         if peaks:
             how = ", ".join(f"{name} {ratio:.2f} times" for name, ratio in peaks.items())
-            told.append(f"{_WHERE[case]} the device deforms further than it was tested: {how}.")
-    return told
+            sentences.append(
+                f"{_WHERE[case]} the device deforms further than it was tested: {how}."
+            )
+    return sentences
 
 
 def _finding(performance: Mapping[str, Mapping[str, Performance | None]]) -> str:
@@ -207,17 +209,17 @@ def _finding(performance: Mapping[str, Mapping[str, Performance | None]]) -> str
         and (actual := cases["actual"])
         and (redesigned := cases["redesigned"])
     }
-    told = [f"The response diverges: {', '.join(failed)}."] if failed else []
+    sentences = [f"The response diverges: {', '.join(failed)}."] if failed else []
     if not known:
-        return " ".join(told)
-    told.append(
+        return " ".join(sentences)
+    sentences.append(
         f"The law that was judged misses the peak base displacement by "
         f"{_range(known, 'peak_base_displacement_m')} and the peak floor acceleration by "
         f"{_range(known, 'peak_floor_acceleration_m_s2')}."
     )
     if len(known) > 1:
-        told += [_choice(known), *_redesign(known)]
-    return " ".join(told)
+        sentences += [_choice(known), *_redesign(known)]
+    return " ".join(sentences)
 
 
 _Known = Mapping[str, tuple[Performance, Performance, Performance]]

@@ -300,27 +300,27 @@ def _drift(values: NDArray) -> float:
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     """Find what is suspicious in a record."""
-    found = []
+    result = []
     signals = {"ground_acceleration_m_s2": record.ground.acceleration, **record.response}
     for name, values in signals.items():
         n_flat = clipped(values)
         if n_flat:
-            found.append(f"{name} stays at its peak for {n_flat} samples: clipped?")
+            result.append(f"{name} stays at its peak for {n_flat} samples: clipped?")
         start = np.sqrt(np.mean(values[: max(len(values) // 100, 8)] ** 2))
         if start > 0.3 * np.sqrt(np.mean(values**2)):
-            found.append(f"{name} does not start at rest, as the simulation does")
+            result.append(f"{name} does not start at rest, as the simulation does")
     slope, lag = _against_displacement(record)
     if not 0.7 < slope < 1.4:
-        found.append(
+        result.append(
             f"the base's acceleration relative to the ground is {slope:.2f} times that of the "
             "isolators' displacement: a unit, a sign, or a base that does not stand on the ground"
         )
     elif abs(lag) > record.ground.dt:
         late = "behind" if lag > 0 else "ahead of"
-        found.append(
+        result.append(
             f"the isolators' displacement is {1e3 * abs(lag):.0f} ms {late} the accelerations"
         )
-    return tuple(found)
+    return tuple(result)
 
 
 def _against_displacement(record: BuildingRecord) -> tuple[float, float]:

@@ -47,7 +47,7 @@ def carrying(device: Device, structure: Structure, ground: Sequence[Record]) -> 
     """
     tested = device.tested_deformation
     if not np.isfinite(tested):
-        raise InputError(f"{device.name} has no tested deformation; accepted: one that is known")
+        raise InputError(f"{device.name} has no tested deformation; expected: one that is known")
     low, high = device.current_range if device.depends_on_current else (0.0, 0.0)
     current = (low + high) / 2
     frequency = 1 / ISOLATED_PERIOD
@@ -58,7 +58,7 @@ def carrying(device: Device, structure: Structure, ground: Sequence[Record]) -> 
         raise InputError(
             f"a device of {stiffness / 1e3:.3g} N/mm and a damping ratio of {damping:.2g} at "
             f"{1e3 * tested:.3g} mm damps more than it restores: it cannot carry a building by "
-            "itself; accepted: a scenario with length_scale and force_scale"
+            "itself; expected: a scenario with length_scale and force_scale"
         )
     displacement = max(
         float(response_spectrum(record, [ISOLATED_PERIOD], max(damping, 0.0)).sd[0])

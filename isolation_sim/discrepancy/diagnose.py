@@ -40,42 +40,10 @@ def diagnose(
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Find what a simulation gets wrong, and why.
-
-    Parameters
-    ----------
-    data : Campaign, LoopTable, str or pathlib.Path
-        A campaign or its folder, or a loop table or its CSV file.
-    law : str or Law, default "strain_stiffening"
-        The law to judge, or its registry name.
-    parameters : str, pathlib.Path or Device, default "fit"
-        Numbers of the law: "fit" to fit them to the data, "published" for the law's published
-        ones, or a file with an ``[isolator]`` section, as ``fit --out`` writes.
-    current_degree : int, optional
-        Degree of the parameters' polynomials of the current, where they are fitted.
-    significance : float, optional
-        Share of the force (RMS) below which an effect found in a campaign, or what a law misses,
-        is negligible; 0.002 by default. A loop table has an accuracy of its own.
-    seed : int, default 0
-        Of random starts and examples of noise.
-    threads : int, optional
-        As many as there are processors by default.
-    progress : callable, optional
-        Called with the name of what is being done, whenever a part of it is done.
-
-    Returns
-    -------
-    Diagnosis
-
-    Raises
-    ------
-    InputError
-        If the data cannot be read, a name is unknown, the law cannot be fitted, or the
-        significance is not from 0 to 1.
-    """
+    """Find what a simulation gets wrong, and why."""
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
-        raise InputError(f"significance is {significance:g}; accepted: 0 to 1, of the force")
+        raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
     if isinstance(law, str):
         law = LAWS[law]
     device = read_parameters(law, parameters)
@@ -99,47 +67,24 @@ def diagnose_building(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] | None = None,
 ) -> BuildingDiagnosis:
-    """Find what the simulation of a building gets wrong, and why.
-
-    Parameters
-    ----------
-    records : BuildingRecord or sequence of BuildingRecord
-        One or several earthquakes. Those marked ``hold_out`` judge; without any, the last of
-        several does, and of a lone one the time after 60 % of its energy.
-    isolated : IsolatedStructure
-        The engineer's model: one direction of ground motion, its first element the isolation
-        layer. The recorded current, if there is one, is put into its coil.
-    most_causes : int
-        Number of causes at which the search stops.
-    progress : callable, optional
-        Called with the name of each computation.
-
-    Returns
-    -------
-    BuildingDiagnosis
-
-    Raises
-    ------
-    InputError
-        If the records and the structure do not fit together, or nothing is left to fit.
-    """
+    """Find what the simulation of a building gets wrong, and why."""
     from .adapters.building import BuildingRecords
     from .building.record import BuildingRecord
 
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
-    diagnosis, found = diagnose_problem(problem)
-    return BuildingDiagnosis(**vars(diagnosis), building=problem.building(found))
+    diagnosis, result = diagnose_problem(problem)
+    return BuildingDiagnosis(**vars(diagnosis), building=problem.building(result))
 
 
 def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
     """Run the pipeline on one kind of data."""
-    found = problem.search(problem.nominal())
-    dependences = problem.dependences(found.base)
-    evaluation = problem.evaluate(found)
-    causes = tuple(sorted(problem.causes(found, evaluation), key=lambda cause: -cause.share))
+    result = problem.search(problem.nominal())
+    dependences = problem.dependences(result.base)
+    evaluation = problem.evaluate(result)
+    causes = tuple(sorted(problem.causes(result, evaluation), key=lambda cause: -cause.share))
     judgement = verdict(causes, evaluation.adequate, evaluation.explained)
-    judged, extended = problem.devices(found)
+    evaluated, extended = problem.devices(result)
     diagnosis = Diagnosis(
         data=problem.data_name,
         model=problem.model_name,
@@ -150,15 +95,15 @@ def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
         causes=causes,
         unexplained_share=0.0 if judgement == "adequate" else min(evaluation.unexplained, 1.0),
         depends_on=problem.depends_on(dependences, causes, evaluation),
-        next_test=problem.next_test(found, causes),
-        steps=report_steps(problem, found, dependences, evaluation, causes, judgement),
-        judged=judged,
+        next_test=problem.next_test(result, causes),
+        steps=report_steps(problem, result, dependences, evaluation, causes, judgement),
+        judged=evaluated,
         extended=extended,
         gain=gain_interval(evaluation.blocks, problem.seed) if causes else None,
-        traces=problem.traces(found),
+        traces=problem.traces(result),
         details=evaluation.details,
     )
-    return diagnosis, found
+    return diagnosis, result
 
 
 def kind_of(path: str | Path) -> str:
@@ -178,7 +123,7 @@ def kind_of(path: str | Path) -> str:
         return "loops"
     given = f"columns {head!r}" if head else "no line of column names"
     raise InputError(
-        f"{path}: {given}; accepted: a campaign folder, a loop table (amplitude_mm, "
+        f"{path}: {given}; expected: a campaign folder, a loop table (amplitude_mm, "
         "frequency_Hz, ...) or a building record (time_s, ground_acceleration_m_s2, ...)"
     )
 
@@ -195,7 +140,7 @@ def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
         device = _from_file(Path(parameters))
     if device.law is not law:
         raise InputError(
-            f"{parameters}: numbers of {device.law.name}; accepted: of {law.name}, the law to judge"
+            f"{parameters}: numbers of {device.law.name}; expected: of {law.name}, the law to judge"
         )
     return device
 
@@ -208,6 +153,6 @@ def _from_file(path: Path) -> Device:
         name, numbers = section["law"], section["parameters"]
     except (KeyError, TypeError):
         raise InputError(
-            f"{path}: no [isolator] section with law and parameters; accepted: {accepted}"
+            f"{path}: no [isolator] section with law and parameters; expected: {accepted}"
         ) from None
     return published(name, numbers, section.get("current_range_A"))

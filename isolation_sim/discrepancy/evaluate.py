@@ -19,30 +19,13 @@ from .device.model import Model
 
 
 def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
-    """Compute the errors of a law on measured runs; nothing is fitted.
-
-    Parameters
-    ----------
-    device : Device
-        The law with its numbers, and effects if it has any.
-    campaign : Campaign, str or pathlib.Path
-        The runs, or their folder.
-
-    Returns
-    -------
-    LawEvaluation
-
-    Raises
-    ------
-    InputError
-        If the campaign cannot be read, or the law's numbers are given piecewise in the current.
-    """
+    """Compute the errors of a law on measured runs; nothing is fitted."""
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
     base, applied = separate(device)
     if len(base.current.coefficients) > 1:
         raise InputError(
-            f"{base.name}: parameters are given piecewise in the current; accepted: one polynomial "
+            f"{base.name}: parameters are given piecewise in the current; expected: one polynomial "
             "for all currents"
         )
     data = _scaled(measured_runs(campaign.runs), base.length)

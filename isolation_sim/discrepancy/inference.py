@@ -88,11 +88,11 @@ def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
     def decrease(before: NDArray, after: NDArray, axis: int) -> NDArray:
         return 1 - np.sqrt(after.sum(axis=axis) / before.sum(axis=axis))
 
-    found = bootstrap(
+    result = bootstrap(
         tuple(blocks.T), decrease, paired=True, vectorized=True, n_resamples=RESAMPLES,
         method="percentile", rng=np.random.default_rng(seed),
     ).confidence_interval  # fmt: skip
-    return float(found.low), float(found.high)
+    return float(result.low), float(result.high)
 
 
 def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict:

@@ -79,11 +79,11 @@ class Problem(ABC, Generic[H]):
         """Analyse what the nominal model's residual depends on."""
 
     @abstractmethod
-    def evaluate(self, found: Found[H]) -> Evaluation:
+    def evaluate(self, result: Found[H]) -> Evaluation:
         """Compare both models with all of the data."""
 
     @abstractmethod
-    def causes(self, found: Found[H], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: Found[H], evaluation: Evaluation) -> list[Cause]:
         """Infer share, chance, numbers and rivals of each cause."""
 
     @abstractmethod
@@ -92,16 +92,16 @@ class Problem(ABC, Generic[H]):
     ) -> tuple[str, ...]:
         """Name the variables on which the nominal model's residual depends."""
 
-    def next_test(self, found: Found[H], causes: Sequence[Cause]) -> str | None:
+    def next_test(self, result: Found[H], causes: Sequence[Cause]) -> str | None:
         """Propose the test that would best tell rival causes apart."""
         return None
 
     @abstractmethod
-    def devices(self, found: Found[H]) -> tuple[Device | None, Device | None]:
+    def devices(self, result: Found[H]) -> tuple[Device | None, Device | None]:
         """Return the device that was judged, and the one with the causes in it."""
 
     @abstractmethod
-    def traces(self, found: Found[H]) -> tuple[Trace, ...]:
+    def traces(self, result: Found[H]) -> tuple[Trace, ...]:
         """Return the data as measured and as simulated, to draw."""
 
     @abstractmethod
@@ -121,7 +121,7 @@ class Problem(ABC, Generic[H]):
         """Describe the candidates of a round, the best first."""
 
     def outcome_text(
-        self, found: Found[H], evaluation: Evaluation, causes: Sequence[Cause]
+        self, result: Found[H], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Add to the verdict what this kind of data can say."""
         return Text("")

@@ -17,7 +17,7 @@ _SHOWN = 6
 
 
 def report_steps(
-    problem: Problem[H], found: Found[H], dependences: Sequence[Dependence],
+    problem: Problem[H], result: Found[H], dependences: Sequence[Dependence],
     evaluation: Evaluation, causes: Sequence[Cause], verdict: Verdict,
 ) -> tuple[Step, ...]:  # fmt: skip
     """Describe how a diagnosis was reached."""
@@ -27,11 +27,11 @@ def report_steps(
         Step("Nominal model", *problem.model_text(evaluation), figure="before"),
         _dependence_step(dependences),
     ]
-    for number, tried in enumerate(found.rounds, start=1):
+    for number, tried in enumerate(result.rounds, start=1):
         if tried.tried:
             text, headings, rows = problem.trials_text(tried)
             steps.append(Step(f"Candidates, round {number}", text, headings, rows[:_SHOWN]))
-    return (*steps, _verdict_step(problem, found, evaluation, causes, verdict))
+    return (*steps, _verdict_step(problem, result, evaluation, causes, verdict))
 
 
 def _dependence_step(dependences: Sequence[Dependence]) -> Step:
@@ -52,7 +52,7 @@ def _dependence_step(dependences: Sequence[Dependence]) -> Step:
 
 
 def _verdict_step(
-    problem: Problem[H], found: Found[H], evaluation: Evaluation, causes: Sequence[Cause],
+    problem: Problem[H], result: Found[H], evaluation: Evaluation, causes: Sequence[Cause],
     verdict: Verdict,
 ) -> Step:  # fmt: skip
     sentences = [MEANINGS[verdict]]
@@ -62,7 +62,7 @@ def _verdict_step(
         sentences.append(
             change + (f"; noise alone leaves {100 * floor:.2f} %." if np.isfinite(floor) else ".")
         )
-    text, headings, rows = problem.outcome_text(found, evaluation, causes)
+    text, headings, rows = problem.outcome_text(result, evaluation, causes)
     return Step(
         "Verdict", " ".join([*sentences, text]).strip(), headings, rows,
         figure="after" if causes else "",

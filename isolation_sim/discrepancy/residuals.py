@@ -54,20 +54,18 @@ class Dependence:
     p_value: float = float("nan")
 
 
-def smallest_set(found: Sequence[Dependence]) -> tuple[str, ...]:
+def smallest_set(result: Sequence[Dependence]) -> tuple[str, ...]:
     """Smallest set of variables that predicts nearly as much as any; empty if none predicts."""
-    best = max((d.share for d in found), default=0.0)
+    best = max((d.share for d in result), default=0.0)
     if best < LEAST_DEPENDENCE:
         return ()
-    near = [d for d in found if d.share > NEARLY_AS_MUCH * best]
+    near = [d for d in result if d.share > NEARLY_AS_MUCH * best]
     return min(near, key=lambda d: (len(d.variables), -d.share)).variables
 
 
-def significant(found: Sequence[Dependence], least: float = LEAST_DEPENDENCE) -> tuple[str, ...]:
+def significant(result: Sequence[Dependence], least: float = LEAST_DEPENDENCE) -> tuple[str, ...]:
     """Variables of all dependences that are large enough and no accident."""
-    return tuple(
-        d.text for d in found if d.share > least and not d.p_value >= DEPENDENCE_LEVEL
-    )
+    return tuple(d.text for d in result if d.share > least and not d.p_value >= DEPENDENCE_LEVEL)
 
 
 def of_device_tests(base: FittedModel, noise_cost: float) -> list[Dependence]:
@@ -83,16 +81,16 @@ def of_device_tests(base: FittedModel, noise_cost: float) -> list[Dependence]:
     misfit = part * (1 - noise_cost / base.cost) if base.cost > noise_cost else 0.0
     if misfit == 0.0:
         return []  # a residual of noise depends on nothing
-    found = []
+    result = []
     for names, text, columns in _sets(data, force):
         design = columns * weight[:, np.newaxis]
         explained = 0.0
-        for fit, judge in ((first, second), (second, first)):
-            predicted = _ridge(design[fit], residual[fit], design[judge])
-            r = residual[judge]
+        for fit, evaluate in ((first, second), (second, first)):
+            predicted = _ridge(design[fit], residual[fit], design[evaluate])
+            r = residual[evaluate]
             explained += float(r @ r - (r - predicted) @ (r - predicted))
-        found.append(Dependence(names, text, min(explained / misfit, 1.0)))
-    return sorted(found, key=lambda d: -d.share)
+        result.append(Dependence(names, text, min(explained / misfit, 1.0)))
+    return sorted(result, key=lambda d: -d.share)
 
 
 def of_loops(table: LoopTable, ratios: NDArray) -> list[Dependence]:
@@ -123,7 +121,7 @@ def of_building(
     centred = [one - one.mean() for one in residuals]
     n_independent = sum(_independent(one) for one in centred)
     residual = np.concatenate(centred)
-    found = []
+    result = []
     for name in dict.fromkeys(name for one in variables for name in one):
         values = np.concatenate([one[name] for one in variables])
         edges = np.unique(np.quantile(values, np.linspace(0, 1, _BINS + 1)[1:-1]))
@@ -134,8 +132,8 @@ def of_building(
         share = float((sums[filled] ** 2 / counts[filled]).sum() / np.sum(residual**2))
         degrees, rest = max(filled.sum() - 1, 1), max(n_independent - filled.sum(), 1.0)
         chance = float(f.sf(share / max(1 - share, 1e-12) * rest / degrees, degrees, rest))
-        found.append(Dependence((name,), name, share, chance))
-    return sorted(found, key=lambda d: -d.share)
+        result.append(Dependence((name,), name, share, chance))
+    return sorted(result, key=lambda d: -d.share)
 
 
 def _independent(residual: NDArray) -> float:
@@ -154,14 +152,14 @@ def _halves(data: MeasuredRuns) -> tuple[NDArray, NDArray]:
     return block & data.fitted, ~block & data.fitted
 
 
-def _ridge(design: NDArray, target: NDArray, judged: NDArray) -> NDArray:
+def _ridge(design: NDArray, target: NDArray, evaluated: NDArray) -> NDArray:
     norm = np.sqrt(np.einsum("ij,ij->j", design, design))
-    kept = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
-    if not kept.any():
-        return np.zeros(len(judged))
-    scaled = design[:, kept] / norm[kept]
-    square = scaled.T @ scaled + _RIDGE * np.eye(int(kept.sum()))
-    return (judged[:, kept] / norm[kept]) @ np.linalg.solve(square, scaled.T @ target)
+    keep = norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)
+    if not keep.any():
+        return np.zeros(len(evaluated))
+    scaled = design[:, keep] / norm[keep]
+    square = scaled.T @ scaled + _RIDGE * np.eye(int(keep.sum()))
+    return (evaluated[:, keep] / norm[keep]) @ np.linalg.solve(square, scaled.T @ target)
 
 
 def _hats(values: NDArray, number: int = _HATS) -> NDArray:
@@ -183,7 +181,7 @@ def _sets(data: MeasuredRuns, force: NDArray) -> list[tuple[tuple[str, ...], str
     x, v = data.x / np.max(np.abs(data.x)), data.v / np.max(np.abs(data.v))
     linear = np.stack([np.ones_like(x), x, v, force / np.max(np.abs(force))], axis=1)
     peak, running = _amplitudes(data)
-    found: list[tuple[tuple[str, ...], str, NDArray]] = [
+    result: list[tuple[tuple[str, ...], str, NDArray]] = [
         (("displacement",), "displacement alone", _hats(x)),
         (("velocity",), "velocity alone", _hats(v)),
         (("acceleration",), "acceleration", _hats(data.a)),
@@ -198,22 +196,22 @@ def _sets(data: MeasuredRuns, force: NDArray) -> list[tuple[tuple[str, ...], str
     if np.ptp(data.current) > 0:
         current = _hats(data.current, 6)
         rate = _rate(data)
-        found += [
+        result += [
             (("current",), "stiffness or damping by the current", _times(current, linear)),
             (("current", "velocity"), "current and velocity", _times(current, _hats(v, 8))),
             (("current", "displacement"), "current and displacement",
              _times(current, _hats(x, 8))),
         ]  # fmt: skip
         if np.any(rate):
-            found.append(
+            result.append(
                 (("current", "time"), "recent changes of the current", _times(rate, linear))
             )
     if np.ptp(data.temperature) > 0:
-        found.append(
+        result.append(
             (("temperature",), "stiffness or damping by the temperature",
              _times(_hats(data.temperature, 5), linear))
         )  # fmt: skip
-    return found
+    return result
 
 
 def _amplitudes(data: MeasuredRuns) -> tuple[NDArray, NDArray]:
@@ -225,9 +223,7 @@ def _amplitudes(data: MeasuredRuns) -> tuple[NDArray, NDArray]:
         width = max(int(1.0 / dt), 1)
         square = np.cumsum(np.concatenate([np.zeros(1), size**2]))
         first = np.maximum(np.arange(len(size)) + 1 - width, 0)
-        recent[run] = np.sqrt(
-            (square[1:] - square[first]) / (np.arange(len(size)) + 1 - first)
-        )
+        recent[run] = np.sqrt((square[1:] - square[first]) / (np.arange(len(size)) + 1 - first))
     return peak, recent
 
 

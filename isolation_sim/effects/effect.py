@@ -63,18 +63,7 @@ class EffectParameter(Quantity):
 
 
 def in_sentence(name: str) -> str:
-    """A cause or an effect's title as it stands within a sentence.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``"coulomb_friction"`` or ``"Field saturation"``.
-
-    Returns
-    -------
-    str
-        With a small first letter, unless it is that of Coulomb's name.
-    """
+    """A cause or an effect's title as it stands within a sentence."""
     words = name.replace("_", " ")
     return f"{words[:1].lower()}{words[1:]}".replace("coulomb", "Coulomb")
 

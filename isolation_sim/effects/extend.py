@@ -69,12 +69,12 @@ def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]
         is extended already.
     """
     if isinstance(device.law, ExtendedLaw):
-        raise InputError(f"{device.name} has effects already; accepted: a law without effects")
+        raise InputError(f"{device.name} has effects already; expected: a law without effects")
     effects = tuple(effect for effect, _ in applied)
     causes = [effect.cause for effect in effects]
     for cause in causes:
         if causes.count(cause) > 1:
-            raise InputError(f"effect {cause!r} given twice; accepted: each cause once")
+            raise InputError(f"effect {cause!r} given twice; expected: each cause once")
     law = extended_law(device.law, effects, device.current)
     rows: dict[str, Any] = {}
     for effect, values in applied:
@@ -166,24 +166,7 @@ def separate(device: Device) -> tuple[Device, list[tuple[Effect, dict[str, float
 
 
 def extended_law(law: Law, effects: Sequence[Effect], dependence: CurrentDependence) -> ExtendedLaw:
-    """Write the law that effects make of another.
-
-    Parameters
-    ----------
-    law : Law
-        The law inside.
-    effects : sequence of Effect
-        In the order in which they act.
-    dependence : CurrentDependence
-        How the law's parameters depend on the current. Its shape matters where an effect changes
-        the current: then its coefficients become parameters.
-
-    Returns
-    -------
-    ExtendedLaw
-        Parameters: the law's (or their coefficients), the coil current and the temperature where
-        an effect uses them, then each effect's.
-    """
+    """Write the law that effects make of another."""
     if not any(effect.current is not None for effect in effects):
         return _extended_law(law, tuple(effects), None, 0)
     breaks = tuple(dependence.breaks[1:-1].tolist())
@@ -240,11 +223,11 @@ def _extended_law(
 
     def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
         signals, own, seen = unpack(x, v, states, parameters)
-        found = tuple(inner_rates(*seen))
+        result = tuple(inner_rates(*seen))
         for (_, _, _, _, own_rates), (z, p) in zip(hooks, own, strict=True):
             if own_rates is not None:
-                found = (*found, *own_rates(signals, z, p))
-        return (*found, (v - states[-1]) / ACCELERATION_LAG) if filtered else found
+                result = (*result, *own_rates(signals, z, p))
+        return (*result, (v - states[-1]) / ACCELERATION_LAG) if filtered else result
 
     starts = tuple((e.start, *size) for e, size in zip(effects, sizes, strict=True))
 
@@ -252,15 +235,15 @@ def _extended_law(
         current = parameters[n_inner]
         temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
         signals = Signals(0.0, 0.0, 0.0, current, 0.0, temperature)
-        found: tuple = (0.0,) * n_states
+        result: tuple = (0.0,) * n_states
         if law.rest is not None:
-            found = tuple(law.rest(evaluate(current, parameters[:n_inner])))
+            result = tuple(law.rest(evaluate(current, parameters[:n_inner])))
         at = n_inner + 1 + has_temperature
         for start, n_parameters, n_own in starts:
             p = parameters[at : at + n_parameters]
-            found = (*found, *((0.0,) * n_own if start is None else start(signals, p)))
+            result = (*result, *((0.0,) * n_own if start is None else start(signals, p)))
             at += n_parameters
-        return (*found, 0.0) if filtered else found
+        return (*result, 0.0) if filtered else result
 
     all_states = [*law.states]
     for effect in effects:

@@ -24,8 +24,8 @@ def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 def rates_play(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Dragged along at the ends of the play."""
-    (kept,), coercive = states, parameters[1]
-    ahead = signals.current - kept
+    (keep,), coercive = states, parameters[1]
+    ahead = signals.current - keep
     return ((positive(ahead - coercive) - positive(-ahead - coercive)) / RISE,)
 
 

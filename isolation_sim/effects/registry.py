@@ -10,9 +10,9 @@ from ..errors import unknown_name
 from .effect import Effect
 
 
-def _forms(found: Any) -> tuple[Effect, ...] | None:
+def _forms(result: Any) -> tuple[Effect, ...] | None:
     """The forms of one cause; an effect alone is its only form."""
-    forms = (found,) if isinstance(found, Effect) else found
+    forms = (result,) if isinstance(result, Effect) else result
     if not (isinstance(forms, tuple) and forms and all(isinstance(one, Effect) for one in forms)):
         return None
     return forms if len({one.cause for one in forms}) == 1 else None

@@ -90,24 +90,7 @@ class CText:
         self.texts: list[str] = []
 
     def function(self, name: str, kinds: Sequence[Kind]) -> tuple[str, Kind]:
-        """Write a function for arguments of some kinds, and what it calls; its C name and kind.
-
-        Parameters
-        ----------
-        name : str
-            Its name in the module.
-        kinds : sequence of kinds
-            Of its arguments.
-
-        Returns
-        -------
-        tuple of str and kind
-
-        Raises
-        ------
-        InputError
-            If something has no form in C.
-        """
+        """Write a function for arguments of some kinds, and what it calls; its C name and kind."""
         node = self.sources[name]
         given = [
             "d" if kind in ("i", "b") and _annotated(argument, "float") else kind
@@ -124,17 +107,7 @@ class CText:
         return self.functions[key]
 
     def type_of(self, kind: Kind) -> str:
-        """Name of a kind's C type.
-
-        Parameters
-        ----------
-        kind : kind
-            Of a value.
-
-        Returns
-        -------
-        str
-        """
+        """Name of a kind's C type."""
         if not isinstance(kind, tuple):
             return TYPES[kind]
         for part in kind:
@@ -142,12 +115,7 @@ class CText:
         return self.tuples.setdefault(kind, f"tuple_{len(self.tuples)}")
 
     def definitions(self) -> str:
-        """Helpers, tuples, tables and functions, in an order in which C takes them.
-
-        Returns
-        -------
-        str
-        """
+        """Helpers, tuples, tables and functions, in an order in which C takes them."""
         lines = []
         for kind, name in self.tuples.items():
             members = " ".join(f"{self.type_of(part)} f{k};" for k, part in enumerate(kind))
@@ -309,8 +277,8 @@ class _Function:
         for place in node.targets:
             parts = place.elts if isinstance(place, ast.Tuple) else [place]
             for part, (value, own) in zip(parts, values, strict=True):
-                there, wanted = self._expression(_loaded(part))
-                self._put(depth + 1, f"{there} = {self._converted(value, own, wanted)};")
+                there, requested = self._expression(_loaded(part))
+                self._put(depth + 1, f"{there} = {self._converted(value, own, requested)};")
         self._put(depth, "}")
 
     def _temporary(self, text: str, kind: Kind, depth: int) -> str:
@@ -345,16 +313,16 @@ class _Function:
             return f"({self.module.type_of(kind)}){{{parts}}}"
         return self._converted(text, own, kind)
 
-    def _converted(self, text: str, own: Kind, wanted: Kind) -> str:
-        if own == wanted or (own in ("b", "i", "d") and wanted in ("b", "i", "d")):
+    def _converted(self, text: str, own: Kind, target: Kind) -> str:
+        if own == target or (own in ("b", "i", "d") and target in ("b", "i", "d")):
             return text
-        if not (isinstance(own, tuple) and isinstance(wanted, tuple)):
-            raise InputError(f"{self.node.name} has no form in C: {text} is {own}, not {wanted}")
+        if not (isinstance(own, tuple) and isinstance(target, tuple)):
+            raise InputError(f"{self.node.name} has no form in C: {text} is {own}, not {target}")
         parts = [
             self._converted(f"{text}.f{k}", *pair)
-            for k, pair in enumerate(zip(own, wanted, strict=True))
+            for k, pair in enumerate(zip(own, target, strict=True))
         ]
-        return f"({self.module.type_of(wanted)}){{{', '.join(parts)}}}"
+        return f"({self.module.type_of(target)}){{{', '.join(parts)}}}"
 
     def _expression(self, node: ast.expr) -> tuple[str, Kind]:
         """C text of an expression, and its kind."""

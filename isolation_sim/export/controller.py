@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError, unknown_name
-from ..simulation.control import CoilDriver, CompiledDecision, Sensors, Situation
+from ..simulation.control import CoilDriver, CompiledDecision, RunContext, Sensors
 from ..simulation.run import prepared, simulate
 from .c_text import CText
 
@@ -35,7 +35,7 @@ class Decided:
         Constants, and memory at the start.
     text : str
         Source of the compiled module.
-    situation : Situation
+    context : RunContext
         With the measured outputs, the period and the limits of the currents.
     """
 
@@ -43,7 +43,7 @@ class Decided:
     title: str
     compiled: CompiledDecision
     text: str
-    situation: Situation
+    context: RunContext
 
     @property
     def entered(self) -> str:
@@ -55,77 +55,41 @@ class Decided:
 
 
 def decided(job: Job, label: str) -> Decided:
-    """Prepare a scenario's controller as for a run.
-
-    Parameters
-    ----------
-    job : Job
-        Of the scenario.
-    label : str
-        Controller, by the name to print.
-
-    Returns
-    -------
-    Decided
-
-    Raises
-    ------
-    InputError
-        If the scenario has no such controller, or it has no compiled decision.
-    """
+    """Prepare a scenario's controller as for a run."""
     if label not in job.controllers:
         raise unknown_name("controller of the scenario", label, job.controllers)
     controller, options = job.controllers[label], dict(job.options)
     sensors = options.get("sensors") or Sensors()
     lane = prepared(
-        job.isolated, job.records, controller, options.get("belief"),
+        job.isolated, job.records, controller, options.get("nominal"),
         options.get("driver") or CoilDriver(),
         (sensors.delay, options.get("computation_delay", 0.0)),
         partial(simulate, job.isolated, job.records, **options),
     )  # fmt: skip
     if lane.schedule is not None:
         raise InputError(
-            f"{label} is an open loop, whose currents are known before; accepted: a controller "
+            f"{label} is an open loop, whose currents are known before; expected: a controller "
             "that decides by what it measures"
         )
     if lane.compiled is None or not isinstance(lane.compiled.keep, ModuleType):
         raise InputError(
-            f"{label} has no compiled decision to write out; accepted: a "
+            f"{label} has no compiled decision to write out; expected: a "
             "controllers.compiled.CompiledController, such as on_off or clipped_lqg"
         )
     name = re.sub(r"\W", "_", label)
     name = f"_{name}" if name[0].isdigit() else name
     title = f"{getattr(controller, 'title', '') or label}, {job.isolated.structure.name}"
     text = inspect.getsource(lane.compiled.keep)
-    return Decided(name, title, lane.compiled, text, lane.situation)
+    return Decided(name, title, lane.compiled, text, lane.context)
 
 
 def controller_files(job: Job, label: str) -> dict[str, str]:
-    """Write a scenario's controller as C99.
-
-    Parameters
-    ----------
-    job : Job
-        Of the scenario.
-    label : str
-        Controller, by the name to print.
-
-    Returns
-    -------
-    dict of str to str
-        Text by file name: ``<name>.h`` and ``<name>.c``, and ``<name>_run.c``, a program that reads
-        measurements from standard input, writes commands, and says how long a step takes at most.
-
-    Raises
-    ------
-    InputError
-        If the scenario has no such controller, or it has no form in C.
-    """
-    found = decided(job, label)
+    """Write a scenario's controller as C99."""
+    result = decided(job, label)
     return {
-        f"{found.name}.h": _header(found),
-        f"{found.name}.c": _source(found),
-        f"{found.name}_run.c": RUN.replace("NAME", found.name),
+        f"{result.name}.h": _header(result),
+        f"{result.name}.c": _source(result),
+        f"{result.name}_run.c": RUN.replace("NAME", result.name),
     }
 
 
@@ -136,19 +100,19 @@ def numbers(values: np.ndarray) -> str:
     return ",\n    ".join(rows) or "0.0"
 
 
-def _header(found: Decided) -> str:
-    name, situation = found.name, found.situation
-    low, high = situation.low, situation.high
-    n_outputs, n_coils = len(situation.outputs), len(low)
-    measured = [f" *   measured[{k}]: {output}" for k, output in enumerate(situation.outputs)]
+def _header(result: Decided) -> str:
+    name, context = result.name, result.context
+    low, high = context.low, context.high
+    n_outputs, n_coils = len(context.outputs), len(low)
+    measured = [f" *   measured[{k}]: {output}" for k, output in enumerate(context.outputs)]
     commands = [
         f" *   command[{c}]: current of coil {c}, A, {low[c]:g} to {high[c]:g}"
         for c in range(n_coils)
     ]
     return "\n".join([
-        f"/* {found.title}. Written by isolation-sim; do not edit.",
+        f"/* {result.title}. Written by isolation-sim; do not edit.",
         " *",
-        f" * Call {name}_init once, then {name}_step every {situation.period:g} s, with the time",
+        f" * Call {name}_init once, then {name}_step every {context.period:g} s, with the time",
         " * in s from the first call, and:",
         " *",
         *measured,
@@ -158,11 +122,11 @@ def _header(found: Decided) -> str:
         f"#ifndef {name.upper()}_H",
         f"#define {name.upper()}_H",
         "",
-        f"#define {name}_PERIOD {situation.period!r}",
+        f"#define {name}_PERIOD {context.period!r}",
         f"#define {name}_N_MEASURED {n_outputs}",
         f"#define {name}_N_COMMANDS {n_coils}",
         "",
-        f"typedef struct {{ double memory[{max(len(found.compiled.memory), 1)}]; }} {name}_state;",
+        f"typedef struct {{ double memory[{max(len(result.compiled.memory), 1)}]; }} {name}_state;",
         "",
         f"void {name}_init({name}_state *state);",
         f"void {name}_step({name}_state *state, double t, const double *measured, "
@@ -173,19 +137,19 @@ def _header(found: Decided) -> str:
     ])  # fmt: skip
 
 
-def _source(found: Decided) -> str:
-    name, compiled, situation = found.name, found.compiled, found.situation
-    module = CText(found.text, name)
-    decide, _ = module.function(found.entered, ["d", "a", "a", "a", "a"])
-    n_settings, n_memory, n_coils = len(compiled.settings), len(compiled.memory), len(situation.low)
+def _source(result: Decided) -> str:
+    name, compiled, context = result.name, result.compiled, result.context
+    module = CText(result.text, name)
+    decide, _ = module.function(result.entered, ["d", "a", "a", "a", "a"])
+    n_settings, n_memory, n_coils = len(compiled.settings), len(compiled.memory), len(context.low)
     arrays = {"SETTINGS": compiled.settings, "AT_REST": compiled.memory,
-              "LOW": situation.low, "HIGH": situation.high}  # fmt: skip
+              "LOW": context.low, "HIGH": context.high}  # fmt: skip
     constants = [
         f"static const double {key}[{max(len(values), 1)}] = {{\n    {numbers(values)}\n}};"
         for key, values in arrays.items()
     ]
     return "\n".join([
-        f"/* {found.title}. Written by isolation-sim; do not edit. */",
+        f"/* {result.title}. Written by isolation-sim; do not edit. */",
         f'#include "{name}.h"',
         "",
         "#include <math.h>",
@@ -202,7 +166,7 @@ def _source(found: Decided) -> str:
         "/* Settings and measurements are read only: the casts are for a type that serves all. */",
         f"void {name}_step({name}_state *state, double t, const double *measured, double *command)",
         "{",
-        f"    array seen = {{0, {len(situation.outputs)}}}, settings = {{0, {n_settings}}};",
+        f"    array seen = {{0, {len(context.outputs)}}}, settings = {{0, {n_settings}}};",
         f"    array memory = {{0, {n_memory}}}, wanted = {{0, {n_coils}}};",
         "    seen.p = (double *)measured;",
         "    settings.p = (double *)SETTINGS;",

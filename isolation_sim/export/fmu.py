@@ -37,60 +37,38 @@ PLATFORMS = {
 
 
 def controller_fmu(job: Job, label: str, path: str | Path, version: str = "2.0") -> Path:
-    """Write a scenario's controller as a functional mock-up unit for co-simulation.
-
-    Parameters
-    ----------
-    job : Job
-        Of the scenario.
-    label : str
-        Controller, by the name to print.
-    path : str or pathlib.Path
-        File to write, ``*.fmu``; one that exists is replaced.
-    version : {"2.0", "3.0"}
-        Of the Functional Mock-up Interface.
-
-    Returns
-    -------
-    pathlib.Path
-        The file. It holds a library for this computer's system and processor, and its C sources.
-
-    Raises
-    ------
-    InputError
-        If the scenario has no such controller, it has no form in C, the version is none of these,
-        or there is no C compiler.
-    """
+    """Write a scenario's controller as a functional mock-up unit for co-simulation."""
     if version not in ("2.0", "3.0"):
-        raise InputError(f"FMI version is {version!r}; accepted: 2.0 or 3.0")
+        raise InputError(f"FMI version is {version!r}; expected: 2.0 or 3.0")
     here = (platform.system(), platform.machine())
     if here not in PLATFORMS:
-        raise InputError(f"no FMU is built on {' '.join(here)}; accepted: Linux or macOS")
-    found = decided(job, label)
+        raise InputError(f"no FMU is built on {' '.join(here)}; expected: Linux or macOS")
+    result = decided(job, label)
     sources = {k: v for k, v in controller_files(job, label).items() if not k.endswith("_run.c")}
     wrapper = "".join(
         (FOLDER / part).read_text() for part in ("fmi_common.c", f"fmi{version[0]}.c")
     )
     token = hashlib.sha256("".join([*sources.values(), wrapper]).encode()).hexdigest()[:32]
     token = "-".join([token[:8], token[8:12], token[12:16], token[16:20], token[20:]])
-    sources["fmu.c"] = wrapper.replace("NAME", found.name).replace("GUID", token)
-    variables = [("input", output) for output in found.situation.outputs]
-    variables += [("output", f"coil{c}_command_A") for c in range(len(found.situation.low))]
+    sources["fmu.c"] = wrapper.replace("NAME", result.name).replace("GUID", token)
+    variables = [("input", output) for output in result.context.outputs]
+    variables += [("output", f"coil{c}_command_A") for c in range(len(result.context.low))]
     describe = _description_2 if version == "2.0" else _description_3
     texts = {
-        "modelDescription.xml": describe(found.name, found.title, token, variables,
-                                         found.situation.period, sources),
+        "modelDescription.xml": describe(result.name, result.title, token, variables,
+                                         result.context.period, sources),
         **{f"sources/{name}": text for name, text in sources.items()},
     }  # fmt: skip
     if version == "3.0":
-        texts["sources/buildDescription.xml"] = _build_description(found.name, sources)
+        texts["sources/buildDescription.xml"] = _build_description(result.name, sources)
     folder_2, folder_3, ending = PLATFORMS[here]
-    binary = f"binaries/{folder_2 if version == '2.0' else folder_3}/{found.name}{ending}"
+    binary = f"binaries/{folder_2 if version == '2.0' else folder_3}/{result.name}{ending}"
     library = _library(sources)
     path = Path(path)
-    with atomic_write(path) as unfinished, zipfile.ZipFile(
-        unfinished, "w", zipfile.ZIP_DEFLATED
-    ) as archive:
+    with (
+        atomic_write(path) as unfinished,
+        zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
         for name, text in texts.items():
             archive.writestr(name, text)
         archive.writestr(binary, library)
@@ -101,7 +79,7 @@ def _library(sources: Mapping[str, str]) -> bytes:
     """Compile C sources to a shared library."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
-        raise InputError("an FMU needs a C compiler; accepted: cc or gcc on the search path")
+        raise InputError("an FMU needs a C compiler; expected: cc or gcc on the search path")
     with tempfile.TemporaryDirectory() as folder:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text)
@@ -152,8 +130,10 @@ def _description_2(
         "  <ModelVariables>",
     ]
     for k, (causality, variable) in enumerate(variables):
-        more = 'variability="continuous"' if causality == "input" else (
-            'variability="discrete" initial="exact"'
+        more = (
+            'variability="continuous"'
+            if causality == "input"
+            else ('variability="discrete" initial="exact"')
         )
         end = _unit(variable)
         unit = f' unit="{UNITS[end][0]}"' if end else ""
@@ -186,8 +166,10 @@ def _description_3(
         ' variability="continuous" unit="s"/>',
     ]
     for k, (causality, variable) in enumerate(variables):
-        more = 'variability="continuous"' if causality == "input" else (
-            'variability="discrete" initial="exact"'
+        more = (
+            'variability="continuous"'
+            if causality == "input"
+            else ('variability="discrete" initial="exact"')
         )
         end = _unit(variable)
         unit = f' unit="{UNITS[end][0]}"' if end else ""

@@ -61,11 +61,11 @@ class Campaign:
         object.__setattr__(self, "runs", tuple(self.runs))
         if not self.fitted:
             held = f"{len(self.runs)} runs, all with hold_out = true" if self.runs else "no run"
-            raise InputError(f"{self.name}: {held}; accepted: one run or more left to fit")
+            raise InputError(f"{self.name}: {held}; expected: one run or more left to fit")
         names = [run.name for run in self.runs]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise InputError(f"{self.name}: run {twice[0]!r} twice; accepted: different names")
+            raise InputError(f"{self.name}: run {twice[0]!r} twice; expected: different names")
 
     def __repr__(self) -> str:
         held = len(self.held_out)
@@ -110,15 +110,15 @@ def read_campaign(folder: str | Path) -> Campaign:
     name, source = (_text(data, key, path) for key in ("name", "source"))
     tables = data.get("run", [])
     if not (isinstance(tables, list) and tables and all(isinstance(t, dict) for t in tables)):
-        raise InputError(f"{path}: no run; accepted: one [[run]] a test, with file = '….csv'")
+        raise InputError(f"{path}: no run; expected: one [[run]] a test, with file = '….csv'")
     entries = [_entry(path, k, table) for k, table in enumerate(tables, start=1)]
     files = [file for file, _ in entries]
     for k, file in enumerate(files):
         if file in files[:k]:
-            raise InputError(f"{path}, run {k + 1}: file {file!r} again; accepted: a file once")
+            raise InputError(f"{path}, run {k + 1}: file {file!r} again; expected: a file once")
     if all(hold_out for _, hold_out in entries):
         raise InputError(
-            f"{path}: hold_out = true in all {len(entries)} runs; accepted: one run or more left "
+            f"{path}: hold_out = true in all {len(entries)} runs; expected: one run or more left "
             "to fit"
         )
     runs = tuple(read_run(folder / file, hold_out) for file, hold_out in entries)
@@ -126,34 +126,16 @@ def read_campaign(folder: str | Path) -> Campaign:
 
 
 def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
-    """Write a campaign to a folder that `read_campaign` reads back, every digit kept.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        What to write; a velocity that was not measured is left out.
-    folder : str or pathlib.Path
-        Folder to make; it must not exist. It takes its name when everything is in it.
-
-    Returns
-    -------
-    pathlib.Path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        If the folder exists or cannot be written, or a run's name cannot name a file.
-    """
+    """Write a campaign to a folder that `read_campaign` reads back, every digit kept."""
     import tomlkit
 
     folder = Path(folder)
     if folder.exists():
-        raise InputError(f"{folder}: exists already; accepted: a folder to be made")
+        raise InputError(f"{folder}: exists already; expected: a folder to be made")
     document: dict[str, Any] = {"name": campaign.name, "source": campaign.source, "run": []}
     for run in campaign.runs:
         if Path(run.name).name != run.name:
-            raise InputError(f"run {run.name!r}; accepted: a name without / that can name a file")
+            raise InputError(f"run {run.name!r}; expected: a name without / that can name a file")
         held: dict[str, Any] = {"hold_out": True} if run.hold_out else {}
         document["run"].append({"file": f"{run.name}.csv", **held})
     unfinished = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
@@ -166,7 +148,7 @@ def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
         unfinished.replace(folder)
     except OSError as error:
         raise InputError(
-            f"{folder}: cannot be written ({error.strerror}); accepted: a place that you may "
+            f"{folder}: cannot be written ({error.strerror}); expected: a place that you may "
             "write to"
         ) from None
     return folder
@@ -182,9 +164,9 @@ def _write_run(run: TestRun, path: Path) -> None:
         "force_N": run.force,
         "temperature_C": run.temperature,
     }
-    kept = {name: column.tolist() for name, column in columns.items() if column is not None}
-    rows = zip(*kept.values(), strict=True)
-    lines = [",".join(kept), *(",".join(map(repr, row)) for row in rows), ""]
+    keep = {name: column.tolist() for name, column in columns.items() if column is not None}
+    rows = zip(*keep.values(), strict=True)
+    lines = [",".join(keep), *(",".join(map(repr, row)) for row in rows), ""]
     path.write_text("\n".join(lines), encoding="utf-8", newline="\n")
 
 
@@ -192,9 +174,9 @@ def _read_toml(folder: Path, path: Path) -> dict[str, Any]:
     accepted = f"a folder with {FILE_NAME} and one CSV file a run"
     if not folder.is_dir():
         what = "a file" if folder.exists() else "a folder that does not exist"
-        raise InputError(f"{folder}: {what}; accepted: {accepted}")
+        raise InputError(f"{folder}: {what}; expected: {accepted}")
     if not path.exists():
-        raise InputError(f"{folder}: no {FILE_NAME} in it; accepted: {accepted}")
+        raise InputError(f"{folder}: no {FILE_NAME} in it; expected: {accepted}")
     return read_toml(path, accepted)
 
 
@@ -207,7 +189,7 @@ def _check_keys(table: Mapping[str, Any], accepted: tuple[str, ...], kind: str) 
 def _text(data: Mapping[str, Any], key: str, path: Path) -> str:
     value = data.get(key, "")
     if not isinstance(value, str):
-        raise InputError(f"{path}, {key}: {value!r}; accepted: text in quotes")
+        raise InputError(f"{path}, {key}: {value!r}; expected: text in quotes")
     return value
 
 
@@ -217,7 +199,7 @@ def _entry(path: Path, number: int, table: Mapping[str, Any]) -> tuple[str, bool
     file, hold_out = table.get("file"), table.get("hold_out", False)
     if not (isinstance(file, str) and file):
         given = "no file" if file is None else f"file = {file!r}"
-        raise InputError(f"{place}: {given}; accepted: file = 'name of a CSV file in the folder'")
+        raise InputError(f"{place}: {given}; expected: file = 'name of a CSV file in the folder'")
     if not isinstance(hold_out, bool):
-        raise InputError(f"{place}, hold_out: {hold_out!r}; accepted: true or false")
+        raise InputError(f"{place}, hold_out: {hold_out!r}; expected: true or false")
     return file, hold_out

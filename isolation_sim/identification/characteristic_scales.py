@@ -30,26 +30,6 @@ def characteristic_scale(
 ) -> float:
     """Size that a quantity has when force, length, time and current have given sizes.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit made of N, m, s, A, J, kg, degC and T, such as ``"N s/m"``, ``"N/m^3"``, ``"1/m"``
-        or ``"-"``; a degree and a tesla count as one.
-    force, length, time, current : float
-        Sizes, N, m, s, A.
-    exponents : mapping of str to float, optional
-        Exponents that a unit names, such as the n of ``"1/m^n"``; 2 where they are not given.
-
-    Returns
-    -------
-    float
-        In ``unit``.
-
-    Raises
-    ------
-    InputError
-        If the unit has another symbol.
-
     Examples
     --------
     >>> characteristic_scale("N/m", 10.0, 0.002, 0.1)
@@ -61,11 +41,11 @@ def characteristic_scale(
         for symbol in part.split():
             if symbol in ("1", "-", ""):
                 continue
-            found = re.fullmatch(r"([A-Za-z]+)(?:\^(-?[\d.]+|[a-z]\w*))?", symbol)
-            if found is None or found[1] not in _POWERS:
+            result = re.fullmatch(r"([A-Za-z]+)(?:\^(-?[\d.]+|[a-z]\w*))?", symbol)
+            if result is None or result[1] not in _POWERS:
                 raise InputError(f"unit {unit!r} is not made of {', '.join(_POWERS)}")
-            power = sign * _exponent(found[2] or "1", exponents or {})
-            for base, exponent in zip(sizes, _POWERS[found[1]], strict=True):
+            power = sign * _exponent(result[2] or "1", exponents or {})
+            for base, exponent in zip(sizes, _POWERS[result[1]], strict=True):
                 size *= base ** (power * exponent)
     return size
 

@@ -86,7 +86,7 @@ def fit(
         law = LAWS[law]
     check_traceable(law)
     if starts < 1:
-        raise InputError(f"starts is {starts}; accepted: 1 or more")
+        raise InputError(f"starts is {starts}; expected: 1 or more")
     data = measured_runs(campaign.runs)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))
     advance = (lambda: progress(1)) if progress is not None else (lambda: None)
@@ -129,14 +129,14 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
     variance = float(residual @ residual) / max(len(residual) - len(best.x), 1)
     variance *= correlation_time(residual, model.data.without_held_out().starts)
     _, s, vt = np.linalg.svd(scaled.T @ scaled)
-    kept = s > s[0] * 1e-13
-    covariance = (vt[kept].T / s[kept]) @ vt[kept] * variance
+    keep = s > s[0] * 1e-13
+    covariance = (vt[keep].T / s[keep]) @ vt[keep] * variance
     to_values = at_currents * size
     covariance = to_values @ covariance @ to_values.T
     values = at_currents @ best.x
     half = 1.96 * np.sqrt(np.diag(covariance))
     # whatever basis of the open directions the decomposition has chosen
-    undirected = np.linalg.norm(vt[~kept], axis=0) > 0.3
+    undirected = np.linalg.norm(vt[~keep], axis=0) > 0.3
     at_bound = (best.x <= p.lower) | (best.x >= p.upper)
     loose = (np.abs(at_currents) > 1e-9) @ (undirected | at_bound)
     estimates = tuple(

@@ -57,26 +57,15 @@ class Estimate:
 
 
 def labels(estimates: Sequence[Estimate]) -> list[str]:
-    """Name numbers, those of one parameter together.
-
-    Parameters
-    ----------
-    estimates : sequence of Estimate
-        Numbers, those of one parameter one after the other.
-
-    Returns
-    -------
-    list of str
-        Such as ``"k at 0, 1.5 and 3 A"``.
-    """
+    """Name numbers, those of one parameter together."""
     currents: dict[str, list[str]] = {}
     for e in estimates:
         currents.setdefault(e.name, []).extend([] if e.current is None else [f"{e.current:.3g}"])
-    found = []
+    result = []
     for name, values in currents.items():
         several = f"{', '.join(values[:-1])} and " * (len(values) > 1)
-        found.append(f"{name} at {several}{values[-1]} A" if values else name)
-    return found
+        result.append(f"{name} at {several}{values[-1]} A" if values else name)
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,18 +90,7 @@ class RunError:
 
 
 def pooled(errors: Iterable[RunError]) -> float:
-    """RMS of the residuals of several runs over the RMS of their measured forces.
-
-    Parameters
-    ----------
-    errors : iterable of RunError
-        The runs.
-
-    Returns
-    -------
-    float
-        Not a number if there is no run.
-    """
+    """RMS of the residuals of several runs over the RMS of their measured forces."""
     errors = list(errors)
     if not errors:
         return float("nan")
@@ -121,17 +99,7 @@ def pooled(errors: Iterable[RunError]) -> float:
 
 
 def noise_of(runs: Sequence[TestRun]) -> float:
-    """RMS of the white noise in the forces of several runs over the RMS of these forces.
-
-    Parameters
-    ----------
-    runs : sequence of TestRun
-        The runs.
-
-    Returns
-    -------
-    float
-    """
+    """RMS of the white noise in the forces of several runs over the RMS of these forces."""
     noise = sum(len(run.force) * white_noise(run.force) ** 2 for run in runs)
     return float(np.sqrt(noise / sum(float(np.sum(run.force**2)) for run in runs)))
 

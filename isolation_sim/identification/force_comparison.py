@@ -10,43 +10,13 @@ from ..errors import InputError
 
 
 def rms_error(measured: Any, modelled: Any) -> float:
-    """Root mean square of the difference (Yu et al., Eq 6).
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-
-    Returns
-    -------
-    float, N
-
-    Raises
-    ------
-    InputError
-        If the series have no or different samples, or one is not finite.
-    """
+    """Root mean square of the difference (Yu et al., Eq 6)."""
     measured, modelled = _pair(measured, modelled)
     return float(np.sqrt(np.mean((measured - modelled) ** 2)))
 
 
 def normalised_rms(measured: Any, modelled: Any) -> float:
-    """Root mean square of the difference over that of the measured force about its mean.
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-
-    Returns
-    -------
-    float, dimensionless
-        0 is perfect; 1 is as bad as the mean of the measured force.
-
-    Raises
-    ------
-    InputError
-        If the series have no or different samples, one is not finite, or the measured force is
-        constant.
-    """
+    """Root mean square of the difference over that of the measured force about its mean."""
     measured, modelled = _pair(measured, modelled)
     return rms_error(measured, modelled) / _spread("measured", measured)
 
@@ -56,21 +26,6 @@ def fitness(measured: Any, modelled: Any) -> float:
 
     ``100 (1 - |F_p - F_m| / |F_m - mean(F_m)|)``. The paper prints F_m - F_m in the denominator,
     which is zero; the mean is what the fitness that it cites has there.
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-
-    Returns
-    -------
-    float, percent
-        100 is perfect; 0 is as bad as the mean of the measured force; there is no lower end.
-
-    Raises
-    ------
-    InputError
-        If the series have no or different samples, one is not finite, or the measured force is
-        constant.
     """
     return 100 * (1 - normalised_rms(measured, modelled))
 
@@ -80,21 +35,6 @@ def half_range_error(measured: Any, modelled: Any) -> float:
 
     Unlike `normalised_rms`, it counts the range of the force, not its spread: for a sinusoidal
     force it is smaller by the square root of 2.
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-
-    Returns
-    -------
-    float, dimensionless
-        0 is perfect; the paper prints it in percent.
-
-    Raises
-    ------
-    InputError
-        If the series have no or different samples, one is not finite, or the measured force is
-        constant.
     """
     measured, modelled = _pair(measured, modelled)
     _spread("measured", measured)
@@ -105,20 +45,6 @@ def correlation(measured: Any, modelled: Any) -> float:
     """Correlation coefficient CC (Li & Li, Eq 22).
 
     It sees neither an offset nor a factor: a model twice too stiff has CC = 1.
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-
-    Returns
-    -------
-    float, dimensionless
-        From -1 to 1.
-
-    Raises
-    ------
-    InputError
-        If the series have no or different samples, one is not finite, or one is constant.
     """
     measured, modelled = _pair(measured, modelled)
     scale = _spread("measured", measured) * _spread("modelled", modelled)
@@ -131,22 +57,6 @@ def squared_force_error(measured: Any, modelled: Any, step: float = 1.0) -> floa
 
     Kept to reproduce the paper: it cannot see a sign, so that a model whose force is everywhere
     opposite to the measured one is perfect to it, and it weighs the peaks by the square.
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-    step : float, s
-        Time between samples.
-
-    Returns
-    -------
-    float, N^2 s
-        By the trapezoidal rule.
-
-    Raises
-    ------
-    InputError
-        If the series have no or different samples, or one is not finite.
     """
     measured, modelled = _pair(measured, modelled)
     return float(np.trapezoid(np.abs(measured**2 - modelled**2), dx=step))
@@ -156,13 +66,13 @@ def _pair(measured: Any, modelled: Any) -> tuple[np.ndarray, np.ndarray]:
     a, b = np.asarray(measured, dtype=float), np.asarray(modelled, dtype=float)
     if a.ndim != 1 or a.size == 0 or a.shape != b.shape:
         raise InputError(
-            f"measured force of shape {a.shape}, modelled of {b.shape}; accepted: one shape (n,)"
+            f"measured force of shape {a.shape}, modelled of {b.shape}; expected: one shape (n,)"
         )
     for what, series in (("measured", a), ("modelled", b)):
         if not np.all(np.isfinite(series)):
             worst = int(np.argmin(np.isfinite(series)))
             raise InputError(
-                f"{what} force: sample {worst} is {series[worst]}; accepted: finite numbers"
+                f"{what} force: sample {worst} is {series[worst]}; expected: finite numbers"
             )
     return a, b
 
@@ -170,5 +80,5 @@ def _pair(measured: Any, modelled: Any) -> tuple[np.ndarray, np.ndarray]:
 def _spread(what: str, series: np.ndarray) -> float:
     spread = float(np.std(series))
     if not spread > 1e-14 * float(np.max(np.abs(series))):
-        raise InputError(f"{what} force is constant; accepted: a force that changes")
+        raise InputError(f"{what} force is constant; expected: a force that changes")
     return spread

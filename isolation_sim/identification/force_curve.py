@@ -96,20 +96,20 @@ class Cycles:
 
         A cycle is taken for a closed loop, so that none lacks samples.
         """
-        found = []
+        result = []
         for phase, force in self.samples:
             away = (phase - centre + np.pi) % (2 * np.pi) - np.pi
             inside = (away >= low) & (away <= high) & (np.abs(away) > gap)
-            found.append((away[inside], force[inside]))
-        return found
+            result.append((away[inside], force[inside]))
+        return result
 
     def largest(self, sign: float = 1.0) -> Peak:
         """Where the mean cycle of a smooth loop, times a sign, is largest: by what it shows."""
-        kept = 2 * self._shown() + 1
-        mean = sign * np.mean(self.harmonics, axis=0)[:kept]
+        keep = 2 * self._shown() + 1
+        mean = sign * np.mean(self.harmonics, axis=0)[:keep]
 
         def curve(phase: NDArray) -> NDArray:
-            return _waves(phase, self.order)[:, :kept] @ mean
+            return _waves(phase, self.order)[:, :keep] @ mean
 
         return _searched(curve, -np.pi, np.pi, 0.0)
 
@@ -206,8 +206,8 @@ class CornerCurve:
             def curve(away: NDArray, side: float = side) -> NDArray:
                 return self.terms.rows(away, np.full(away.size, side)) @ mean
 
-            found = _searched(curve, a, b, side)
-            peaks.append(found._replace(phase=self.centre + found.phase))
+            result = _searched(curve, a, b, side)
+            peaks.append(result._replace(phase=self.centre + result.phase))
         return max(peaks)
 
     def _chosen(self, fewest: int, away: NDArray, force: NDArray) -> Terms:

@@ -112,11 +112,11 @@ class LawModel:
             residual = np.concatenate([residual, (values[:n] - self.expected) / width])
             return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
 
-        found = levenberg_marquardt(held, start, lower, upper, most, tolerance)
-        rows = len(found.residual) - n
-        residual = found.residual[:rows]
+        result = levenberg_marquardt(held, start, lower, upper, most, tolerance)
+        rows = len(result.residual) - n
+        residual = result.residual[:rows]
         cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))
-        return replace(found, cost=cost, residual=residual, jacobian=found.jacobian[:rows])
+        return replace(result, cost=cost, residual=residual, jacobian=result.jacobian[:rows])
 
     def resolve_steps(self, values: NDArray, safety: int = _SAFETY) -> Self:
         """Return the model with as many integration steps a sample as the law needs."""
@@ -183,15 +183,15 @@ def fit_law(
         p: Parameterisation, start: NDArray, most: int = 25, expected: NDArray | None = None
     ) -> Optimum:
         for n_steps in (2, 8):
-            found = LawModel(rough, p, n_steps, expected).minimise(start, most, 1e-4)
-            if np.isfinite(found.cost):
+            result = LawModel(rough, p, n_steps, expected).minimise(start, most, 1e-4)
+            if np.isfinite(result.cost):
                 break
-        return found
+        return result
 
     def search_constant(p: Parameterisation, start: NDArray) -> Optimum:
-        found = search(p, start)
+        result = search(p, start)
         advance()
-        return found
+        return result
 
     begin = screen_starts(p, search_constant, pool, starts, seed)
     model = replace(model, expected=begin[0])
@@ -203,10 +203,10 @@ def fit_law(
 
     def compare(start: NDArray) -> tuple[bool, float, NDArray]:
         here = thin.resolve_steps(start, 1)
-        found = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
-        force = here.forces(found.x, False)[0]
+        result = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
+        force = here.forces(result.x, False)[0]
         diverges = not np.array_equal(force, thin.data.bounded(force))
-        return diverges or not np.isfinite(found.cost), found.cost, found.x
+        return diverges or not np.isfinite(result.cost), result.cost, result.x
 
     best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]
     return refine_law(model, best)

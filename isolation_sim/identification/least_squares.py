@@ -60,26 +60,6 @@ def levenberg_marquardt(
 ) -> Optimum:
     """Minimise half the sum of squared residuals within bounds.
 
-    Parameters
-    ----------
-    problem : callable
-        Residuals and their derivatives; a residual that is not finite makes a step fail.
-    start : (n,) array
-        Parameters to start from; moved into the bounds.
-    lower, upper : (n,) array
-        Bounds.
-    most : int
-        Most steps to try.
-    tolerance : float
-        Relative decrease of the cost below which the search ends.
-    eager : bool
-        Whether a step that may well succeed asks for the derivatives at once: right where they cost
-        no more than the residuals.
-
-    Returns
-    -------
-    Optimum
-
     Notes
     -----
     Levenberg's damping in variables scaled by the columns' norms (Marquardt), Nielsen's update of
@@ -151,8 +131,8 @@ def _step(
             return step, False
     step, free, clipped = np.zeros_like(gradient), free.copy(), False
     while free.any():
-        wanted = -(gradient + curvature @ (step * ~free))[free]
-        step[free] = np.linalg.solve(damped[np.ix_(free, free)], wanted)
+        target = -(gradient + curvature @ (step * ~free))[free]
+        step[free] = np.linalg.solve(damped[np.ix_(free, free)], target)
         outside = free & ((step < below) | (step > above))
         if not outside.any():
             break
@@ -162,20 +142,7 @@ def _step(
 
 
 def unit_columns(jacobian: NDArray) -> tuple[NDArray, NDArray]:
-    """Scale the columns of derivatives to length 1.
-
-    Parameters
-    ----------
-    jacobian : (n_residuals, n_values) array
-        Derivatives.
-
-    Returns
-    -------
-    scaled : (n_residuals, n_values) array
-        Zero where a derivative is not a number.
-    length : (n_values,) array
-        Of the columns; 1 for what has none.
-    """
+    """Scale the columns of derivatives to length 1."""
     length = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     length[~(length > 0)] = 1.0
     with np.errstate(invalid="ignore"):

@@ -105,15 +105,15 @@ class LoopCurves:
             rows = terms(beta[0])
             return np.asarray(mean - rows @ np.linalg.lstsq(rows, mean, rcond=None)[0])
 
-        found = min(
+        matches = min(
             (
                 least_squares(left, [start], bounds=(1e-3, 50.0), xtol=1e-12, ftol=1e-14)
                 for start in _STARTS_BETA
             ),
             key=lambda result: result.cost,
         )
-        alpha, F0 = np.linalg.lstsq(terms(found.x[0]), mean, rcond=None)[0]
-        return HyperbolicSine(float(alpha), float(found.x[0]) / stroke, float(F0))
+        alpha, F0 = np.linalg.lstsq(terms(matches.x[0]), mean, rcond=None)[0]
+        return HyperbolicSine(float(alpha), float(matches.x[0]) / stroke, float(F0))
 
     @cached_property
     def gaussian(self) -> Gaussian:
@@ -128,8 +128,8 @@ class LoopCurves:
             gamma, narrowness = numbers
             return np.asarray(gamma * np.exp(-narrowness * (x / stroke) ** 2) - thickness / size)
 
-        found = least_squares(left, [1.0, 1.0], xtol=1e-12, ftol=1e-14)
-        gamma, narrowness = found.x
+        result = least_squares(left, [1.0, 1.0], xtol=1e-12, ftol=1e-14)
+        gamma, narrowness = result.x
         return Gaussian(float(gamma) * size, stroke**2 / (2 * float(narrowness)))
 
 

@@ -20,15 +20,6 @@ def find_frequency(time: np.ndarray, displacement: np.ndarray) -> float:
 
     Least squares of offset, line and sinusoid, refined from the largest line of the periodogram:
     it needs no whole number of cycles.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,), s
-    displacement : numpy.ndarray, shape (n,), m
-
-    Returns
-    -------
-    float, Hz
     """
     from scipy.optimize import minimize_scalar
 
@@ -48,13 +39,13 @@ def find_frequency(time: np.ndarray, displacement: np.ndarray) -> float:
         return _residual(time, displacement, f)
 
     width = 1.0 / span
-    found = minimize_scalar(
+    result = minimize_scalar(
         left,
         bounds=(max(start - width, 0.3 * width), start + width),
         method="bounded",
         options={"xatol": 1e-9 * start},
     )
-    return float(found.x)
+    return float(result.x)
 
 
 def _residual(time: np.ndarray, y: np.ndarray, frequency: float) -> float:
@@ -69,25 +60,12 @@ def _residual(time: np.ndarray, y: np.ndarray, frequency: float) -> float:
 
 
 def require_cycles(time: np.ndarray, frequency: float, skip: int) -> None:
-    """Refuse a record that cannot hold enough cycles, or holds too few samples of each.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,), s
-    frequency : float, Hz
-    skip : int
-        Whole cycles to leave out at the beginning.
-
-    Raises
-    ------
-    InputError
-        If fewer than three whole cycles are left, or one has fewer than 16 samples.
-    """
+    """Refuse a record that cannot hold enough cycles, or holds too few samples of each."""
     span = time[-1] - time[0]
     samples = (time.size - 1) / (span * frequency)
     if samples < MINIMUM_SAMPLES_A_CYCLE * (1 - 1e-9):
         raise InputError(
-            f"{samples:.3g} samples a cycle of {frequency:.4g} Hz; accepted: "
+            f"{samples:.3g} samples a cycle of {frequency:.4g} Hz; expected: "
             f"{MINIMUM_SAMPLES_A_CYCLE} or more"
         )
     n = int(span * frequency + 1e-9)
@@ -99,27 +77,12 @@ def _too_few(time: np.ndarray, frequency: float, n: int, skip: int) -> InputErro
     skipped = f" after {skip} skipped" if skip else ""
     return InputError(
         f"{max(n - skip, 0)} whole cycles of {frequency:.4g} Hz in {np.ptp(time):.4g} s{skipped}; "
-        f"accepted: {MINIMUM_CYCLES} or more"
+        f"expected: {MINIMUM_CYCLES} or more"
     )
 
 
 def centre_line(time: np.ndarray, y: np.ndarray, period: float) -> np.ndarray:
-    """Return offset and slow drift: the mean over one period about each sample.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,), s
-        Uniform.
-    y : numpy.ndarray, shape (n,)
-    period : float, s
-        At most a third of the record.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,)
-        In the unit of ``y``. In the first and last half period, a straight line fitted to the
-        next period of the centre line.
-    """
+    """Return offset and slow drift: the mean over one period about each sample."""
     from scipy.interpolate import CubicHermiteSpline
 
     area = np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2 * np.diff(time))])
@@ -138,27 +101,7 @@ def centre_line(time: np.ndarray, y: np.ndarray, period: float) -> np.ndarray:
 def whole_cycles(
     time: np.ndarray, displacement: np.ndarray, frequency: float, skip: int
 ) -> np.ndarray:
-    """Return the times at which the displacement peaks, one a whole cycle.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,), s
-    displacement : numpy.ndarray, shape (n,), m
-        About its centre line.
-    frequency : float, Hz
-    skip : int
-        Whole cycles to leave out at the beginning.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_cycles,), s
-        A cycle reaches from a quarter of a period before its time to three quarters after.
-
-    Raises
-    ------
-    InputError
-        If fewer than three whole cycles are left.
-    """
+    """Return the times at which the displacement peaks, one a whole cycle."""
     period = 1.0 / frequency
     coefficients = harmonics(time, displacement, frequency, time[0], 1)
     peak = float(np.angle(coefficients[0])) / (2 * np.pi) * period
@@ -174,25 +117,7 @@ def whole_cycles(
 def harmonics(
     time: np.ndarray, y: np.ndarray, frequency: float, origin: float, count: int
 ) -> np.ndarray:
-    """Return the complex amplitudes of a series by least squares, with an offset beside them.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,), s
-    y : numpy.ndarray, shape (n,)
-    frequency : float, Hz
-        Of the first harmonic.
-    origin : float, s
-        Time of phase zero.
-    count : int
-        Number of harmonics.
-
-    Returns
-    -------
-    numpy.ndarray of complex, shape (count,)
-        In the unit of ``y``: ``y = sum of Re(a_k conj(e_k))`` with ``e_k = exp(i k omega t)``, so
-        that the angle is how much later than ``origin`` the harmonic peaks.
-    """
+    """Return the complex amplitudes of a series by least squares, with an offset beside them."""
     phase = 2 * np.pi * frequency * np.subtract.outer(time - origin, np.zeros(count))
     phase = phase * np.arange(1, count + 1)
     basis = np.hstack([np.ones((time.size, 1)), np.cos(phase), np.sin(phase)])
@@ -203,28 +128,7 @@ def harmonics(
 def steady_cycles(
     time: np.ndarray, displacement: np.ndarray, frequency: float, peaks: np.ndarray
 ) -> np.ndarray:
-    """Tell the cycles of a test from rest and ramps before and after it.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,), s
-    displacement : numpy.ndarray, shape (n,), m
-        About its centre line.
-    frequency : float, Hz
-    peaks : numpy.ndarray, shape (n_cycles,), s
-        As `whole_cycles` returns them.
-
-    Returns
-    -------
-    numpy.ndarray of bool, shape (n_cycles,)
-        Whether a cycle's amplitude is within 5 % of the median of those that move: at least half as
-        far as the largest.
-
-    Raises
-    ------
-    InputError
-        If the moving cycles are not sinusoidal, or fewer than three are steady.
-    """
+    """Tell the cycles of a test from rest and ramps before and after it."""
     period = 1.0 / frequency
     amplitudes, shares = np.zeros(peaks.size), np.zeros(peaks.size)
     for k, peak in enumerate(peaks):
@@ -238,7 +142,7 @@ def steady_cycles(
     if share < _SINUSOIDAL:
         raise InputError(
             f"a sinusoid of {frequency:.4g} Hz carries {100 * share:.1f} % of the displacement's "
-            f"power in its harmonics; accepted: a sinusoidal test, {100 * _SINUSOIDAL:.0f} % or "
+            f"power in its harmonics; expected: a sinusoidal test, {100 * _SINUSOIDAL:.0f} % or "
             "more"
         )
     usual = float(np.median(amplitudes[moving]))
@@ -247,6 +151,6 @@ def steady_cycles(
         raise InputError(
             f"{np.count_nonzero(steady)} of {steady.size} whole cycles of {frequency:.4g} Hz have "
             f"an amplitude within {100 * _AMPLITUDE_TOLERANCE:.0f} % of the median {usual:.4g} m; "
-            f"accepted: {MINIMUM_CYCLES} or more"
+            f"expected: {MINIMUM_CYCLES} or more"
         )
     return steady

@@ -153,17 +153,17 @@ def loop_measures(
         one amplitude are left.
     """
     loops = steady_loops(time, displacement, force, frequency, skip)
-    found = _by_harmonics(loops) | _by_force_curves(loops)
-    stiffness = found["effective_stiffness"]
+    result = _by_harmonics(loops) | _by_force_curves(loops)
+    stiffness = result["effective_stiffness"]
     positive = np.where(stiffness > 0, stiffness, np.nan)
-    found["damping_ratio"] = found["energy_per_cycle"] / (
+    result["damping_ratio"] = result["energy_per_cycle"] / (
         2 * np.pi * positive * loops.ends.amplitude**2
     )
     return LoopMeasures(
         frequency=float(loops.frequency),
         n_cycles=loops.peaks.size,
         n_left_out=loops.n_left_out,
-        **{name: _measure(found[name]) for name in _MEASURES},
+        **{name: _measure(result[name]) for name in _MEASURES},
     )
 
 

@@ -152,7 +152,7 @@ class MeasuredRuns:
         by_run = ("dt", "force_noise", "displacement_noise", "sigma", "velocity_measured")
         return replace(
             self,
-            names=tuple(name for name, kept in zip(self.names, runs, strict=True) if kept),
+            names=tuple(name for name, keep in zip(self.names, runs, strict=True) if keep),
             starts=np.concatenate([[0], np.cumsum(lengths[runs])]),
             **{name: getattr(self, name)[runs] for name in by_run},
             **{name: getattr(self, name)[self.fitted] for name in _BY_SAMPLE},

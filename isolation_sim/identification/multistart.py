@@ -30,16 +30,16 @@ def screen_starts(
     dependence on the current, or random ones.
     """
     steady, law = parameterisation.steady(), parameterisation.law
-    found = pool.map(lambda start: minimise(steady, start), steady.starts(number, seed))
-    kept = distinct(found)[:SCREENED]
-    begin = [parameterisation.of(Device(law, steady.dependence(o.x))) for o in kept]
+    result = pool.map(lambda start: minimise(steady, start), steady.starts(number, seed))
+    keep = distinct(result)[:SCREENED]
+    begin = [parameterisation.of(Device(law, steady.dependence(o.x))) for o in keep]
     return begin + parameterisation.starts(1, seed)
 
 
-def distinct(found: Iterable[Optimum]) -> list[Optimum]:
+def distinct(result: Iterable[Optimum]) -> list[Optimum]:
     """Leave out searches without a finite cost and repeated ends; costs differ by a thousandth."""
-    kept: list[Optimum] = []
-    for one in sorted(found, key=lambda o: o.cost):
-        if np.isfinite(one.cost) and not any(one.cost < 1.001 * o.cost for o in kept):
-            kept.append(one)
-    return kept
+    keep: list[Optimum] = []
+    for one in sorted(result, key=lambda o: o.cost):
+        if np.isfinite(one.cost) and not any(one.cost < 1.001 * o.cost for o in keep):
+            keep.append(one)
+    return keep

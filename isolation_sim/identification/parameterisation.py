@@ -91,14 +91,14 @@ class Parameterisation:
         self.lower[guarded] = 1e-6 * self.scale[guarded]
         self.upper[guarded] = np.minimum(self.upper[guarded], 1e7 * self.scale[guarded])
 
-    def coefficients(self, unknowns: NDArray) -> NDArray:
+    def coefficients(self, parameterisation: NDArray) -> NDArray:
         """Coefficients of all parameters, ascending powers of the current."""
-        return self.spread @ unknowns + self._offset
+        return self.spread @ parameterisation + self._offset
 
-    def dependence(self, unknowns: NDArray) -> CurrentDependence:
+    def dependence(self, parameterisation: NDArray) -> CurrentDependence:
         """Parameters against the current."""
         names = self.law.parameter_names
-        rows = self.coefficients(unknowns).reshape(len(names), -1)
+        rows = self.coefficients(parameterisation).reshape(len(names), -1)
         return CurrentDependence.polynomial(dict(zip(names, rows.tolist(), strict=True)))
 
     def steady(self) -> Parameterisation:

@@ -82,7 +82,7 @@ class TestRun:
     def __post_init__(self) -> None:
         n = np.size(self.time)
         if n < MINIMUM_SAMPLES:
-            raise InputError(f"{self.name}: {n} samples; accepted: {MINIMUM_SAMPLES} or more")
+            raise InputError(f"{self.name}: {n} samples; expected: {MINIMUM_SAMPLES} or more")
         for what in _UNITS:
             given = getattr(self, what)
             if given is not None:
@@ -92,7 +92,7 @@ class TestRun:
         for what in ("displacement", "force"):
             if not np.ptp(getattr(self, what)) > 0:
                 raise InputError(
-                    f"{self.name}, {what}: the same number throughout; accepted: a test that moves "
+                    f"{self.name}, {what}: the same number throughout; expected: a test that moves "
                     "and is resisted"
                 )
 
@@ -100,12 +100,12 @@ class TestRun:
         array = np.array(given, dtype=float)
         if array.shape != (n,):
             raise InputError(
-                f"{self.name}, {what}: shape {array.shape}; accepted: ({n},), as the time"
+                f"{self.name}, {what}: shape {array.shape}; expected: ({n},), as the time"
             )
         if not np.all(np.isfinite(array)):
             worst = int(np.argmin(np.isfinite(array)))
             raise InputError(
-                f"{self.name}, {what}: sample {worst} is {array[worst]}; accepted: finite numbers"
+                f"{self.name}, {what}: sample {worst} is {array[worst]}; expected: finite numbers"
             )
         array.flags.writeable = False
         return array
@@ -120,39 +120,15 @@ class TestRun:
 
 
 def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
-    """Read one run from a CSV file whose columns carry their unit in their name.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        Comma-separated UTF-8 text: a line of names, then numbers; ``#`` and blank lines are
-        skipped. Needed: ``time_s``, ``displacement_mm`` or ``_m``, ``current_A``, ``force_N`` or
-        ``_kN``. Optional: ``velocity_mm_s`` or ``_m_s``, ``acceleration_m_s2``, ``_mm_s2`` or
-        ``_g``, ``temperature_C``. Other columns are left alone and named in the result.
-    hold_out : bool
-        Whether the run is kept from fitting.
-
-    Returns
-    -------
-    TestRun
-
-    Raises
-    ------
-    InputError
-        If the file or a needed column is missing, a column is misspelt, a quantity is given twice
-        (in one unit or in two), a cell is not a finite number, times do not increase uniformly,
-        there are too few samples, or a velocity is not the displacement's slope.
-    """
+    """Read one run from a CSV file whose columns carry their unit in their name."""
     cells = read_csv_table(path)
     names = cells.names
     table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])
     columns = _recognised(names, cells.head)
     if len(table) < MINIMUM_SAMPLES:
-        raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
+        raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
     time_name = names[columns["time"]]
-    uniform_step(
-        table[:, columns["time"]].tolist(), cells.lines[1:], f"{path}, column {time_name}"
-    )
+    uniform_step(table[:, columns["time"]].tolist(), cells.lines[1:], f"{path}, column {time_name}")
     data = {}
     for what, k in columns.items():
         data[what] = table[:, k] * _UNITS[what][names[k].removeprefix(f"{what}_")]
@@ -180,26 +156,26 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
 
 def _recognised(names: list[str], place: str) -> dict[str, int]:
     """Quantity to its column; refuses what is missing, misspelt or given twice."""
-    found: dict[str, int] = {}
+    result: dict[str, int] = {}
     for k, name in enumerate(names):
         what = _COLUMNS.get(name)
         if what is None:
             _refuse_misspelt(name, names, place)
-        elif what in found:
-            other = names[found[what]]
+        elif what in result:
+            other = names[result[what]]
             raise InputError(
-                f"{place}: {what} given twice, as {other!r} and {name!r}; accepted: one column, "
+                f"{place}: {what} given twice, as {other!r} and {name!r}; expected: one column, "
                 "in one unit"
             )
         else:
-            found[what] = k
+            result[what] = k
     for what in _NEEDED:
-        if what not in found:
+        if what not in result:
             accepted = " or ".join(f"{what}_{unit}" for unit in _UNITS[what])
             raise InputError(
-                f"{place}: no column of {what} among {', '.join(names)}; accepted: {accepted}"
+                f"{place}: no column of {what} among {', '.join(names)}; expected: {accepted}"
             )
-    return found
+    return result
 
 
 def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
@@ -210,7 +186,7 @@ def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
     else:
         accepted = difflib.get_close_matches(name, free, n=1, cutoff=0.75)
     if accepted:
-        raise InputError(f"{place}: unknown column {name!r}; accepted: {' or '.join(accepted)}")
+        raise InputError(f"{place}: unknown column {name!r}; expected: {' or '.join(accepted)}")
 
 
 def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
@@ -222,5 +198,5 @@ def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
         opposite = "" if agrees else ", of opposite sign"
         raise InputError(
             f"{place}: {size:.3g} m/s rms where the displacement changes by {expected:.3g} m/s "
-            f"rms{opposite}; accepted: the displacement's velocity, in the unit that the name says"
+            f"rms{opposite}; expected: the displacement's velocity, in the unit that the name says"
         )

@@ -68,35 +68,32 @@ class Simulator:
         self.module = compiled(law)
         n, n_theta = len(law.states), len(self.owner)
         self._work = (
-            np.zeros(max(n, 1)), np.zeros(len(law.parameters)),
-            np.zeros((max(n, 1), n_theta)), np.zeros((max(n, 1), n_theta)),
-            np.zeros((max(n, 1), n + len(law.parameters))), np.zeros(n_theta),
+            np.zeros(max(n, 1)),
+            np.zeros(len(law.parameters)),
+            np.zeros((max(n, 1), n_theta)),
+            np.zeros((max(n, 1), n_theta)),
+            np.zeros((max(n, 1), n + len(law.parameters))),
+            np.zeros(n_theta),
         )
 
     def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
-        """Simulate all runs.
-
-        Parameters
-        ----------
-        theta : (n_coefficients,) array
-            Coefficients, in the parameters' SI units / A^power.
-        derivatives : bool, default True
-            Whether the derivatives are wanted.
-
-        Returns
-        -------
-        force : (n_samples,) array
-            N.
-        jacobian : (n_samples, n_coefficients) array
-            Derivatives of the force by each coefficient; no rows if they are not wanted.
-        """
+        """Simulate all runs."""
         motion, n_samples = self.motion, len(self.motion.displacement)
         force = np.empty(n_samples)
         jacobian = np.empty((n_samples if derivatives else 0, len(self.owner)))
         self.module.simulate(
-            motion.starts, motion.displacement, motion.velocity, motion.current, motion.dt,
-            self.n_steps, np.ascontiguousarray(theta, float), self.owner, self.power, *self._work,
-            force, jacobian,
+            motion.starts,
+            motion.displacement,
+            motion.velocity,
+            motion.current,
+            motion.dt,
+            self.n_steps,
+            np.ascontiguousarray(theta, float),
+            self.owner,
+            self.power,
+            *self._work,
+            force,
+            jacobian,
         )
         return force, jacobian
 
@@ -105,21 +102,7 @@ class Simulator:
         return Simulator(self.law, self.motion, self.owner, self.power, self.n_steps)
 
     def resolved(self, theta: NDArray, tolerance: float = 1e-4, most: int = 64) -> Simulator:
-        """Return the simulator with as many steps a sample as its accuracy needs.
-
-        Parameters
-        ----------
-        theta : (n_coefficients,) array
-            Coefficients at which to look.
-        tolerance : float
-            Wanted accuracy of the forces at every sample, relative to the largest.
-        most : int
-            Most steps a sample to try.
-
-        Returns
-        -------
-        Simulator
-        """
+        """Return the simulator with as many steps a sample as its accuracy needs."""
         coarse = self
         force = coarse.run(theta, derivatives=False)[0]
         while coarse.n_steps < most and self.law.states:
@@ -163,10 +146,14 @@ def _text(law: Law) -> str:
         'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy"}\n'
         "inline = njit(forceinline=True, **OPTIONS)",
         function_text(
-            "respond", "x, v, s, parameters, by",
-            [*unpack, *statements,
-             *(f"by[0, {i}] = {value}" for i, value in enumerate(results[1:])),
-             f"return {results[0]}"],
+            "respond",
+            "x, v, s, parameters, by",
+            [
+                *unpack,
+                *statements,
+                *(f"by[0, {i}] = {value}" for i, value in enumerate(results[1:])),
+                f"return {results[0]}",
+            ],
             doc="Force; by gets its derivatives by the states and the parameters.",
         ),
     ]
@@ -198,8 +185,9 @@ def _text(law: Law) -> str:
         hoisted, _, statements, results = straight_line(named, [*new, *entries], p_names)
         body = [*unpack, *hoisted, *statements]
         width = n + n_parameters
-        body += [f"by[{i}, {j}] = {results[n + i * width + j]}"
-                 for i in range(n) for j in range(width)]
+        body += [
+            f"by[{i}, {j}] = {results[n + i * width + j]}" for i in range(n) for j in range(width)
+        ]
         body += ["for k in range(owner.shape[0]):"]
         for i in range(n):
             terms = " + ".join(f"by[{i}, {j}] * slope[{j}, k]" for j in range(n))

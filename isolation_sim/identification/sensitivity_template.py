@@ -11,8 +11,25 @@ MOST_STEPS = 4096
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, parameters, slope,
-             new_slope, by, factor, force, jacobian):
+def simulate(
+    starts,
+    x,
+    v,
+    current,
+    dt,
+    n_steps,
+    theta,
+    owner,
+    power,
+    s,
+    parameters,
+    slope,
+    new_slope,
+    by,
+    factor,
+    force,
+    jacobian,
+):
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s.
@@ -20,7 +37,7 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
     jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
     n_theta = theta.shape[0]
-    wanted = jacobian.shape[0] > 0
+    target = jacobian.shape[0] > 0
     for run in range(starts.shape[0] - 1):
         for i in range(N_STATES):
             s[i] = 0.0
@@ -40,7 +57,7 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
                 force[sample : starts[run + 1]] = np.nan
                 jacobian[sample : starts[run + 1]] = np.nan
                 break
-            if wanted:
+            if target:
                 for k in range(n_theta):
                     total = by[0, N_STATES + owner[k]] * factor[k]
                     for i in range(N_STATES):
@@ -48,8 +65,22 @@ def simulate(starts, x, v, current, dt, n_steps, theta, owner, power, s, paramet
                     jacobian[sample, k] = total
             if N_STATES == 0 or sample + 1 == starts[run + 1]:
                 continue
-            advance(x[sample], v[sample], x[sample + 1], v[sample + 1], dt[run], n_steps, wanted, s,
-                    parameters, owner, factor, slope, new_slope, by)
+            advance(
+                x[sample],
+                v[sample],
+                x[sample + 1],
+                v[sample + 1],
+                dt[run],
+                n_steps,
+                target,
+                s,
+                parameters,
+                owner,
+                factor,
+                slope,
+                new_slope,
+                by,
+            )
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
@@ -68,8 +99,9 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
         n_steps *= 2
         last = force
         trial[:] = s
-        advance(x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope,
-                by)
+        advance(
+            x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope, by
+        )
         force = respond(x1, v1, trial, parameters, by)
         settings[1] = max(settings[1], abs(force))
         if not abs(force - last) > 15.0 * tolerance * settings[1]:
@@ -80,8 +112,9 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
 
 
 @inline
-def advance(x0, v0, x1, v1, dt, n_steps, wanted, s, parameters, owner, factor, slope, new_slope,
-            by):
+def advance(
+    x0, v0, x1, v1, dt, n_steps, target, s, parameters, owner, factor, slope, new_slope, by
+):
     """States, and their slopes if wanted, from one sample to the next."""
     rate = 1.0 / dt
     # per interval, so that the cubic needs no division
@@ -101,9 +134,10 @@ def advance(x0, v0, x1, v1, dt, n_steps, wanted, s, parameters, owner, factor, s
             xa, va = cubic(x0, v0, x1, v1, rate, a)
             xm, vm = cubic(x0, v0, x1, v1, rate, m)
             xb, vb = cubic(x0, v0, x1, v1, rate, b)
-            if wanted:
-                step_with_slopes(xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor,
-                                 slope, new_slope, by)
+            if target:
+                step_with_slopes(
+                    xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor, slope, new_slope, by
+                )
             else:
                 step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
         start = end

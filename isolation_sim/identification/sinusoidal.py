@@ -61,25 +61,6 @@ def sinusoidal(
     """Move a device sinusoidally, many amplitudes and currents at once.
 
     The internal states start at rest: the device has relaxed at the mean deformation.
-
-    Parameters
-    ----------
-    device : Device
-        Its law is integrated by the classical Runge-Kutta method, apart from the library's engine.
-    amplitude : array_like, m
-        Amplitudes.
-    current : array_like, A
-        Coil currents, broadcast against the amplitudes.
-    frequency : float, Hz
-        Of the motion.
-    cycles, points : int
-        Cycles, and steps to a cycle: a multiple of four, so that none goes across a reversal.
-    mean_deformation : array_like, m
-        Deformation about which the device moves (a preload), broadcast against the amplitudes.
-
-    Returns
-    -------
-    Motion
     """
     amplitude, current, mean_deformation = np.broadcast_arrays(
         *(np.asarray(a, dtype=float) for a in (amplitude, current, mean_deformation))

@@ -73,9 +73,9 @@ def steady_loops(
     if frequency is None:
         frequency = find_frequency(t, x)
     elif not (np.isfinite(frequency) and frequency > 0):
-        raise InputError(f"frequency {frequency!r} Hz; accepted: a positive number")
+        raise InputError(f"frequency {frequency!r} Hz; expected: a positive number")
     if not (isinstance(skip, int | np.integer) and skip >= 0):
-        raise InputError(f"skip {skip!r}; accepted: a whole number of cycles, 0 or more")
+        raise InputError(f"skip {skip!r}; expected: a whole number of cycles, 0 or more")
     require_cycles(t, frequency, skip)
     period = 1.0 / frequency
     x_centre, f_centre = (centre_line(t, y, period) for y in (x, f))
@@ -101,18 +101,18 @@ def _checked(time: Any, displacement: Any, force: Any) -> tuple[np.ndarray, ...]
     if t.ndim != 1 or t.size < _MINIMUM_SAMPLES or any(a.shape != t.shape for a in arrays):
         shapes = ", ".join(str(a.shape) for a in arrays)
         raise InputError(
-            f"time, displacement and force of shapes {shapes}; accepted: one shape (n,), n at "
+            f"time, displacement and force of shapes {shapes}; expected: one shape (n,), n at "
             f"least {_MINIMUM_SAMPLES}"
         )
     for what, array in zip(("time", "displacement", "force"), arrays, strict=True):
         if not np.all(np.isfinite(array)):
             worst = int(np.argmin(np.isfinite(array)))
-            raise InputError(f"{what}: sample {worst} is {array[worst]}; accepted: finite numbers")
+            raise InputError(f"{what}: sample {worst} is {array[worst]}; expected: finite numbers")
     step = (t[-1] - t[0]) / (t.size - 1)
     off = np.abs(t - t[0] - step * np.arange(t.size))
     if not step > 0 or np.max(off) > 0.5 * step or not np.all(np.diff(t) > 0):
         raise InputError(
-            f"time: steps from {np.min(np.diff(t)):.4g} to {np.max(np.diff(t)):.4g} s; accepted: "
+            f"time: steps from {np.min(np.diff(t)):.4g} to {np.max(np.diff(t)):.4g} s; expected: "
             "one step throughout, each time within half a step of its place"
         )
     return arrays
@@ -179,8 +179,8 @@ class ForceCurves:
         """Where the mean cycle's force is largest, or with a negative sign where smallest."""
         if self.smooth:
             return self.cycles.at(self.cycles.largest(sign).phase)
-        found = [(p.curve.largest(p.low, p.high, sign), p.curve) for p in self.pieces]
-        peak, curve = max(found, key=lambda pair: pair[0])
+        result = [(p.curve.largest(p.low, p.high, sign), p.curve) for p in self.pieces]
+        peak, curve = max(result, key=lambda pair: pair[0])
         return curve.at(peak.phase, peak.side)
 
     def at(self, phase: float) -> np.ndarray:
@@ -200,15 +200,15 @@ class ForceCurves:
     def pieces(self) -> list[_Piece]:
         """Curves that cover the cycle: both ends, and each branch between them in parts."""
         top, bottom = self.corners
-        found = [_Piece(corner, corner.low, corner.high) for corner in self.corners]
+        result = [_Piece(corner, corner.low, corner.high) for corner in self.corners]
         for before, after in ((top, bottom), (bottom, top)):
             edges = np.linspace(before.high, np.pi + after.low, _PARTS + 1)
             for low, high in pairwise(edges):
                 middle = (low + high) / 2
                 limits = (-middle, np.pi - middle)
                 curve = self._curve(before.centre + middle, limits, corner=False)
-                found.append(_Piece(curve, low - middle - _OVERLAP, high - middle + _OVERLAP))
-        return found
+                result.append(_Piece(curve, low - middle - _OVERLAP, high - middle + _OVERLAP))
+        return result
 
     def jump_sizes(self) -> tuple[float, float]:
         """Constant and slope over the stroke of the force that changes sign with the velocity."""

@@ -41,30 +41,14 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
     leaves the least expected error of the velocity: the signal cut off plus the noise let through,
     by Stein's unbiased estimate, with the noise taken from the upper half of the frequencies. The
     cubic is taken where it leaves clearly less. Data without visible noise are not filtered.
-
-    Parameters
-    ----------
-    displacement : array_like, shape (n,), m
-        Samples; five or more.
-    step : float, s
-        Time between samples.
-
-    Returns
-    -------
-    tuple of numpy.ndarray, shape (n,), m, m/s, m/s^2
-
-    Raises
-    ------
-    InputError
-        If there are fewer than five samples, one is not finite, or the step is not positive.
     """
     x = np.asarray(displacement, dtype=float)
     if x.ndim != 1 or x.size < MINIMUM_SAMPLES or not np.all(np.isfinite(x)):
         raise InputError(
-            f"displacement of shape {x.shape}; accepted: {MINIMUM_SAMPLES} or more finite samples"
+            f"displacement of shape {x.shape}; expected: {MINIMUM_SAMPLES} or more finite samples"
         )
     if not (np.isfinite(step) and step > 0):
-        raise InputError(f"step {step!r} s; accepted: a positive number")
+        raise InputError(f"step {step!r} s; expected: a positive number")
     from scipy.fft import dct, idst
 
     # in units of the step and of the largest value
@@ -85,9 +69,9 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
 def _series(x: np.ndarray) -> _Series:
     """Sine series of samples, about their ends, with the better of both kinds of ends."""
     first, last = float(x[0]), float(x[-1])
-    found = _about(x, first, last)
+    result = _about(x, first, last)
     # the ends' values are noisy samples until a cut-off is known
-    width = _END_PERIODS * 2 * np.pi / found.cut_off
+    width = _END_PERIODS * 2 * np.pi / result.cut_off
     count = int(np.clip(width, _DEGREE + 1, x.size))
     ends = [_end(x[:count]), _end(x[::-1][:count])]
     (first, bend_first), (last, bend_last) = ends

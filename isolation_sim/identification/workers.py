@@ -14,15 +14,6 @@ def workers(threads: int | None = None) -> Iterator[ThreadPoolExecutor]:
 
     As long as it is open, linear algebra runs on the calling thread: the libraries' own threads
     would wait for processors that the pool already uses, and take twice the time.
-
-    Parameters
-    ----------
-    threads : int, optional
-        As many as there are processors by default.
-
-    Yields
-    ------
-    concurrent.futures.ThreadPoolExecutor
     """
     from threadpoolctl import threadpool_limits
 

@@ -11,23 +11,7 @@ from pathlib import Path
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[Path]:
-    """Write a file that appears complete or not at all.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        File to write.
-
-    Yields
-    ------
-    pathlib.Path
-        Temporary name to write to, which becomes the file's when all went well.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; names the file.
-    """
+    """Write a file that appears complete or not at all."""
     path = Path(path)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
     try:
@@ -44,20 +28,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
 
 
 def write_text(text: str, path: str | Path) -> Path:
-    """Write a text file.
-
-    Parameters
-    ----------
-    text : str
-        What to write.
-    path : str or pathlib.Path
-        File to write, replaced whole or not at all.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-    """
+    """Write a text file."""
     with atomic_write(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return Path(path)

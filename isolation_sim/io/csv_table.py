@@ -44,24 +44,7 @@ class CsvTable:
         return f"{self.path}, line {self.lines[0]}"
 
     def numbers(self, used: Sequence[int]) -> NDArray:
-        """Numbers of some columns.
-
-        Parameters
-        ----------
-        used : sequence of int
-            Places of the columns that hold numbers.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_rows, n_columns)
-            0 in the other columns.
-
-        Raises
-        ------
-        InputError
-            If a row has more or fewer cells than the header, or a cell of a used column is not a
-            finite number.
-        """
+        """Numbers of some columns."""
         table = np.zeros((len(self.rows), len(self.names)))
         try:
             table[:, used] = [[float(row[k]) for k in used] for row in self.rows]
@@ -79,7 +62,7 @@ class CsvTable:
             place = f"{self.path}, line {line}"
             if len(row) != len(self.names):
                 raise InputError(
-                    f"{place}: {len(row)} cells; accepted: {len(self.names)}, one a column of the "
+                    f"{place}: {len(row)} cells; expected: {len(self.names)}, one a column of the "
                     "header"
                 )
             for k in used:
@@ -87,42 +70,14 @@ class CsvTable:
 
 
 def read_csv_table(path: str | Path) -> CsvTable:
-    """Read the cells of a CSV file; lines that begin with ``#`` are skipped.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        The file.
-
-    Returns
-    -------
-    CsvTable
-
-    Raises
-    ------
-    InputError
-        If it is missing, unreadable, not text, empty, or comments only.
-    """
+    """Read the cells of a CSV file; lines that begin with ``#`` are skipped."""
     numbered = table_lines(path)
     names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in numbered]
     return CsvTable(path, names, rows, [number for number, _ in numbered])
 
 
 def write_table(records: Sequence[Mapping[str, Any]], path: str | Path) -> Path:
-    """Write records as CSV, a column a key.
-
-    Parameters
-    ----------
-    records : sequence of mapping
-        Such as ``Comparison.to_records()``.
-    path : str or pathlib.Path
-        File to write, replaced whole or not at all.
-
-    Returns
-    -------
-    pathlib.Path
-        The file.
-    """
+    """Write records as CSV, a column a key."""
     keys = list(dict.fromkeys(key for record in records for key in record))
     with (
         atomic_write(path) as unfinished,

@@ -57,7 +57,7 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         parts[path.stem if path.stem not in parts else path.name] = _read(path)
     if not parts:
         raise InputError(
-            f"{folder}: holds no results; accepted: a folder with CSV, Parquet or netCDF files"
+            f"{folder}: holds no results; expected: a folder with CSV, Parquet or netCDF files"
         )
     path = folder / f"results.{form}" if out is None else Path(out)
     with atomic_write(path) as unfinished:
@@ -117,14 +117,14 @@ def _fields(names: Iterable[Any]) -> list[str]:
 
 
 def _each_once(names: Iterable[str], longest: int) -> list[str]:
-    found: list[str] = []
+    result: list[str] = []
     for name in names:
         own, count = name[:longest], 1
-        while own.lower() in map(str.lower, found):
+        while own.lower() in map(str.lower, result):
             count += 1
             own = f"{name[: longest - len(str(count)) - 1]}_{count}"
-        found.append(own)
-    return found
+        result.append(own)
+    return result
 
 
 def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
@@ -134,7 +134,7 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
         import openpyxl  # noqa: F401
     except ModuleNotFoundError:
         raise InputError(
-            "xlsx needs openpyxl, which is not installed; accepted: "
+            "xlsx needs openpyxl, which is not installed; expected: "
             "pip install 'isolation-sim[excel]'"
         ) from None
     tables = {}

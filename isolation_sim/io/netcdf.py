@@ -27,9 +27,9 @@ def read_netcdf(path: str | Path, accepted: str = "netCDF") -> xarray.Dataset:
     import xarray
 
     if not Path(path).is_file():
-        raise InputError(f"{path}: no such file; accepted: {accepted}")
+        raise InputError(f"{path}: no such file; expected: {accepted}")
     try:
         return xarray.load_dataset(path, engine=_ENGINE)
     except (OSError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())
-        raise InputError(f"{path}: not a netCDF file ({reason}); accepted: netCDF") from None
+        raise InputError(f"{path}: not a netCDF file ({reason}); expected: netCDF") from None

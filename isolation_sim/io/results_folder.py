@@ -40,11 +40,11 @@ class ResultsFolder:
         If nothing can be written there, or what is to be replaced are no results.
     """
 
-    def __init__(self, wanted: str | Path, overwrite: bool = False):
-        self._wanted, self._overwrite = Path(wanted), overwrite
+    def __init__(self, target: str | Path, overwrite: bool = False):
+        self._wanted, self._overwrite = Path(target), overwrite
         if overwrite and not _is_free(self._wanted) and not _is_results(self._wanted):
             raise InputError(
-                f"{wanted}: holds something other than results of isolation-sim; expected with "
+                f"{target}: holds something other than results of isolation-sim; expected with "
                 "--overwrite: a folder of results"
             )
         self.path = self._free()
@@ -56,11 +56,11 @@ class ResultsFolder:
         return self.path != self._wanted.absolute()
 
     def _free(self) -> Path:
-        wanted = self._wanted.absolute()
+        target = self._wanted.absolute()
         if self._overwrite:
-            return wanted
-        names = itertools.chain([wanted.name], (f"{wanted.name}-{k}" for k in itertools.count(2)))
-        return next(path for name in names if _is_free(path := wanted.with_name(name)))
+            return target
+        names = itertools.chain([target.name], (f"{target.name}-{k}" for k in itertools.count(2)))
+        return next(path for name in names if _is_free(path := target.with_name(name)))
 
     def __enter__(self) -> ResultsFolder:
         above = self.path.parents
@@ -69,7 +69,7 @@ class ResultsFolder:
             self.unfinished.mkdir(parents=True)
         except OSError as error:
             raise InputError(
-                f"{self._wanted}: results cannot be written there ({error.strerror}); accepted: a "
+                f"{self._wanted}: results cannot be written there ({error.strerror}); expected: a "
                 "folder that you may write to"
             ) from None
         return self
@@ -135,41 +135,17 @@ _CONTENTS = {
 
 
 def write_contents(folder: str | Path, title: str) -> Path:
-    """Write ``README.txt`` into a folder of results: what each file in it is.
-
-    Parameters
-    ----------
-    folder : str or pathlib.Path
-        Folder with the results.
-    title : str
-        What the results are of.
-
-    Returns
-    -------
-    pathlib.Path
-        The file; results of a kind that is not known here are left out of it.
-    """
+    """Write ``README.txt`` into a folder of results: what each file in it is."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
-    told: set[Path] = set()
+    sentences: set[Path] = set()
     for pattern, what in _CONTENTS.items():
-        found = sorted(set(folder.glob(pattern)) - told)
-        told.update(found)
-        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in found]
+        result = sorted(set(folder.glob(pattern)) - sentences)
+        sentences.update(result)
+        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in result]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 
 def file_name(name: str) -> str:
-    """Turn a name to print into one for a file.
-
-    Parameters
-    ----------
-    name : str
-        Such as a controller's label.
-
-    Returns
-    -------
-    str
-        Letters, digits, dots, hyphens and underscores; never empty, never hidden.
-    """
+    """Turn a name to print into one for a file."""
     return re.sub(r"[^\w.-]+", "_", name).strip(".") or "unnamed"

@@ -10,55 +10,21 @@ from ..errors import InputError
 
 
 def read_toml(path: Path, accepted: str) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    accepted : str
-        What file would do, for errors.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputError
-        If the file is missing, cannot be read, or is not TOML.
-    """
+    """Read a TOML file."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; accepted: {accepted}") from None
+        raise InputError(f"{path}: no such file; expected: {accepted}") from None
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8"
-        raise InputError(f"{path}: cannot be read ({reason}); accepted: {accepted}") from None
+        raise InputError(f"{path}: cannot be read ({reason}); expected: {accepted}") from None
     return parse_toml(text, str(path))
 
 
 def parse_toml(text: str, source: str = "") -> dict[str, Any]:
-    """Read TOML from text.
-
-    Parameters
-    ----------
-    text : str
-        TOML.
-    source : str
-        Where it comes from, for errors.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputError
-        If it is not TOML.
-    """
+    """Read TOML from text."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         place = f"{source}: " if source else ""
-        raise InputError(f"{place}not TOML: {error}; accepted: TOML") from None
+        raise InputError(f"{place}not TOML: {error}; expected: TOML") from None

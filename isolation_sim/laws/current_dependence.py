@@ -45,13 +45,13 @@ class CurrentDependence:
         if coefficients.ndim != 3 or coefficients.shape[1] != len(names):
             raise InputError(
                 f"current dependence has coefficients of shape {coefficients.shape}; "
-                f"accepted: (n_pieces, {len(names)} parameters, n_powers)"
+                f"expected: (n_pieces, {len(names)} parameters, n_powers)"
             )
         if coefficients.shape[2] == 0:
             raise InputError("current dependence has no coefficients: give at least the constants")
         if breaks.shape != (len(coefficients) + 1,) or not np.all(np.diff(breaks) > 0):
             raise InputError(
-                f"current dependence has breaks {breaks.tolist()} A; accepted: "
+                f"current dependence has breaks {breaks.tolist()} A; expected: "
                 f"{len(coefficients) + 1} increasing currents"
             )
         if breaks[0] != -np.inf or breaks[-1] != np.inf or not np.all(np.isfinite(breaks[1:-1])):
@@ -280,7 +280,7 @@ def _row(name: str, value: Any) -> np.ndarray:
     row = np.atleast_1d(_array(f"parameter {name!r}:", value))
     if row.ndim != 1 or row.size == 0 or not np.all(np.isfinite(row)):
         raise InputError(
-            f"parameter {name!r} is {value!r}; accepted: a finite number or a sequence of them"
+            f"parameter {name!r} is {value!r}; expected: a finite number or a sequence of them"
         )
     return row
 

@@ -34,27 +34,7 @@ def _jacobian_at_rest(law: Law) -> Any:
 
 
 def complex_stiffness(law: Law, parameters: Sequence[float], omega: float) -> complex:
-    """Complex stiffness of a law for small vibrations about rest.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    parameters : sequence of float
-        Its parameters in SI units.
-    omega : float, rad/s
-        Circular frequency, above zero.
-
-    Returns
-    -------
-    complex, N/m
-        F_x + i omega F_v + F_s (i omega I - S_s)^-1 (S_x + i omega S_v).
-
-    Raises
-    ------
-    InputError
-        If a derivative does not exist at rest.
-    """
+    """Complex stiffness of a law for small vibrations about rest."""
     jacobian = np.array(_jacobian_at_rest(law)(np.array(parameters, dtype=float)))
     if not np.all(np.isfinite(jacobian)):
         raise InputError(f"{law.name} has no finite derivatives at rest: it cannot be linearised")
@@ -79,30 +59,7 @@ def _energy_gradient(law: Law, dependence: CurrentDependence) -> Any:
 def energy_gradients(
     law: Law, dependence: CurrentDependence, x: np.ndarray, states: Sequence, current: np.ndarray
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...], np.ndarray]:
-    """Derivatives of a law's stored energy.
-
-    Parameters
-    ----------
-    law : Law
-        A law with a stored-energy function.
-    dependence : CurrentDependence
-        Its parameters against the current, in the law's order.
-    x : numpy.ndarray, shape (n,), m
-        Deformation.
-    states : sequence of numpy.ndarray, shape (n,)
-        Internal states.
-    current : numpy.ndarray, shape (n,), A
-        Coil current.
-
-    Returns
-    -------
-    by_x : numpy.ndarray, shape (n,), N
-        Derivative by the deformation.
-    by_states : tuple of numpy.ndarray, shape (n,)
-        Derivative by each state, J per unit of the state.
-    by_current : numpy.ndarray, shape (n,), J/A
-        Derivative by the current.
-    """
+    """Derivatives of a law's stored energy."""
     rows = [np.asarray(a, float)[np.newaxis] for a in (x, current, *states)]
     by_x, by_current, *by_states = (
         np.asarray(row).ravel() for row in _energy_gradient(law, dependence).call(rows)

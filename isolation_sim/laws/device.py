@@ -91,7 +91,7 @@ class Device:
                 worst = int(np.argmax(outside))
                 raise InputError(
                     f"{self.name}: parameter {quantity.name!r} is {values[worst]:.6g} "
-                    f"{quantity.unit} at {currents[worst]:.4g} A; accepted: "
+                    f"{quantity.unit} at {currents[worst]:.4g} A; expected: "
                     f"{quantity.lower:g} to {quantity.upper:g}{', not 0' * quantity.divides}"
                 )
 
@@ -347,7 +347,7 @@ def _positive(name: str, what: str, value: Any) -> float:
     except (TypeError, ValueError):
         number = np.nan
     if not number > 0:
-        raise InputError(f"{name}: {what} is {value!r}; accepted: a number above zero")
+        raise InputError(f"{name}: {what} is {value!r}; expected: a number above zero")
     return number
 
 
@@ -357,7 +357,7 @@ def _tested(name: str, value: Any) -> float:
     except (TypeError, ValueError):
         number = np.nan
     if np.isnan(number):
-        raise InputError(f"{name}: tested_current is {value!r}; accepted: a number of amperes")
+        raise InputError(f"{name}: tested_current is {value!r}; expected: a number of amperes")
     return number
 
 
@@ -368,6 +368,6 @@ def _pair(name: str, values: Any) -> tuple[float, float]:
         low = high = np.nan
     if not low <= high:
         raise InputError(
-            f"{name}: current_range is {values!r}; accepted: lowest and highest current in A"
+            f"{name}: current_range is {values!r}; expected: lowest and highest current in A"
         )
     return low, high

@@ -107,28 +107,16 @@ def _device(coefficients: dict[str, dict[str, float]], source: str) -> Device:
 
 
 def sound() -> Device:
-    """Build the regression of Table 1 without its corrupt column.
-
-    Returns
-    -------
-    Device
-        It softens with the amplitude.
-    """
-    found = linearised_bouc_wen.regression(drop=[linearised_bouc_wen.CORRUPT])
+    """Build the regression of Table 1 without its corrupt column."""
+    result = linearised_bouc_wen.regression(drop=[linearised_bouc_wen.CORRUPT])
     return _device(
-        {part: slopes for part, (slopes, _) in found.items()},
+        {part: slopes for part, (slopes, _) in result.items()},
         "Table 1 without 0.2 T, 0.1 mm, 20 Hz",
     )
 
 
 def printed() -> Device:
-    """Build the regression that the paper prints.
-
-    Returns
-    -------
-    Device
-        It stiffens with the amplitude, because of one corrupt column.
-    """
+    """Build the regression that the paper prints."""
     return _device(LINEARISED_REGRESSION_PRINTED, "second Eqs 10-11 as printed")
 
 

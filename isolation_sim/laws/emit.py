@@ -73,37 +73,7 @@ def straight_line(
     hoist: Sequence[str] = (),
     write: Callable[[str, Sequence[str], Sequence[bool]], str] = scalar_expression,
 ) -> tuple[list[str], list[str], list[str], list[str]]:
-    """Print a symbolic computation as scalar Python statements.
-
-    Parameters
-    ----------
-    inputs : dict of str to casadi.SX scalar
-        Input name to symbol; the names are the variables of the printed text.
-    outputs : sequence of casadi.SX scalar
-        Expressions to compute.
-    hoist : sequence of str
-        Inputs that change seldom. Statements that depend on these (and constants) alone come
-        out separately.
-    write : callable
-        ``write(operation, operands, is_hoisted)`` prints one operation of those statements that do
-        not come out separately; the others are scalar.
-
-    Returns
-    -------
-    hoisted : list of str
-        Statements that depend on the ``hoist`` inputs alone.
-    kept : list of str
-        Variables of ``hoisted`` that ``statements`` or ``results`` use.
-    statements : list of str
-        The remaining statements.
-    results : list of str
-        One expression an output.
-
-    Raises
-    ------
-    NotTraceable
-        If an operation has no scalar counterpart.
-    """
+    """Print a symbolic computation as scalar Python statements."""
     import casadi
 
     code_name = {getattr(casadi, n): n for n in dir(casadi) if n.startswith("OP_")}
@@ -152,8 +122,8 @@ def straight_line(
 
     text = " ".join(statements) + " " + " ".join(results)
     tokens = set("".join(c if c.isalnum() or c == "_" else " " for c in text).split())
-    kept = [name for name in [*hoist, *(h.split(" = ")[0] for h in hoisted)] if name in tokens]
-    return hoisted, kept, statements, results
+    keep = [name for name in [*hoist, *(h.split(" = ")[0] for h in hoisted)] if name in tokens]
+    return hoisted, keep, statements, results
 
 
 def function_text(
@@ -170,20 +140,7 @@ def function_text(
 def own_slopes(
     inputs: dict[str, Any], rates: Sequence[Any], states: Sequence[Any]
 ) -> tuple[list[str], list[str]]:
-    """Print the derivative of each state's rate by that state.
-
-    Parameters
-    ----------
-    inputs : dict of str to casadi.SX scalar
-        Input name to symbol.
-    rates, states : sequence of casadi.SX scalar
-        One rate a state.
-
-    Returns
-    -------
-    statements, results : list of str
-        As by ``straight_line``.
-    """
+    """Print the derivative of each state's rate by that state."""
     import casadi
 
     slopes = [casadi.gradient(casadi.SX(r), s) for r, s in zip(rates, states, strict=True)]
@@ -198,20 +155,6 @@ def kinks(
 
     These are the arguments of absolute values and signs, the differences that comparisons look at,
     and z where a power, a root or a logarithm is taken of z * z plus next to nothing.
-
-    Parameters
-    ----------
-    inputs : dict of str to casadi.SX scalar
-        Input name to symbol.
-    outputs : sequence of casadi.SX scalar
-        Expressions to look through.
-    moving : sequence of str
-        Inputs that change within a step; what depends on none of them is left out.
-
-    Returns
-    -------
-    statements, results : list of str
-        As by ``straight_line``; a result a quantity.
     """
     import casadi
 
@@ -219,7 +162,7 @@ def kinks(
     sides = {casadi.OP_FABS, casadi.OP_SIGN}
     rounded = {casadi.OP_POW, casadi.OP_CONSTPOW, casadi.OP_LOG, casadi.OP_SQRT}
     variables = casadi.vertcat(*(inputs[name] for name in moving))
-    found: list[Any] = []
+    result: list[Any] = []
     seen: set[int] = set()
     # expressions that stand in both force and rates are looked through once
     waiting = casadi.vertsplit(casadi.cse(casadi.vertcat(*outputs)))
@@ -241,11 +184,11 @@ def kinks(
             switch = _squared(operands[0])
         if switch is None or not casadi.depends_on(switch, variables):
             continue
-        if not any(casadi.is_equal(s, other, 9) for s in (switch, -switch) for other in found):
-            found.append(switch)
-    if not found:
+        if not any(casadi.is_equal(s, other, 9) for s in (switch, -switch) for other in result):
+            result.append(switch)
+    if not result:
         return [], []
-    _, _, statements, results = straight_line(inputs, found)
+    _, _, statements, results = straight_line(inputs, result)
     return statements, results
 
 
@@ -268,4 +211,3 @@ def symbols(names: Sequence[str]) -> list[Any]:
         casadi.GlobalOptions.setNumpyMode(-1)  # its present NumPy behaviour, without the warning
 
     return [casadi.SX.sym(n) for n in names]
-

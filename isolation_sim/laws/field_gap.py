@@ -25,18 +25,7 @@ EPSILON_FINITE_ELEMENTS = (1 - 0.568 / 0.588) / 15e-3
 
 
 def field_gap(law: Law) -> Law:
-    """Wrap a law so that its force falls with the deformation.
-
-    Parameters
-    ----------
-    law : Law
-        Any law that is not wrapped yet.
-
-    Returns
-    -------
-    Law
-        With the law's states and parameters, and ``gap_epsilon`` (1/m) as its last parameter.
-    """
+    """Wrap a law so that its force falls with the deformation."""
     inner_force, inner_rates = law.force, law.rates
 
     def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -61,13 +50,7 @@ def field_gap(law: Law) -> Law:
 
 
 def generalised() -> Device:
-    """Build the published model (Table 2) with the loss that its field computation shows.
-
-    Returns
-    -------
-    Device
-        ``gap_epsilon`` is 2.27 1/m; the paper neglects it, a loss of 1.8 % at its 8 mm.
-    """
+    """Build the published model (Table 2) with the loss that its field computation shows."""
     inner = strain_stiffening.generalised()
     coefficients = inner.current.coefficients[0]
     rows = dict(zip(inner.current.names, coefficients.tolist(), strict=True))

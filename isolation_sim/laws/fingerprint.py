@@ -19,19 +19,7 @@ class _Unknown(Exception):
 
 
 def fingerprint(law: Law) -> str | None:
-    """Name what a law computes.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-
-    Returns
-    -------
-    str or None
-        Hexadecimal digits; None where a function depends on something other than code, numbers and
-        other such functions.
-    """
+    """Name what a law computes."""
     digest = hashlib.sha256()
     try:
         for part in _parts([law.parameter_names, law.state_names, *_functions(law)], set()):

@@ -34,13 +34,7 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
 
 
 def base_model() -> Device:
-    """Build the base model of the paper's parameter study (Section 4.1) without its dashpot c1.
-
-    Returns
-    -------
-    Device
-        On which the current has no effect.
-    """
+    """Build the base model of the paper's parameter study (Section 4.1) without its dashpot c1."""
     values = {name: SI_LI_LI[name] * LI_LI_BASE_MODEL[name] for name in LAW.parameter_names}
     return Device(
         law=LAW,

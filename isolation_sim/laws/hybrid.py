@@ -71,25 +71,12 @@ def _generalised(printed: dict[str, tuple[float, ...]], source: str) -> Device:
 
 
 def generalised_printed() -> Device:
-    """Build the published model against the current, as printed (Eqs 26-29), misprint included.
-
-    Returns
-    -------
-    Device
-        Its slope of beta is a tenth of that of the paper's own Table 2. Meaningful at the tested
-        0-3 A: gamma peaks at 2.73 A and must not be extrapolated.
-    """
+    """Build the published model against the current, as printed (Eqs 26-29), misprint included."""
     return _generalised(YU_GENERALISED_PRINTED, f"{YU}, Eqs 26-29 as printed")
 
 
 def generalised_refitted() -> Device:
-    """Build the model that the paper describes: means of its Tables 1-4, fitted by least squares.
-
-    Returns
-    -------
-    Device
-        Meaningful at the tested 0-3 A: gamma peaks at 2.76 A and must not be extrapolated.
-    """
+    """Build the model that the paper describes: means of its Tables 1-4, fitted by least squares."""
     rows = {
         name: Polynomial.fit(
             CURRENTS_A, np.mean(list(table.values()), axis=0), len(YU_GENERALISED_PRINTED[name]) - 1
@@ -101,31 +88,11 @@ def generalised_refitted() -> Device:
 
 
 def condition(amplitude_mm: float, frequency_hz: float, current_A: float | None = None) -> Device:
-    """Build the model identified for one loading condition (Tables 1-4).
-
-    Parameters
-    ----------
-    amplitude_mm : float, mm
-        2, 4 or 8.
-    frequency_hz : float, Hz
-        1, 2 or 4.
-    current_A : float, optional, A
-        0, 1, 2 or 3: numbers for this current alone, which no longer change with the current. By
-        default all four, linearly interpolated.
-
-    Returns
-    -------
-    Device
-
-    Raises
-    ------
-    InputError
-        If the condition was not tested.
-    """
+    """Build the model identified for one loading condition (Tables 1-4)."""
     key = (float(amplitude_mm), float(frequency_hz))
     if key not in YU_ALPHA_N:
         raise InputError(
-            f"no test at {amplitude_mm:g} mm, {frequency_hz:g} Hz; accepted: 2, 4 or 8 mm and "
+            f"no test at {amplitude_mm:g} mm, {frequency_hz:g} Hz; expected: 2, 4 or 8 mm and "
             "1, 2 or 4 Hz"
         )
     rows = {name: tuple(_SI[name] * c for c in table[key]) for name, table in _TABLES.items()}
@@ -138,7 +105,7 @@ def condition(amplitude_mm: float, frequency_hz: float, current_A: float | None 
         tested = (CURRENTS_A[0], CURRENTS_A[-1])
         return Device(LAW, current, tested, 1e-3 * key[0], tested[-1], source=source)
     if current_A not in CURRENTS_A:
-        raise InputError(f"no test at {current_A:g} A; accepted: 0, 1, 2 or 3 A")
+        raise InputError(f"no test at {current_A:g} A; expected: 0, 1, 2 or 3 A")
     column = CURRENTS_A.index(current_A)
     constants: dict[str, tuple[float, ...]] = {name: (row[column],) for name, row in rows.items()}
     doubt = YU_DOUBTFUL.get((*key, float(current_A)))

@@ -72,14 +72,7 @@ def _stiffness(x: Any, k: Any, d: Any) -> Any:
 
 
 def table_4() -> Device:
-    """Build the identified model, linearly interpolated between its six currents (Table 4).
-
-    Returns
-    -------
-    Device
-        Meaningful at the tested 0-2.5 A. Identified at 1 mm and 0.5 Hz alone: at 5 mm it is
-        27-62 % off at 2 A, and at 10 Hz its damping is 10.8 and 8.6 times the measured one.
-    """
+    """Build the identified model, linearly interpolated between its six currents (Table 4)."""
     rows = TAO_IMPROVED | {"W": tuple(1e-3 * value for value in TAO_IMPROVED["W"])}
     return Device(
         law=LAW,

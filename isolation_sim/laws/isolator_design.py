@@ -52,63 +52,21 @@ SHAPE_FACTORS: dict[str, Callable[[float, float, float], float]] = {
 
 
 def moduli(hardness: float) -> tuple[float, float]:
-    """Young's and shear modulus of natural rubber (Eq 4).
-
-    Parameters
-    ----------
-    hardness : float
-        Shore A hardness, dimensionless, 0 to below 100.
-
-    Returns
-    -------
-    E, G : float, N/m^2
-        With G = E/3.
-
-    Raises
-    ------
-    InputError
-        If the hardness is outside 0 to 100.
-    """
+    """Young's and shear modulus of natural rubber (Eq 4)."""
     if not 0 <= hardness < 100:
-        raise InputError(f"hardness {hardness!r}; accepted: Shore A, 0 to below 100")
+        raise InputError(f"hardness {hardness!r}; expected: Shore A, 0 to below 100")
     E = 1e6 * (15.75 + 2.15 * hardness) / (100 - hardness)
     return E, E / 3
 
 
 def hardness_of(E: float) -> float:
-    """Shore A hardness of natural rubber of a Young's modulus: Eq 4 solved.
-
-    Parameters
-    ----------
-    E : float, N/m^2
-        Young's modulus.
-
-    Returns
-    -------
-    float
-        Dimensionless.
-    """
+    """Shore A hardness of natural rubber of a Young's modulus: Eq 4 solved."""
     mega = E / 1e6
     return (100 * mega - 15.75) / (2.15 + mega)
 
 
 def upper_radius(R2: float, h: float, h1: float, alpha: float) -> float:
-    """Inner radius of the shell's upper end (Eq 5).
-
-    Parameters
-    ----------
-    R2 : float, m
-        Inner radius of the shell's lower end.
-    h, h1 : float, m
-        Total height and that of the lower part.
-    alpha : float, rad
-        Inclination of the shell.
-
-    Returns
-    -------
-    float, m
-        32.84 mm for Table 1's numbers, where the table prints 32.5 mm.
-    """
+    """Inner radius of the shell's upper end (Eq 5)."""
     return R2 - (h - h1) * np.tan(alpha)
 
 
@@ -125,34 +83,7 @@ def upper_stiffness(
     raises_shear: bool,
     m: float = HARDNESS_FACTOR,
 ) -> float:
-    """Axial stiffness of the conical upper part (Eq 2).
-
-    Parameters
-    ----------
-    R1, R2, R3 : float, m
-        Upper and lower inner radius of the shell, outer radius of the sleeve.
-    h, h1 : float, m
-        Total height and that of the lower part.
-    alpha : float, rad
-        Inclination of the shell.
-    E, G : float, N/m^2
-        Young's and shear modulus.
-    shape_factor : str
-        Reading of the shape factor S, one of ``SHAPE_FACTORS``.
-    raises_shear : bool
-        Whether 1 + m S multiplies E tan(alpha) + G cot(alpha), or E tan(alpha) alone.
-    m : float, default 1.05
-        Factor for the hardness, dimensionless.
-
-    Returns
-    -------
-    float, N/m
-
-    Raises
-    ------
-    InputError
-        If there is no such reading.
-    """
+    """Axial stiffness of the conical upper part (Eq 2)."""
     if shape_factor not in SHAPE_FACTORS:
         raise unknown_name("shape factor", shape_factor, SHAPE_FACTORS)
     raised = 1 + m * SHAPE_FACTORS[shape_factor](h - h1, R2 - R3, alpha)
@@ -162,21 +93,7 @@ def upper_stiffness(
 
 
 def lower_stiffness(R2: float, R3: float, h1: float, G: float) -> float:
-    """Axial stiffness of the cylindrical lower part, in shear (Eq 3).
-
-    Parameters
-    ----------
-    R2, R3 : float, m
-        Inner radius of the shell's lower end, outer radius of the sleeve.
-    h1 : float, m
-        Height of the lower part.
-    G : float, N/m^2
-        Shear modulus.
-
-    Returns
-    -------
-    float, N/m
-    """
+    """Axial stiffness of the cylindrical lower part, in shear (Eq 3)."""
     return 2 * np.pi * R2 * h1 * G / (R2 - R3)
 
 
@@ -192,36 +109,7 @@ def static_stiffness(
     R1: float | None,
     m: float = HARDNESS_FACTOR,
 ) -> float:
-    """Axial stiffness of the elastomer: both parts side by side (Eqs 1 and 6).
-
-    Parameters
-    ----------
-    R2, R3 : float, m
-        Inner radius of the shell's lower end, outer radius of the sleeve.
-    h, h1 : float, m
-        Total height and that of the lower part.
-    alpha : float, rad
-        Inclination of the shell.
-    hardness : float
-        Shore A hardness, dimensionless; not printed.
-    shape_factor : str
-        Reading of the shape factor, one of ``SHAPE_FACTORS``.
-    raises_shear : bool
-        Whether the shape factor raises the shear term too.
-    R1 : float or None, m
-        Upper inner radius; None for Eq 5's, as in Eq 6.
-    m : float, default 1.05
-        Factor for the hardness, dimensionless.
-
-    Returns
-    -------
-    float, N/m
-
-    Raises
-    ------
-    InputError
-        If there is no such reading, or the hardness is outside 0 to 100.
-    """
+    """Axial stiffness of the elastomer: both parts side by side (Eqs 1 and 6)."""
     E, G = moduli(hardness)
     R1 = upper_radius(R2, h, h1, alpha) if R1 is None else R1
     upper = upper_stiffness(R1, R2, R3, h, h1, alpha, E, G, shape_factor, raises_shear, m)
@@ -229,17 +117,7 @@ def static_stiffness(
 
 
 def piston_area(r1: float, r2: float) -> float:
-    """Area of the piston that displaces fluid (Eq 8).
-
-    Parameters
-    ----------
-    r1, r2 : float, m
-        Radius of the piston rod and of the piston.
-
-    Returns
-    -------
-    float, m^2
-    """
+    """Area of the piston that displaces fluid (Eq 8)."""
     return np.pi * (r2**2 - r1**2)
 
 
@@ -254,29 +132,7 @@ def damping_force(
     channel_radius: float,
     yield_divisor: float,
 ) -> float | np.ndarray:
-    """Force of the damper in shear-valve mode: viscous and yield part (Eq 7).
-
-    Parameters
-    ----------
-    velocity : float or numpy.ndarray, m/s
-        Velocity of the piston.
-    r1, r2 : float, m
-        Radius of the piston rod and of the piston.
-    w, l : float, m
-        Width and total length of the damping channel; l is 40 mm in the text, 20 mm in Table 1.
-    viscosity : float, Pa s
-        Viscosity of the fluid without field; not printed.
-    yield_stress : float, Pa
-        Yield stress at the field in the channel; not printed.
-    channel_radius : float, m
-        Radius in the viscous term: r1 as printed, r2 where the channel is.
-    yield_divisor : float
-        Dimensionless divisor of the yield term: pi as printed, 1 as usual.
-
-    Returns
-    -------
-    float or numpy.ndarray, N
-    """
+    """Force of the damper in shear-valve mode: viscous and yield part (Eq 7)."""
     area = piston_area(r1, r2)
     viscous = 12 * viscosity * l * area**2 / (2 * np.pi * channel_radius * w**3)
     yielding = 3 * l * area * yield_stress / (w * yield_divisor)
@@ -284,57 +140,15 @@ def damping_force(
 
 
 def smallest_rod_radius(force: float, allowable_stress: float) -> float:
-    """Radius at which the piston rod just carries the damper's largest force (Eq 9).
-
-    Parameters
-    ----------
-    force : float, N
-        Largest force.
-    allowable_stress : float, Pa
-        Allowable stress of the rod.
-
-    Returns
-    -------
-    float, m
-    """
+    """Radius at which the piston rod just carries the damper's largest force (Eq 9)."""
     return float(np.sqrt(force / (np.pi * allowable_stress)))
 
 
 def smallest_flux_area(channel_field: float, channel_area: float, saturation_field: float) -> float:
-    """Flux area that another part needs so that the channel saturates first (Eq 10).
-
-    Parameters
-    ----------
-    channel_field : float, T
-        Largest flux density in the channel.
-    channel_area : float, m^2
-        Flux area of the channel.
-    saturation_field : float, T
-        Largest flux density in the part.
-
-    Returns
-    -------
-    float, m^2
-    """
+    """Flux area that another part needs so that the channel saturates first (Eq 10)."""
     return channel_field * channel_area / saturation_field
 
 
 def magnetomotive_force(channel_field: float, path_length: float, permeability: float) -> float:
-    """Turns times current that a flux density in the channel needs, leakage neglected (Eq 11).
-
-    Parameters
-    ----------
-    channel_field : float, T
-        Flux density in the channel; the paper wants 0.6 T.
-    path_length : float, m
-        Length of the flux path in the fluid: printed as l, the channel's length; the flux crosses
-        its width, twice.
-    permeability : float, H/m
-        Absolute permeability of the fluid; not printed.
-
-    Returns
-    -------
-    float, A
-        The paper has 500 turns and at most 2 A: 1000 A.
-    """
+    """Turns times current that a flux density in the channel needs, leakage neglected (Eq 11)."""
     return channel_field * path_length / permeability

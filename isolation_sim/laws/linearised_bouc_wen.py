@@ -60,68 +60,22 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
 
 
 def storage_stiffness(k1: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
-    """Part of the force in phase with the deformation, over it (Eq 10 mended).
-
-    Parameters
-    ----------
-    k1, k2, C_e, k_e : float or numpy.ndarray
-        Parameters in any consistent units.
-    omega : float or numpy.ndarray, rad/s
-        Circular frequency.
-
-    Returns
-    -------
-    float or numpy.ndarray
-        The same with k_e or -k_e.
-    """
+    """Part of the force in phase with the deformation, over it (Eq 10 mended)."""
     return k1 + k2 * C_e * omega**2 / (omega**2 + k_e**2)
 
 
 def loss_stiffness(C: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
-    """Part of the force a quarter period ahead of the deformation, over it (Eq 11 mended).
-
-    Parameters
-    ----------
-    C, k2, C_e, k_e : float or numpy.ndarray
-        Parameters in any consistent units, k_e with the paper's sign: a positive one lowers the
-        loss. Give -k_e for what the law does in time.
-    omega : float or numpy.ndarray, rad/s
-        Circular frequency.
-
-    Returns
-    -------
-    float or numpy.ndarray
-    """
+    """Part of the force a quarter period ahead of the deformation, over it (Eq 11 mended)."""
     return omega * (C - k2 * k_e * C_e / (omega**2 + k_e**2))
 
 
 def published_stiffness(C: Any, k1: Any, k2: Any, C_e: Any, k_e: Any, omega: Any) -> Any:
-    """Transfer function from deformation to force as the paper has it (Eq 8).
-
-    Parameters
-    ----------
-    C, k1, k2, C_e, k_e : float or numpy.ndarray
-        Parameters in any consistent units, k_e with the paper's sign.
-    omega : float or numpy.ndarray, rad/s
-        Circular frequency.
-
-    Returns
-    -------
-    complex or numpy.ndarray
-        Storage + i loss stiffness.
-    """
+    """Transfer function from deformation to force as the paper has it (Eq 8)."""
     return k1 + k2 * 1j * omega * C_e / (1j * omega - k_e) + 1j * C * omega
 
 
 def columns() -> dict[str, np.ndarray]:
-    """Table 1 as one row a loading condition.
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (48,)
-        ``field_T``, ``amplitude_mm``, ``frequency_Hz``; ``C``, ``k1``, ``k2``, ``C_e``, ``k_e`` in
-        N, mm, s; ``storage`` and ``loss`` in N/mm, with the paper's sign of k_e.
-    """
+    """Table 1 as one row a loading condition."""
     keys = list(product(LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ))
     table = dict(zip(("field_T", "amplitude_mm", "frequency_Hz"), np.array(keys).T, strict=True))
     table |= {name: np.ravel(values) for name, values in LINEARISED_PARAMETERS.items()}
@@ -133,38 +87,20 @@ def columns() -> dict[str, np.ndarray]:
 def regression(
     drop: Collection[tuple[float, float, float]] = (),
 ) -> dict[str, tuple[dict[str, float], float]]:
-    """Regress the storage and loss stiffness of Table 1 linearly on the loading condition.
-
-    Parameters
-    ----------
-    drop : collection of tuple of float
-        Conditions to leave out: field (T), amplitude (mm), frequency (Hz), as ``(CORRUPT,)``. All
-        48 are used by default, as the paper must have done.
-
-    Returns
-    -------
-    dict of str to tuple
-        For ``storage`` and ``loss`` (N/mm): slopes ``A`` (1/mm), ``B`` (1/T), ``f`` (1/Hz) and the
-        ``constant``; and R^2.
-
-    Raises
-    ------
-    InputError
-        If a condition to drop is not in the table.
-    """
+    """Regress the storage and loss stiffness of Table 1 linearly on the loading condition."""
     table = columns()
     keys = list(zip(table["field_T"], table["amplitude_mm"], table["frequency_Hz"], strict=True))
     dropped = {tuple(given) for given in drop}
     for given in dropped - set(keys):
         raise InputError(
-            f"no column {given} in Table 1; accepted: field (T), amplitude (mm), frequency (Hz)"
+            f"no column {given} in Table 1; expected: field (T), amplitude (mm), frequency (Hz)"
         )
-    kept = np.array([key not in dropped for key in keys])
+    keep = np.array([key not in dropped for key in keys])
     inputs = [table[name] for name in ("amplitude_mm", "field_T", "frequency_Hz")]
-    matrix = np.column_stack([*inputs, np.ones(len(kept))])[kept]
+    matrix = np.column_stack([*inputs, np.ones(len(keep))])[keep]
     result = {}
     for name in ("storage", "loss"):
-        values = table[name][kept]
+        values = table[name][keep]
         slopes = np.linalg.lstsq(matrix, values, rcond=None)[0]
         left = np.sum((values - matrix @ slopes) ** 2)
         share = 1 - left / np.sum((values - values.mean()) ** 2)
@@ -174,27 +110,7 @@ def regression(
 
 
 def condition(field_T: float, amplitude_mm: float, frequency_hz: float) -> Device:
-    """Build the model identified for one loading condition (Table 1).
-
-    Parameters
-    ----------
-    field_T : float, T
-        0, 0.2, 0.3 or 0.4.
-    amplitude_mm : float, mm
-        0.1, 0.15 or 0.2.
-    frequency_hz : float, Hz
-        6, 10, 14 or 20.
-
-    Returns
-    -------
-    Device
-        On which the coil current has no effect: the paper gives the field alone.
-
-    Raises
-    ------
-    InputError
-        If the condition was not tested.
-    """
+    """Build the model identified for one loading condition (Table 1)."""
     try:
         at = (
             LINEARISED_FIELDS_T.index(field_T),
@@ -203,7 +119,7 @@ def condition(field_T: float, amplitude_mm: float, frequency_hz: float) -> Devic
         )
     except ValueError:
         raise InputError(
-            f"no test at {field_T:g} T, {amplitude_mm:g} mm, {frequency_hz:g} Hz; accepted: "
+            f"no test at {field_T:g} T, {amplitude_mm:g} mm, {frequency_hz:g} Hz; expected: "
             "0, 0.2, 0.3 or 0.4 T, 0.1, 0.15 or 0.2 mm, 6, 10, 14 or 20 Hz"
         ) from None
     values = {
@@ -222,24 +138,12 @@ def condition(field_T: float, amplitude_mm: float, frequency_hz: float) -> Devic
 
 
 def field_0_tesla() -> Device:
-    """Build the model without field at 0.15 mm and 10 Hz.
-
-    Returns
-    -------
-    Device
-        See ``condition`` for the others.
-    """
+    """Build the model without field at 0.15 mm and 10 Hz."""
     return condition(0.0, 0.15, 10.0)
 
 
 def field_0p4_tesla() -> Device:
-    """Build the model at the largest field, 0.4 T, at 0.15 mm and 10 Hz.
-
-    Returns
-    -------
-    Device
-        See ``condition`` for the others.
-    """
+    """Build the model at the largest field, 0.4 T, at 0.15 mm and 10 Hz."""
     return condition(0.4, 0.15, 10.0)
 
 

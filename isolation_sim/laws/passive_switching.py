@@ -78,7 +78,7 @@ def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
     if not device.depends_on_current or isinstance(device.law, PassiveLaw):
         return device
     if not field_lag > 0:
-        raise InputError(f"{device.name}: field_lag is {field_lag} s; accepted: above 0")
+        raise InputError(f"{device.name}: field_lag is {field_lag} s; expected: above 0")
     _check(device)
     rows = _rows(device)
     law = _passive_law(device.law, tuple(len(rows[name]) for name in device.current.names))
@@ -114,9 +114,7 @@ def papers_rule(device: Device) -> Device:
         for name, own in zip(law.plain.parameter_names, names, strict=True)
     }
     name = device.name.removesuffix(", passive switching")
-    return replace(
-        device, law=law.plain, current=CurrentDependence.polynomial(rows), name=name
-    )
+    return replace(device, law=law.plain, current=CurrentDependence.polynomial(rows), name=name)
 
 
 def _rows(device: Device) -> dict[str, list[float]]:
@@ -144,11 +142,11 @@ def _check(device: Device) -> None:
         allowed = ", ".join(name for name, other in LAWS.items() if other.springs)
         raise InputError(
             f"{refusal}{law.name} declares no springs that the current changes in proportion; "
-            f"accepted: {allowed}"
+            f"expected: {allowed}"
         )
     if len(dependence.coefficients) > 1:
         raise InputError(
-            f"{refusal}its parameters are tabulated against the current; accepted: one polynomial "
+            f"{refusal}its parameters are tabulated against the current; expected: one polynomial "
             "a parameter"
         )
     low, high = device.current_range
@@ -165,13 +163,13 @@ def _check(device: Device) -> None:
             continue
         if name not in stiffnesses and _shapes_energy(law, name):
             raise InputError(
-                f"{refusal}the current changes {name}, which shapes the stored energy; accepted: "
+                f"{refusal}the current changes {name}, which shapes the stored energy; expected: "
                 f"a current that changes {', '.join(stiffnesses)} and dampers"
             )
         if name in stiffnesses and not np.min(values) > 0:
             raise InputError(
                 f"{refusal}{name} is {np.min(values):.4g} at "
-                f"{currents[np.argmin(values)]:.4g} A; accepted: springs that stay above 0"
+                f"{currents[np.argmin(values)]:.4g} A; expected: springs that stay above 0"
             )
 
 
@@ -213,7 +211,7 @@ class _Placed(NamedTuple):
 
 
 def _placed(law: Law) -> tuple[_Placed, ...]:
-    found = []
+    result = []
     at = len(law.states)  # elastic extensions come behind the law's own states
     for spring in law.springs:
         own = [law.state_names.index(name) for name in spring.extensions if name != "x"]
@@ -222,7 +220,7 @@ def _placed(law: Law) -> tuple[_Placed, ...]:
             elastic, at = at, at + 1
             own.append(elastic)
         named = isinstance(spring.power, str)
-        found.append(
+        result.append(
             _Placed(
                 stiffness=law.parameter_names.index(spring.stiffness),
                 power=1.0 if named else float(spring.power),
@@ -232,7 +230,7 @@ def _placed(law: Law) -> tuple[_Placed, ...]:
                 less=law.state_names.index(spring.less) if spring.less else None,
             )
         )
-    return tuple(found)
+    return tuple(result)
 
 
 @lru_cache(maxsize=64)
@@ -274,11 +272,11 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
 
     def total(function: Any, x: Any, states: tuple, values: tuple) -> tuple:
         """The law's quantities; what a spring over x adds, at its own extension."""
-        found = function(x, states[:n_states], without(values, over_x))
+        result = function(x, states[:n_states], without(values, over_x))
         for spring in over_x:
             added = share(function, spring, x, states, values)
-            found = tuple(a + b for a, b in zip(found, added, strict=True))
-        return found
+            result = tuple(a + b for a, b in zip(result, added, strict=True))
+        return result
 
     def energies(x: Any, states: tuple, values: tuple) -> tuple:
         assert inner_energy is not None
@@ -296,13 +294,13 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
             return tuple(inner_rates(own_x, v, own, values))
 
         values, growths, field_rate = at_field(states, parameters)
-        found = list(total(all_rates, x, states, values))
-        found += [v - (0.0 if s.less is None else found[s.less]) for s in over_x]
+        result = list(total(all_rates, x, states, values))
+        result += [v - (0.0 if s.less is None else result[s.less]) for s in over_x]
         for spring, growth in zip(springs, growths, strict=True):
             slip = (growth > 0) * growth / _power(spring, values)
             for k in spring.extensions:
-                found[k] = found[k] - states[k] * slip
-        return (*found, field_rate)
+                result[k] = result[k] - states[k] * slip
+        return (*result, field_rate)
 
     def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
         return total(energies, x, states, at_field(states, parameters)[0])[0]
@@ -325,9 +323,7 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
         states=(
             *law.states,
             *(
-                Quantity(
-                    f"elastic_{law.parameter_names[s.stiffness]}", "m", "elastic extension"
-                )
+                Quantity(f"elastic_{law.parameter_names[s.stiffness]}", "m", "elastic extension")
                 for s in over_x
             ),
             Quantity("field", "A", "current whose field is there"),
@@ -350,16 +346,16 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
 
 def _coefficients(law: Law, powers: tuple[int, ...]) -> list[Quantity]:
     """Parameters that do not follow the current as they are, the others' coefficients."""
-    found = []
+    result = []
     for quantity, own in zip(law.parameters, _coefficient_names(law, powers), strict=True):
         if len(own) == 1:
-            found.append(quantity)
+            result.append(quantity)
         else:
-            found += [
+            result += [
                 Quantity(name, f"{quantity.unit}/A^{power}", quantity.meaning)
                 for power, name in enumerate(own)
             ]
-    return found
+    return result
 
 
 def _power(spring: tuple, values: tuple) -> Any:

@@ -118,10 +118,10 @@ def law(
     InputError
         If a name is unknown, a parameter is missing, or a number is not usable.
     """
-    found = name if isinstance(name, Law) else LAWS[name]
+    result = name if isinstance(name, Law) else LAWS[name]
     if parameters is None or isinstance(parameters, str):
-        return _published(found, parameters).with_parameters(current_range=current_range)
-    if found.sets:
-        return _published(found, None).with_parameters(current_range=current_range, **parameters)
-    current = CurrentDependence.polynomial(parameters, found.parameter_names)
-    return Device(found, current, current_range or (-np.inf, np.inf))
+        return _published(result, parameters).with_parameters(current_range=current_range)
+    if result.sets:
+        return _published(result, None).with_parameters(current_range=current_range, **parameters)
+    current = CurrentDependence.polynomial(parameters, result.parameter_names)
+    return Device(result, current, current_range or (-np.inf, np.inf))

@@ -33,14 +33,7 @@ _SI = {"c0": 1e3, "k0": 1e3, "c1": 1e3, "k1": 1e3, "alpha": 1e9}
 
 
 def generalised() -> Device:
-    """Build the published model of the laboratory isolator against the current (Table 2).
-
-    Returns
-    -------
-    Device
-        Meaningful from 0 A to the current at which alpha reaches zero, 5.203 A: beyond it the
-        stiffening branch blows up in finite time. Tested at 0-3 A and up to 8 mm.
-    """
+    """Build the published model of the laboratory isolator against the current (Table 2)."""
     alpha, slope = LI_LI_GENERALISED["alpha"]
     return Device(
         law=LAW,
@@ -55,13 +48,7 @@ def generalised() -> Device:
 
 
 def base_model() -> Device:
-    """Build the base model of the paper's parameter study (Section 4.1).
-
-    Returns
-    -------
-    Device
-        On which the current has no effect.
-    """
+    """Build the base model of the paper's parameter study (Section 4.1)."""
     return Device(
         law=LAW,
         current=CurrentDependence.constant(

@@ -54,37 +54,15 @@ _SI = {name: SI_LI_LI[name] for name in ("c0", "k0", "c1", "k1")} | {"alpha": 1.
 
 
 def power(n: int, m: int) -> float:
-    """Exponent of Eq 7, refused where the equation does not define a spring.
-
-    Parameters
-    ----------
-    n, m : int
-        Positive; m odd; n at least m (n = m is a linear spring).
-
-    Returns
-    -------
-    float
-        n / m.
-
-    Raises
-    ------
-    InputError
-        If the two do not meet Eq 7's conditions.
-    """
+    """Exponent of Eq 7, refused where the equation does not define a spring."""
     whole = all(isinstance(number, int) for number in (n, m))
     if not whole or m < 1 or m % 2 == 0 or n < m:
-        raise InputError(f"power {n!r}/{m!r}; accepted: integers n >= m >= 1 with m odd (Eq 7)")
+        raise InputError(f"power {n!r}/{m!r}; expected: integers n >= m >= 1 with m odd (Eq 7)")
     return n / m
 
 
 def generalised() -> Device:
-    """Build the published model of the laboratory isolator (Table 2), which has p = 3.
-
-    Returns
-    -------
-    Device
-        The same as ``strain_stiffening``; a start for fitting the power.
-    """
+    """Build the published model of the laboratory isolator (Table 2), which has p = 3."""
     alpha, slope = LI_LI_GENERALISED["alpha"]
     rows = LI_LI_GENERALISED | {"p": (3.0,)}
     return Device(
@@ -100,23 +78,7 @@ def generalised() -> Device:
 
 
 def base_model(n: int = 3, m: int = 1) -> Device:
-    """Build the base model of the paper's parameter study (Section 4.1) with any power.
-
-    Parameters
-    ----------
-    n, m : int
-        Power n/m of Eq 7; the paper uses 3 alone.
-
-    Returns
-    -------
-    Device
-        On which the current has no effect.
-
-    Raises
-    ------
-    InputError
-        If the two do not meet Eq 7's conditions.
-    """
+    """Build the base model of the paper's parameter study (Section 4.1) with any power."""
     values = LI_LI_BASE_MODEL | {"p": power(n, m)}
     return Device(
         law=LAW,

@@ -68,8 +68,8 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
         point[n + len(states) :] = [_inside(q, random) for q in law.parameters]
         with np.errstate(all="ignore"):
             direct = np.array(_listed(function(*arguments([*point]))), float).ravel()
-        found = np.array(compiled(*point)).ravel()
-        if not np.allclose(found, direct, rtol=1e-9, atol=0.0, equal_nan=True):
+        result = np.array(compiled(*point)).ravel()
+        if not np.allclose(result, direct, rtol=1e-9, atol=0.0, equal_nan=True):
             raise _refused(law, name, function, None)
 
 

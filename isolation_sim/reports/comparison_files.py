@@ -19,21 +19,7 @@ from .style import save
 def write_comparison(
     comparison: Comparison, folder: str | Path, scenario: str = "", figures: bool = True
 ) -> None:
-    """Write everything that a comparison shows.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Runs to write.
-    folder : str or pathlib.Path
-        Where to; gets ``report.html``, ``result.npz``, ``<controller>.nc``, ``criteria.csv``,
-        ``criteria.json``, ``table.txt``, ``scenario.toml``, ``figures/``, and ``README.txt``, which
-        says what is what.
-    scenario : str
-        TOML of the scenario that produced it; no ``scenario.toml`` if empty.
-    figures : bool, default True
-        Whether to draw figures, each as SVG and PNG.
-    """
+    """Write everything that a comparison shows."""
     folder = Path(folder)
     for name, run in comparison.runs.items():
         write_run(run, folder / f"{file_name(name)}.nc", scenario)

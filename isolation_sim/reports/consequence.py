@@ -25,18 +25,7 @@ NOTE = (
 
 
 def consequence_rows(consequence: Consequence) -> list[list[str]]:
-    """Write the table's rows.
-
-    Parameters
-    ----------
-    consequence : Consequence
-        With its runs.
-
-    Returns
-    -------
-    list of list of str
-        A row a controller, a cell a heading, in engineering units; a dash for what diverged.
-    """
+    """Write the table's rows."""
     rows = []
     for name, cases in consequence.performance.items():
         predicted, actual, redesigned = (

@@ -17,13 +17,7 @@ if TYPE_CHECKING:
 
 
 def print_diagnosis(diagnosis: Diagnosis) -> None:
-    """Print a diagnosis to standard output.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-    """
+    """Print a diagnosis to standard output."""
     from .console import standard_console
 
     console = standard_console()
@@ -52,17 +46,7 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
 
 
 def consequence_table(consequence: Consequence) -> Table:
-    """Controllers with the law that was judged and with the extended one, for a terminal.
-
-    Parameters
-    ----------
-    consequence : Consequence
-        With its runs.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+    """Controllers with the law that was judged and with the extended one, for a terminal."""
     table = _table(TITLE, *(heading.replace(" ", "\n") for heading in HEADINGS), dense=True)
     for row in consequence_rows(consequence):
         table.add_row(*row)
@@ -70,34 +54,13 @@ def consequence_table(consequence: Consequence) -> Table:
 
 
 def consequence_text(consequence: Consequence) -> list[str]:
-    """What a consequence says in words.
-
-    Parameters
-    ----------
-    consequence : Consequence
-        With its runs or without.
-
-    Returns
-    -------
-    list of str
-        Paragraphs.
-    """
+    """What a consequence says in words."""
     where = f"{capital(consequence.scenario)}. {consequence.finding}"
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 
 def errors_table(diagnosis: Diagnosis) -> Table:
-    """Errors before and after, for a terminal.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+    """Errors before and after, for a terminal."""
     table = _table("Residual over what was measured (RMS)", "", "before, %", "after, %")
     for row in error_rows(diagnosis):
         table.add_row(*row)
@@ -105,18 +68,7 @@ def errors_table(diagnosis: Diagnosis) -> Table:
 
 
 def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Errors before and after, %, the noise floor and the held-out error's decrease, as text.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    list of tuple of str
-        What it is, before, after.
-    """
+    """Errors before and after, %, the noise floor and the held-out error's decrease, as text."""
     rows = [
         (name, f"{100 * before:.2f}", f"{100 * after:.2f}")
         for name, before, after in (
@@ -134,17 +86,7 @@ def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
 
 
 def causes_table(diagnosis: Diagnosis) -> Table:
-    """Causes with their numbers, for a terminal.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+    """Causes with their numbers, for a terminal."""
     table = _table("Causes", "cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
     for cause in diagnosis.causes:
         for row in cause_rows(cause):
@@ -153,18 +95,7 @@ def causes_table(diagnosis: Diagnosis) -> Table:
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:
-    """A cause's name, form, share, p and parameters with their intervals, as text.
-
-    Parameters
-    ----------
-    cause : Cause
-        The cause.
-
-    Returns
-    -------
-    list of list of str
-        A row a parameter, one at least; name, form, share (%) and p are in the first alone.
-    """
+    """A cause's name, form, share, p and parameters with their intervals, as text."""
     first = [cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
@@ -193,18 +124,7 @@ def _table(title: str, *headings: str, dense: bool = False) -> Table:
 
 
 def markdown(diagnosis: Diagnosis) -> str:
-    """The diagnosis as a readable text.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis.
-
-    Returns
-    -------
-    str
-        Markdown, step by step.
-    """
+    """The diagnosis as a readable text."""
     parts = [
         f"# {diagnosis.model} against {diagnosis.data}",
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {MEANINGS[diagnosis.verdict]}",

@@ -21,34 +21,12 @@ _SAMPLES = 1500
 
 
 def overview(diagnosis: Diagnosis) -> Figure:
-    """Loops of the runs that the simulation reproduced worst, before and after.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        A diagnosis with traces.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Six runs at most; titles give the error before and after, and whether a run was held out.
-    """
+    """Loops of the runs that the simulation reproduced worst, before and after."""
     return _by_run(diagnosis, _loop, across=3, height=2.3)
 
 
 def residuals(diagnosis: Diagnosis) -> Figure:
-    """Residuals in time of the runs that the simulation reproduced worst, before and after.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        A diagnosis with traces.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Six runs at most.
-    """
+    """Residuals in time of the runs that the simulation reproduced worst, before and after."""
     return _by_run(diagnosis, _residual, across=2, height=1.5)
 
 
@@ -98,18 +76,7 @@ def _residual(panel: Axes, trace: Trace) -> None:
 
 
 def errors_by_run(diagnosis: Diagnosis) -> Figure:
-    """Error of every run before and after.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        A diagnosis with traces.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A row a run, the noise floor beside them.
-    """
+    """Error of every run before and after."""
     traces = diagnosis.traces[::-1]
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.9 + 0.16 * len(traces))
@@ -133,17 +100,6 @@ def errors_by_run(diagnosis: Diagnosis) -> Figure:
 
 
 def heading(label: str) -> str:
-    """Write a trace's label as an axis's title.
-
-    Parameters
-    ----------
-    label : str
-        Such as ``"force, N"``.
-
-    Returns
-    -------
-    str
-        Such as ``"Force (N)"``.
-    """
+    """Write a trace's label as an axis's title."""
     name, _, unit = label.partition(", ")
     return f"{name.capitalize()} ({unit})"

@@ -76,25 +76,21 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
 
 
 def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
-    """Stack what became of the energy over time, under lines of what was supplied.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    ledger : Ledger
-        Energies over time, J.
-    instants : int
-        As many as the axes' width shows.
-    """
+    """Stack what became of the energy over time, under lines of what was supplied."""
     drawn = instants_of(ledger, instants)
     time = ledger.time[drawn]
     tops = 1e-3 * np.cumsum([getattr(ledger, name)[drawn] for name, *_ in SINKS], axis=0)
     for layer, (top, (_, label, shade, hatch)) in enumerate(zip(tops, SINKS, strict=True)):
         # each layer down to zero, behind those below it: an outline of half as many points
         axes.fill(
-            [time[0], *time, time[-1]], [0.0, *top, 0.0], label=label, facecolor=shade,
-            hatch=hatch, edgecolor="0.35", linewidth=0.3, zorder=1 - 0.1 * layer,
+            [time[0], *time, time[-1]],
+            [0.0, *top, 0.0],
+            label=label,
+            facecolor=shade,
+            hatch=hatch,
+            edgecolor="0.35",
+            linewidth=0.3,
+            zorder=1 - 0.1 * layer,
         )
     supplied, changed, *_ = line_styles(2)
     axes.plot(time, 1e-3 * ledger.input_J[drawn], label="input", **supplied)
@@ -111,8 +107,12 @@ def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
         peak = np.max(np.abs(ledger.input_J)) or 1.0
         drawn = instants_of(ledger)
         axes.plot(
-            ledger.time[drawn], ((supply(ledger) - spent) / peak)[drawn], label=name,
-            linewidth=0.8, markevery=len(ledger.time[drawn]) // MARKS_A_LINE + 1, **line,
+            ledger.time[drawn],
+            ((supply(ledger) - spent) / peak)[drawn],
+            label=name,
+            linewidth=0.8,
+            markevery=len(ledger.time[drawn]) // MARKS_A_LINE + 1,
+            **line,
         )
     axes.margins(x=0)
     axes.set_xlabel("Time (s)")
@@ -120,33 +120,10 @@ def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
 
 
 def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:
-    """Pick the instants to draw.
-
-    Parameters
-    ----------
-    ledger : Ledger
-        Energies over time, J.
-    instants : int
-        As many at most.
-
-    Returns
-    -------
-    slice
-    """
+    """Pick the instants to draw."""
     return slice(None, None, len(ledger.time) // instants + 1)
 
 
 def supply(ledger: Ledger) -> NDArray:
-    """Energy that the ledger has to account for.
-
-    Parameters
-    ----------
-    ledger : Ledger
-        Energies over time, J.
-
-    Returns
-    -------
-    (n_samples,) array
-        Input and field work, J.
-    """
+    """Energy that the ledger has to account for."""
     return ledger.input_J + ledger.field_work_J

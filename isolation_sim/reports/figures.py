@@ -133,8 +133,11 @@ def currents(runs: Runs) -> Figure:
         for panel, (name, run) in zip(axes, given.items(), strict=True):
             for channel, line in enumerate(line_styles(run.isolated.n_channels)):
                 panel.plot(
-                    run.time, run.current[:, channel], label=f"channel {channel}",
-                    drawstyle="steps-post", linewidth=0.8,
+                    run.time,
+                    run.current[:, channel],
+                    label=f"channel {channel}",
+                    drawstyle="steps-post",
+                    linewidth=0.8,
                     markevery=len(run.time) // panels.MARKS_A_LINE + 1,
                     **line,
                 )

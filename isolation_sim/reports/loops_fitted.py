@@ -17,19 +17,7 @@ _MOST_PANELS = 18
 
 
 def fitted_loops(fit: LawEvaluation) -> Figure:
-    """Loops of the runs of a fit or an evaluation, measured and modelled, a panel a run.
-
-    Parameters
-    ----------
-    fit : LawEvaluation
-        Errors of a law; of more than 18 runs every few are shown.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Deformation in mm, force in N or kN, each panel on its own axes; titles give the run, its
-        error and whether it was held out.
-    """
+    """Loops of the runs of a fit or an evaluation, measured and modelled, a panel a run."""
     errors = fit.errors[:: -(-len(fit.errors) // _MOST_PANELS)]
     across = min(len(errors), 4 if len(errors) > 9 else 3)
     down = -(-len(errors) // across)

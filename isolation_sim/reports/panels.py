@@ -25,48 +25,20 @@ _LABELS_A_HEIGHT = 12
 
 
 def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
-    """Name runs for printing.
-
-    Parameters
-    ----------
-    runs : Run, mapping of str to Run, or sequence of Run
-        One run or several; those without a name have their controller's, with a number from the
-        second on.
-
-    Returns
-    -------
-    dict of str to Run
-    """
+    """Name runs for printing."""
     if isinstance(runs, Mapping):
         return dict(runs)
-    found: dict[str, Run] = {}
+    result: dict[str, Run] = {}
     for run in runs if isinstance(runs, Sequence) else [runs]:
         name, number = run.controller, 2
-        while name in found:
+        while name in result:
             name, number = f"{run.controller} {number}", number + 1
-        found[name] = run
-    return found
+        result[name] = run
+    return result
 
 
 def direction_number(run: Run, direction: str | None) -> int:
-    """Find a direction of ground motion.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-    direction : str or None
-        Name of the direction; None for the first.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    InputError
-        If the structure has no such direction.
-    """
+    """Find a direction of ground motion."""
     directions = run.isolated.structure.directions
     if direction is None:
         return 0
@@ -76,17 +48,7 @@ def direction_number(run: Run, direction: str | None) -> int:
 
 
 def ground_acceleration(axes: Axes, run: Run, direction: int = 0) -> None:
-    """Draw the ground acceleration over time.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    run : Run
-        A run.
-    direction : int
-        Number of the direction of ground motion.
-    """
+    """Draw the ground acceleration over time."""
     record = run.records[direction]
     axes.plot(record.time, record.acceleration, color="0.3", linewidth=0.7)
     axes.set_xlim(record.time[0], record.time[-1])
@@ -94,87 +56,55 @@ def ground_acceleration(axes: Axes, run: Run, direction: int = 0) -> None:
 
 
 def base_displacement(axes: Axes, runs: Mapping[str, Run], direction: int = 0) -> None:
-    """Draw the base displacement of each run over time.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    runs : mapping of str to Run
-        Runs by the name to print.
-    direction : int
-        Number of the direction of ground motion.
-    """
-    _over_time(axes, runs, {
-        name: 1e3 * columns(run, [base_dof(run, direction)], "displacement_m")[:, 0]
-        for name, run in runs.items()
-    })
+    """Draw the base displacement of each run over time."""
+    _over_time(
+        axes,
+        runs,
+        {
+            name: 1e3 * columns(run, [base_dof(run, direction)], "displacement_m")[:, 0]
+            for name, run in runs.items()
+        },
+    )
     axes.set_ylabel("Base\ndisp. (mm)")
 
 
 def roof_acceleration(axes: Axes, runs: Mapping[str, Run], direction: int = 0) -> None:
-    """Draw the absolute acceleration of the last level of each run over time.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    runs : mapping of str to Run
-        Runs by the name to print.
-    direction : int
-        Number of the direction of ground motion.
-    """
-    _over_time(axes, runs, {
-        name: columns(run, [roof_dof(run, direction)], "acceleration_m_s2")[:, 0]
-        for name, run in runs.items()
-    })
+    """Draw the absolute acceleration of the last level of each run over time."""
+    _over_time(
+        axes,
+        runs,
+        {
+            name: columns(run, [roof_dof(run, direction)], "acceleration_m_s2")[:, 0]
+            for name, run in runs.items()
+        },
+    )
     axes.set_ylabel("Roof\nacc. (m/s²)")
 
 
 def coil_currents(axes: Axes, runs: Mapping[str, Run], channel: int = 0) -> None:
-    """Draw the coil current of each run over time; runs without that channel are left out.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    runs : mapping of str to Run
-        Runs by the name to print.
-    channel : int
-        Coil channel.
-    """
-    _over_time(axes, runs, {
-        name: run.current[:, channel]
-        for name, run in runs.items() if run.isolated.n_channels > channel
-    }, drawstyle="steps-post")
+    """Draw the coil current of each run over time; runs without that channel are left out."""
+    _over_time(
+        axes,
+        runs,
+        {
+            name: run.current[:, channel]
+            for name, run in runs.items()
+            if run.isolated.n_channels > channel
+        },
+        drawstyle="steps-post",
+    )
     from_zero(axes)
     axes.set_ylabel("Coil\ncurrent (A)")
 
 
 def from_zero(axes: Axes) -> None:
-    """Widen the vertical axis so that it shows zero.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Axes with lines.
-    """
+    """Widen the vertical axis so that it shows zero."""
     axes.update_datalim([(axes.get_xlim()[0], 0.0)])
     axes.autoscale_view(scalex=False)
 
 
 def loop(axes: Axes, run: Run, element: str) -> None:
-    """Draw the force of an element over its deformation.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    run : Run
-        A run.
-    element : str
-        Name of the element.
-    """
+    """Draw the force of an element over its deformation."""
     deformation = columns(run, [element], "deformation_m")[:, 0]
     force = columns(run, [element], "force_N")[:, 0]
     axes.plot(1e3 * deformation, 1e-3 * force, color="0.1", linewidth=0.6)
@@ -183,15 +113,7 @@ def loop(axes: Axes, run: Run, element: str) -> None:
 
 
 def acceleration_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
-    """Draw the peak absolute acceleration over the levels of each run.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    runs : mapping of str to Run
-        Runs by the name to print.
-    """
+    """Draw the peak absolute acceleration over the levels of each run."""
     structure = next(iter(runs.values())).isolated.structure
     dofs = level_dofs(structure)
     peaks = {name: run.peaks["floor_acceleration_m_s2"] for name, run in runs.items()}
@@ -203,15 +125,7 @@ def acceleration_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
 
 
 def drift_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
-    """Draw the peak drift over the storeys of each run.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to.
-    runs : mapping of str to Run
-        Runs by the name to print.
-    """
+    """Draw the peak drift over the storeys of each run."""
     structure = next(iter(runs.values())).isolated.structure
     rows = storey_rows(structure)
     # a storey lies between the levels that it ties
@@ -247,65 +161,26 @@ def _over_time(
         every = max(len(time) // MARKS_A_LINE, 1)
         # side by side, so that lines on top of each other still show
         marks = (k * every // max(len(series), 1), every)
-        axes.plot(time, values, label=name, linewidth=0.8, markevery=marks, **styles[name],
-                  **options)
+        axes.plot(
+            time, values, label=name, linewidth=0.8, markevery=marks, **styles[name], **options
+        )
         axes.set_xlim(time[0], time[-1])
 
 
 def base_dof(run: Run, direction: int) -> str:
-    """Find the dof whose displacement stands for the base's.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-    direction : int
-        Number of the direction of ground motion.
-
-    Returns
-    -------
-    str
-        Its name; the first level's where the ground holds the structure itself.
-    """
+    """Find the dof whose displacement stands for the base's."""
     structure = run.isolated.structure
     moved = [d for d in structure.base if structure.influence[d, direction]]
     return structure.names[moved[0] if moved else _dofs(run, direction)[0]]
 
 
 def roof_dof(run: Run, direction: int) -> str:
-    """Find the dof of the last level.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-    direction : int
-        Number of the direction of ground motion.
-
-    Returns
-    -------
-    str
-        Its name.
-    """
+    """Find the dof of the last level."""
     return run.isolated.structure.names[_dofs(run, direction)[-1]]
 
 
 def element_along(run: Run, direction: int = 0) -> str:
-    """Find the element whose loop stands for the isolators'.
-
-    Parameters
-    ----------
-    run : Run
-        A run whose structure has an element.
-    direction : int
-        Number of the direction of ground motion.
-
-    Returns
-    -------
-    str
-        Name of the first element that deforms when the structure moves along the direction; the
-        first of all if none does.
-    """
+    """Find the element whose loop stands for the isolators'."""
     isolated = run.isolated
     along = isolated.element_rows @ isolated.structure.influence[:, direction]
     return isolated.element_names[int(np.argmax(along != 0))]
@@ -316,18 +191,6 @@ def _dofs(run: Run, direction: int) -> NDArray:
 
 
 def without_direction(labels: Sequence[str], directions: Sequence[str]) -> list[str]:
-    """Take the direction off the names of levels or storeys.
-
-    Parameters
-    ----------
-    labels : sequence of str
-        Names, such as ``"floor1_x"``.
-    directions : sequence of str
-        Directions of ground motion.
-
-    Returns
-    -------
-    list of str
-    """
+    """Take the direction off the names of levels or storeys."""
     ends = tuple(f"_{direction}" for direction in directions)
     return [label.rsplit("_", 1)[0] if label.endswith(ends) else label for label in labels]

@@ -50,39 +50,13 @@ class Citation(NamedTuple):
 
 
 def of_scenario(scenario: Scenario) -> list[Citation]:
-    """References of what a scenario uses.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A scenario; it is built, not run.
-
-    Returns
-    -------
-    list of Citation
-
-    Raises
-    ------
-    InputError
-        If the scenario cannot be built.
-    """
+    """References of what a scenario uses."""
     job = scenario.build()
     return cited(_used(job.isolated, job.records, job.controllers))
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
-    """References of what runs used.
-
-    Parameters
-    ----------
-    runs : mapping of str to Run
-        Runs on one plant under one ground motion, by the name to print.
-
-    Returns
-    -------
-    list of Citation
-        Controllers of a user's own have none.
-    """
+    """References of what runs used."""
     from ..registry import CONTROLLERS
 
     first = next(iter(runs.values()))
@@ -91,50 +65,23 @@ def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
 
 
 def of_path(path: Path | None) -> list[Citation]:
-    """References of what a results folder or a scenario file used.
-
-    Parameters
-    ----------
-    path : pathlib.Path or None
-        Folder that a run left, or scenario; None for the main job.
-
-    Returns
-    -------
-    list of Citation
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """References of what a results folder or a scenario file used."""
     from ..scenario import Scenario, main_job
 
     if path is None:
         return of_scenario(main_job())
     if path.is_dir() and not (path / "scenario.toml").is_file():
-        inside = [found.parent for found in sorted(path.glob("*/scenario.toml"))]
+        inside = [result.parent for result in sorted(path.glob("*/scenario.toml"))]
         remedy = f", such as {inside[0]}" if inside else "; isolation-sim run makes one"
         raise InputError(
-            f"{path}: holds no run (no scenario.toml); accepted: a scenario file, or the folder of "
+            f"{path}: holds no run (no scenario.toml); expected: a scenario file, or the folder of "
             f"a run{remedy}"
         )
     return of_scenario(Scenario.read(path / "scenario.toml" if path.is_dir() else path))
 
 
 def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
-    """Look up publications.
-
-    Parameters
-    ----------
-    used : iterable of tuple of str
-        What was used, and its ``source``.
-
-    Returns
-    -------
-    list of Citation
-        In the order in which they are first used, each once; a source that names no known
-        publication stands for itself, and one that is empty is left out.
-    """
+    """Look up publications."""
     uses: dict[str, list[str]] = {}
     for what, source in used:
         texts = [text for name, text in PUBLICATIONS.items() if name in source]

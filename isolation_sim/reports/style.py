@@ -66,31 +66,14 @@ def style() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Empty figure that no window manager holds.
-
-    Parameters
-    ----------
-    width, height : float, in
-        Its size.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        With constrained layout; to be used inside `style`.
-    """
+    """Empty figure that no window manager holds."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def light_shades() -> Colormap:
-    """Colours for maps: light, so that black numbers and lines can be read, in grey too.
-
-    Returns
-    -------
-    matplotlib.colors.Colormap
-        From dark to light as the value rises.
-    """
+    """Colours for maps: light, so that black numbers and lines can be read, in grey too."""
     import numpy as np
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
@@ -99,17 +82,7 @@ def light_shades() -> Colormap:
 
 
 def label_outer(axes: Sequence[Axes], across: int, ticks: bool = True) -> None:
-    """Keep labels of panels in rows at the left and where no panel is below.
-
-    Parameters
-    ----------
-    axes : sequence of matplotlib.axes.Axes
-        Panels, row by row; the last row may be short.
-    across : int
-        How many are in a row.
-    ticks : bool
-        Whether the panels are on the same axes, so that their numbers go with the labels.
-    """
+    """Keep labels of panels in rows at the left and where no panel is below."""
     for k, panel in enumerate(axes):
         left, bottom = k % across == 0, k + across >= len(axes)
         if ticks:
@@ -121,25 +94,7 @@ def label_outer(axes: Sequence[Axes], across: int, ticks: bool = True) -> None:
 def contour_lines(
     axes: Axes, x: Any, y: Any, values: Any, levels: Any, fmt: str | None = None, **look: Any
 ) -> None:
-    """Draw lines of equal value, with the values on them.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Panel.
-    x : (n_columns,) array
-        Across.
-    y : (n_rows,) array
-        Up.
-    values : (n_rows, n_columns) array
-        Values.
-    levels : int or sequence of float
-        How many lines, or the values that get one.
-    fmt : str, optional
-        How a value is written, such as ``"%g s"``.
-    **look : object
-        Of the lines; thin by default.
-    """
+    """Draw lines of equal value, with the values on them."""
     lines = axes.contour(x, y, values, levels, **{"colors": "black", "linewidths": 0.6, **look})
     in_panel = axes.transData - axes.transAxes
     for label in axes.clabel(lines, fmt=fmt, fontsize=6):
@@ -150,17 +105,7 @@ def contour_lines(
 def legend(
     figure: Figure, axes: Axes, place: Literal["outside upper center", "outside lower center"]
 ) -> None:
-    """Explain what one panel shows, for all panels.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        Figure of the panel, two columns wide.
-    axes : matplotlib.axes.Axes
-        The panel.
-    place : {"outside upper center", "outside lower center"}
-        Edge of the figure.
-    """
+    """Explain what one panel shows, for all panels."""
     handles, labels = axes.get_legend_handles_labels()
     # a letter takes about a 140th of the width, and the line beside it ten letters
     fitting = int(140 / (10 + max(map(len, labels))))
@@ -169,20 +114,7 @@ def legend(
 
 
 def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
-    """Line styles that differ by more than colour.
-
-    Parameters
-    ----------
-    count : int
-        How many.
-    markers : bool, default False
-        Whether every line has a marker; without, only those after the fourth have.
-
-    Returns
-    -------
-    list of dict
-        Keyword arguments of ``Axes.plot``: up to 28 that differ in dashes or marker.
-    """
+    """Line styles that differ by more than colour."""
     unmarked = 0 if markers else len(_DASHES)
     return [
         {

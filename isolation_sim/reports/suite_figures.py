@@ -24,21 +24,11 @@ SPOKEN = {
 
 
 def spectra(suite: Suite) -> Figure:
-    """Spectra of the records as they run, their mean, and the target with the rule's floor.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    found = suite.index["spectra"]
-    periods = np.array(found["plotted"]["period_s"])
-    rows = np.array(list(found["plotted"]["psa_m_s2"].values()))
-    target = np.array(found["plotted"]["target_m_s2"], dtype=float)
+    """Spectra of the records as they run, their mean, and the target with the rule's floor."""
+    result = suite.index["spectra"]
+    periods = np.array(result["plotted"]["period_s"])
+    rows = np.array(list(result["plotted"]["psa_m_s2"].values()))
+    target = np.array(result["plotted"]["target_m_s2"], dtype=float)
     low, high = (share * suite.index["isolated_period_s"] for share in _range(suite))
     with style():
         figure = new_figure(5.2, 3.4)
@@ -50,16 +40,16 @@ def spectra(suite: Suite) -> Figure:
         if not np.isnan(target).all():
             axes.plot(periods, target, color="#D55E00", linestyle=(0, (4, 1.2)), linewidth=1.6,
                       label="target")  # fmt: skip
-        if found["target"] is not None:
-            inside = np.array(found["range"]["period_s"]) > 0.0
-            at = np.array(found["range"]["period_s"])[inside]
-            wanted = np.array(found["range"]["target_m_s2"], dtype=float)[inside]
-            axes.plot(at, np.array(found["range"]["floor"])[inside] * wanted, color="#0072B2",
+        if result["target"] is not None:
+            inside = np.array(result["range"]["period_s"]) > 0.0
+            at = np.array(result["range"]["period_s"])[inside]
+            requested = np.array(result["range"]["target_m_s2"], dtype=float)[inside]
+            axes.plot(at, np.array(result["range"]["floor"])[inside] * requested, color="#0072B2",
                       linestyle=(0, (1, 1)), label="least mean by the rule")  # fmt: skip
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel("period (s)")
-        axes.set_ylabel(f"pseudo-acceleration (m/s²), {SPOKEN[found['combination']]}")
+        axes.set_ylabel(f"pseudo-acceleration (m/s²), {SPOKEN[result['combination']]}")
         legend(figure, axes, "outside upper center")
     return figure
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from .sweep_figures import spoken
+from .sweep_figures import title_of
 from .sweep_tables import heading
 from .units import unit_of
 
@@ -20,20 +20,7 @@ HEADINGS = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs",
 
 
 def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
-    """Statistics of every criterion under a controller, as text.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-    controller : str
-        Label of the controller.
-
-    Returns
-    -------
-    list of tuple of str
-        A row a criterion, its columns those of `HEADINGS`.
-    """
+    """Statistics of every criterion under a controller, as text."""
     rows = []
     for name, row in suite.statistics.loc[controller].iterrows():
         unit, factor = unit_of(str(name))
@@ -43,24 +30,12 @@ def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
 
         governing = "" if pd.isna(row["governing"]) else str(row["governing"])
         numbers = [shown(row[key]) for key in ("mean", "median", "percentile_84", "maximum")]
-        rows.append((spoken(str(name)), unit, *numbers, governing, shown(row["design"])))
+        rows.append((title_of(str(name)), unit, *numbers, governing, shown(row["design"])))
     return rows
 
 
 def statistics_table(suite: Suite, controller: str) -> Table:
-    """Statistics of every criterion under a controller.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-    controller : str
-        Label of the controller.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+    """Statistics of every criterion under a controller."""
     table = _table(f"{controller}: {told_of(suite)}")
     for k, name in enumerate(HEADINGS):
         table.add_column(name, justify="left" if k in (0, 1, 6) else "right")
@@ -70,28 +45,10 @@ def statistics_table(suite: Suite, controller: str) -> Table:
 
 
 def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
-    """A criterion of every motion under every controller, as text; an asterisk marks the largest.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-    criterion : str
-        Column of results.
-
-    Returns
-    -------
-    list of tuple of str
-        Motion, then a number a controller; the status where a run failed.
-
-    Raises
-    ------
-    InputError
-        If there is no such criterion.
-    """
+    """A criterion of every motion under every controller, as text; an asterisk marks the largest."""
     suite.check(criterion)
     _, factor = unit_of(criterion)
-    found = suite.table.set_index(["motion", "controller"])
+    result = suite.table.set_index(["motion", "controller"])
     governing = {
         label: suite.statistics.loc[(label, criterion), "governing"] for label in suite.controllers
     }
@@ -99,7 +56,7 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
     for motion in suite.table["motion"].unique():
         cells = []
         for label in suite.controllers:
-            run = found.loc[(motion, label)]
+            run = result.loc[(motion, label)]
             if run["status"] != "ok":
                 cells.append(str(run["status"]))
             else:
@@ -110,24 +67,7 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
 
 
 def records_table(suite: Suite, criterion: str) -> Table:
-    """A criterion of every motion under every controller.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-    criterion : str
-        Column of results.
-
-    Returns
-    -------
-    rich.table.Table
-
-    Raises
-    ------
-    InputError
-        If there is no such criterion.
-    """
+    """A criterion of every motion under every controller."""
     table = _table(f"{heading(criterion)}, a row a motion")
     table.add_column("motion")
     for label in suite.controllers:
@@ -139,33 +79,13 @@ def records_table(suite: Suite, criterion: str) -> Table:
 
 
 def told_of(suite: Suite) -> str:
-    """How many motions the statistics are over.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-
-    Returns
-    -------
-    str
-    """
+    """How many motions the statistics are over."""
     motions, records = len(suite.index["motions"]), suite.index["n_records"]
     return f"{motions} motions of {records} record{'s' * (records != 1)}"
 
 
 def verdict(suite: Suite) -> list[str]:
-    """What the suite fulfils of its rule, in sentences.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-
-    Returns
-    -------
-    list of str
-    """
+    """What the suite fulfils of its rule, in sentences."""
     rule, statistic = suite.rule, suite.design_statistic
     sentences = []
     ratio = suite.mean_ratio

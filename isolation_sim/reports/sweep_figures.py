@@ -35,31 +35,12 @@ _ACROSS = 3
 
 
 def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
-    """Criteria side by side, each as a ratio, a line a controller.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-    criteria : sequence of str, optional
-        Columns of results; the peaks by default.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Medians over the cases, with bars from the 10th to the 90th percentile. Each case is
-        referred to its own ``passive_off`` run; without one, to the median of all runs.
-
-    Raises
-    ------
-    InputError
-        If a criterion is unknown.
-    """
+    """Criteria side by side, each as a ratio, a line a controller."""
     peaks = [name for name in sweep.criteria if name.startswith("peak_")]
-    wanted = peaks if criteria is None else list(criteria)
-    for name in wanted:
+    target = peaks if criteria is None else list(criteria)
+    for name in target:
         sweep.check(name, sweep.criteria, "criterion")
-    values = sweep.table.pivot(index="case", columns="controller", values=wanted)
+    values = sweep.table.pivot(index="case", columns="controller", values=target)
     uncontrolled = UNCONTROLLED in sweep.controllers
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.4)
@@ -69,41 +50,22 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
             ratios = np.stack([
                 values[name, label]
                 / (values[name, UNCONTROLLED] if uncontrolled else np.nanmedian(values[name]))
-                for name in wanted
+                for name in target
             ])  # fmt: skip
             low, middle, high = np.nanpercentile(ratios, [10, 50, 90], axis=1)
             # bars beside each other, not on each other
-            at = np.arange(len(wanted)) + 0.08 * (k - (len(styles) - 1) / 2)
+            at = np.arange(len(target)) + 0.08 * (k - (len(styles) - 1) / 2)
             bars = np.stack([middle - low, high - middle])
             axes.errorbar(at, middle, bars, label=label, elinewidth=0.8, capsize=1.5, **look)
         # a word a line: names stand side by side
-        axes.set_xticks(range(len(wanted)), [spoken(name).replace(" ", "\n") for name in wanted])
+        axes.set_xticks(range(len(target)), [title_of(name).replace(" ", "\n") for name in target])
         axes.set_ylabel("over passive_off" if uncontrolled else "over the median of all runs")
         legend(figure, axes, "outside upper center")
     return figure
 
 
 def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figure:
-    """A criterion over two varied quantities, a panel a controller, all on one scale.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-    x, y : str or None
-        Varied quantities; the first two that are numbers where None.
-    criterion : str
-        Column of results.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        If fewer than two quantities that are numbers are varied, or a name is unknown.
-    """
+    """A criterion over two varied quantities, a panel a controller, all on one scale."""
     x, y = _two(sweep, x, y)
     sweep.check(criterion, sweep.criteria, "criterion")
     unit, factor = unit_of(criterion)
@@ -134,7 +96,7 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
             panels.append(axes)
         label_outer(panels, across)
         assert image is not None
-        title = f"{spoken(criterion)}, {unit}" if unit else spoken(criterion)
+        title = f"{title_of(criterion)}, {unit}" if unit else title_of(criterion)
         figure.colorbar(image, ax=panels, label=title)
     return figure
 
@@ -162,8 +124,8 @@ def _cells(values: pandas.Series) -> pandas.Series:
 
     edges = np.linspace(values.min(), values.max(), _INTERVALS + 1)
     middles = (edges[:-1] + edges[1:]) / 2
-    found = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _INTERVALS - 1)
-    return pandas.Series(middles[found], index=values.index)
+    result = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _INTERVALS - 1)
+    return pandas.Series(middles[result], index=values.index)
 
 
 def _edges(middles: Sequence[float]) -> np.ndarray:
@@ -190,28 +152,9 @@ def _print_cells(axes: Axes, cells: pandas.DataFrame, lines: bool) -> None:
 
 
 def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
-    """Bars of the sensitivity indices, with 95 % intervals.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        A sampled sweep.
-    criterion : str
-        Column of results.
-    controller : str or None
-        Label of one; the first if None.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    InputError
-        As `Sweep.sensitivity`.
-    """
-    found = sweep.sensitivity(criterion, controller)
-    shown = [name for name in found.columns if not name.endswith("_conf")]
+    """Bars of the sensitivity indices, with 95 % intervals."""
+    result = sweep.sensitivity(criterion, controller)
+    shown = [name for name in result.columns if not name.endswith("_conf")]
     unit, factor = unit_of(criterion)
     morris = "mu_star" in shown
     names = {
@@ -219,25 +162,25 @@ def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
         "sigma": "its spread",
     }  # fmt: skip
     with style():
-        figure = new_figure(DOUBLE_COLUMN / 2 + 1.0, 1.1 + 0.42 * len(found))
+        figure = new_figure(DOUBLE_COLUMN / 2 + 1.0, 1.1 + 0.42 * len(result))
         axes = figure.add_subplot()
         height = 0.8 / len(shown)
         for k, (name, grey, hatch) in enumerate(
             zip(shown, ("0.25", "0.8"), ("", "////"), strict=False)
         ):
-            at = np.arange(len(found)) + (k - (len(shown) - 1) / 2) * height
-            values = found[name] * (factor if morris else 1.0)
-            conf = found.get(f"{name}_conf")
+            at = np.arange(len(result)) + (k - (len(shown) - 1) / 2) * height
+            values = result[name] * (factor if morris else 1.0)
+            conf = result.get(f"{name}_conf")
             bars = None if conf is None else conf * (factor if morris else 1.0)
             axes.barh(
                 at, values, height, xerr=bars, color=grey, hatch=hatch, edgecolor="black",
                 linewidth=0.5, label=names[name], error_kw={"elinewidth": 0.8, "capsize": 2},
             )  # fmt: skip
-        axes.set_yticks(range(len(found)), list(found.index))
+        axes.set_yticks(range(len(result)), list(result.index))
         axes.invert_yaxis()
         axes.set_xlabel(
-            f"effect on {spoken(criterion)}, {unit}" if morris
-            else f"share of the variance of {spoken(criterion)}"
+            f"effect on {title_of(criterion)}, {unit}" if morris
+            else f"share of the variance of {title_of(criterion)}"
         )  # fmt: skip
         axes.set_title(sweep.one_controller(controller))
         axes.grid(axis="y", visible=False)
@@ -245,18 +188,8 @@ def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
     return figure
 
 
-def spoken(criterion: str) -> str:
-    """Return a criterion's name without its unit, in words.
-
-    Parameters
-    ----------
-    criterion : str
-        Column of results.
-
-    Returns
-    -------
-    str
-    """
+def title_of(criterion: str) -> str:
+    """Return a criterion's name without its unit, in words."""
     parts = criterion.split("_")
     return " ".join(parts[: -_unit_parts(criterion)] if _unit_parts(criterion) else parts)
 

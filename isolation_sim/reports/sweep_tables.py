@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
-from .sweep_figures import spoken
+from .sweep_figures import title_of
 from .tables import WideTable, marked
 from .units import unit_of
 
@@ -17,18 +17,7 @@ if TYPE_CHECKING:
 
 
 def controllers_table(sweep: Sweep) -> WideTable:
-    """Median of every peak and RMS value, and of J1 to J9, a column a controller.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-
-    Returns
-    -------
-    WideTable
-        An asterisk marks the best of a row; values that print alike are equally good.
-    """
+    """Median of every peak and RMS value, and of J1 to J9, a column a controller."""
     cases = sweep.table["case"].nunique()
     state = "" if sweep.finished else ", unfinished"
     title = f"{sweep.plan.name}: medians over {cases} cases{state}"
@@ -50,18 +39,7 @@ def controllers_table(sweep: Sweep) -> WideTable:
 
 
 def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
-    """Median of every peak and RMS value, and of J1 to J9, as text.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-
-    Returns
-    -------
-    list of tuple
-        Criterion, unit, and of each controller the number and whether it is the best.
-    """
+    """Median of every peak and RMS value, and of J1 to J9, as text."""
     medians = sweep.table.groupby("controller", sort=False)[list(sweep.criteria)].median()
     rows = []
     for name in sweep.criteria:
@@ -69,59 +47,25 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
             continue
         unit, factor = unit_of(name)
         values = [float(value) * factor for value in medians[name]]
-        rows.append((spoken(name), unit, marked(values, max if is_gain(name) else min)))
+        rows.append((title_of(name), unit, marked(values, max if is_gain(name) else min)))
     return rows
 
 
 def heading(criterion: str) -> str:
-    """A criterion in words, with the unit to print.
-
-    Parameters
-    ----------
-    criterion : str
-        Column of results.
-
-    Returns
-    -------
-    str
-    """
+    """A criterion in words, with the unit to print."""
     unit, _ = unit_of(criterion)
-    return f"{spoken(criterion)}, {unit}" if unit else spoken(criterion)
+    return f"{title_of(criterion)}, {unit}" if unit else title_of(criterion)
 
 
 def told(value: Any) -> str:
-    """A varied quantity's value as text.
-
-    Parameters
-    ----------
-    value : object
-        Number or name.
-
-    Returns
-    -------
-    str
-    """
+    """A varied quantity's value as text."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def best_table(sweep: Sweep, criterion: str, count: int) -> Table:
-    """Runs with the best criterion.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-    criterion : str
-        Column of results.
-    count : int
-        How many.
-
-    Returns
-    -------
-    rich.table.Table
-    """
+    """Runs with the best criterion."""
     _, factor = unit_of(criterion)
-    table = _table(f"{'highest' if is_gain(criterion) else 'lowest'} {spoken(criterion)}", "case")
+    table = _table(f"{'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}", "case")
     for name in (*sweep.parameters, "controller", heading(criterion)):
         table.add_column(name, justify="left" if name == "controller" else "right")
     for _, row in sweep.best(criterion, count).iterrows():
@@ -132,26 +76,12 @@ def best_table(sweep: Sweep, criterion: str, count: int) -> Table:
 
 
 def sensitivity_table(sweep: Sweep, criterion: str, controller: str) -> Table:
-    """Sensitivity indices of the sampled quantities.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-    criterion : str
-        Column of results.
-    controller : str
-        Label of the controller.
-
-    Returns
-    -------
-    rich.table.Table
-    """
-    found = sweep.sensitivity(criterion, controller)
-    table = _table(f"sensitivity of {spoken(criterion)}, {controller}", "quantity")
-    for name in found.columns:
+    """Sensitivity indices of the sampled quantities."""
+    result = sweep.sensitivity(criterion, controller)
+    table = _table(f"sensitivity of {title_of(criterion)}, {controller}", "quantity")
+    for name in result.columns:
         table.add_column(name.replace("_conf", " ±"), justify="right")
-    for quantity, row in found.iterrows():
+    for quantity, row in result.iterrows():
         table.add_row(str(quantity), *(f"{value:.3g}" for value in row))
     return table
 

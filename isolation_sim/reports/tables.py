@@ -80,23 +80,7 @@ def criteria_table(
     energy: Mapping[str, Mapping[str, float]],
     title: str = "",
 ) -> Table:
-    """Table of criteria and energies, a column a run.
-
-    Parameters
-    ----------
-    criteria : mapping of str to mapping
-        Criteria of each run by its name, SI units.
-    energy : mapping of str to mapping
-        Energies of each run by its name, J.
-    title : str
-        Title of the table.
-
-    Returns
-    -------
-    rich.table.Table
-        Groups and rows that no run has are left out. Where several runs are told apart, an
-        asterisk marks the best of a row; values that print alike are equally good.
-    """
+    """Table of criteria and energies, a column a run."""
     return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
 
 
@@ -120,9 +104,11 @@ class WideTable:
         left, unlimited = self._names, options.update(max_width=10_000, width=10_000)
         while left:
             n = len(left)
-            while n > 1 and Measurement.get(
-                console, unlimited, self._part(left[:n])
-            ).maximum > options.max_width:
+            while (
+                n > 1
+                and Measurement.get(console, unlimited, self._part(left[:n])).maximum
+                > options.max_width
+            ):
                 n -= 1
             yield self._part(left[:n])
             left = left[n:]
@@ -137,23 +123,7 @@ def criteria_tables(
     baseline: Mapping[str, Mapping[str, float]] | None = None,
     optima: Collection[str] = (),
 ) -> WideTable:
-    """Table of criteria and energies in as many parts as the console's width needs.
-
-    Parameters
-    ----------
-    criteria, energy, title
-        As in `criteria_table`.
-    baseline : mapping of str to mapping, optional
-        Criteria of what stands beside the runs, such as the building on a fixed base; they are not
-        compared with the others.
-    optima : collection of str
-        Runs that are bounds and no controllers: never the best.
-
-    Returns
-    -------
-    WideTable
-        The best of a row is that of all runs, in whatever part it stands.
-    """
+    """Table of criteria and energies in as many parts as the console's width needs."""
     beside = dict(baseline or {})
     return WideTable(
         [*criteria, *beside],
@@ -206,25 +176,7 @@ def criteria_lines(
     baseline: Mapping[str, Mapping[str, float]] | None = None,
     optima: Collection[str] = (),
 ) -> dict[str, list[tuple[str, list[tuple[str, bool]]]]]:
-    """Text of the table of criteria and energies, however it is set.
-
-    Parameters
-    ----------
-    criteria : mapping of str to mapping
-        Criteria of each run by its name, SI units.
-    energy : mapping of str to mapping
-        Energies of each run by its name, J.
-    baseline : mapping of str to mapping, optional
-        Criteria of what stands beside the runs and is not compared with them.
-    optima : collection of str
-        Runs that are bounds and no controllers: never the best.
-
-    Returns
-    -------
-    dict of str to list of tuple
-        Rows by their group: a label with the unit, and for each run its number as text and whether
-        it is the best of several. Groups and rows that no run has are left out.
-    """
+    """Text of the table of criteria and energies, however it is set."""
     values = [{**criteria[name], **energy[name]} for name in criteria]
     bounds = [name in optima for name in criteria]
     groups = {}
@@ -248,18 +200,7 @@ def _scaled(values: Mapping[str, float], key: str, factor: float) -> float | Non
 
 
 def run_table(run: Run) -> Table:
-    """Table of one run.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-
-    Returns
-    -------
-    rich.table.Table
-        Its peaks, RMS values and energies.
-    """
+    """Table of one run."""
     from ..comparison import Comparison
 
     of_one = Comparison({run.controller: run})
@@ -267,20 +208,7 @@ def run_table(run: Run) -> Table:
 
 
 def as_text(table: Any, width: int = WIDTH) -> str:
-    """Plain text of a table.
-
-    Parameters
-    ----------
-    table : rich.table.Table or WideTable
-        A table.
-    width : int
-        Columns of the terminal.
-
-    Returns
-    -------
-    str
-        Lines without colours or trailing blanks.
-    """
+    """Plain text of a table."""
     from rich.console import Console
 
     console = Console(width=width, color_system=None, force_terminal=False)
@@ -290,18 +218,7 @@ def as_text(table: Any, width: int = WIDTH) -> str:
 
 
 def as_html(table: Any) -> str:
-    """Table as HTML for a notebook.
-
-    Parameters
-    ----------
-    table : rich.table.Table or WideTable
-        A table.
-
-    Returns
-    -------
-    str
-        Preformatted text.
-    """
+    """Table as HTML for a notebook."""
     from html import escape
 
     return f'<pre style="line-height:1.2">{escape(as_text(table))}</pre>'
@@ -312,22 +229,7 @@ def marked(
     best: Callable[[list[float]], float] | None,
     bounds: Sequence[bool] = (),
 ) -> list[tuple[str, bool]]:
-    """Write the numbers of a row, and mark the best.
-
-    Parameters
-    ----------
-    numbers : sequence of float or None
-        In the unit to print; None where there is none.
-    best : callable or None
-        Picks the best of them; None where none is better.
-    bounds : sequence of bool
-        Whether each is a bound, which is never the best; none is by default.
-
-    Returns
-    -------
-    list of tuple
-        Text and whether it is the best: all that print like the best are, unless all print alike.
-    """
+    """Write the numbers of a row, and mark the best."""
     texts = [_text(number) for number in numbers]
     bounds = bounds or [False] * len(numbers)
     known = [
@@ -339,9 +241,7 @@ def marked(
     # all alike: nothing to choose
     if len(set(texts)) == 1:
         mark = None
-    return [
-        (text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)
-    ]
+    return [(text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)]
 
 
 def _text(number: float | None) -> str:

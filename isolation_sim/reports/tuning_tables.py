@@ -14,19 +14,7 @@ Texts = tuple[list[str], list[list[str]]]
 
 
 def settings_texts(tuning: Tuning) -> Texts:
-    """Settings before and after the tuning, with their ranges and sensitivities.
-
-    Parameters
-    ----------
-    tuning : Tuning
-        A finished tuning.
-
-    Returns
-    -------
-    headings : list of str
-    rows : list of list of str
-        A row a setting.
-    """
+    """Settings before and after the tuning, with their ranges and sensitivities."""
     headings = ["setting", "unit", "from", "to", "before", "tuned", "largest loss over the range"]
     rows = []
     for name, one in tuning.content["settings"].items():
@@ -40,40 +28,18 @@ def settings_texts(tuning: Tuning) -> Texts:
 
 
 def gains_texts(tuning: Tuning) -> Texts:
-    """Mean scores before and after, and gains, with 95 % intervals.
-
-    Parameters
-    ----------
-    tuning : Tuning
-        A finished tuning.
-
-    Returns
-    -------
-    headings : list of str
-    rows : list of list of str
-        A row a set of motions.
-    """
+    """Mean scores before and after, and gains, with 95 % intervals."""
     headings = ["motions", "before", "tuned", "gain", "better than constant in"]
     rows = []
-    for judged in tuning.judged:
-        means = judged.means
-        counted = f"{judged.better} of {len(judged.motions)}"
-        rows.append([judged.name, *(str(means[key]) for key in means), counted])
+    for evaluated in tuning.judged:
+        means = evaluated.means
+        counted = f"{evaluated.better} of {len(evaluated.motions)}"
+        rows.append([evaluated.name, *(str(means[key]) for key in means), counted])
     return headings, rows
 
 
 def tuning_tables(tuning: Tuning) -> list[Table]:
-    """Lay the tables out for the terminal.
-
-    Parameters
-    ----------
-    tuning : Tuning
-        A finished tuning.
-
-    Returns
-    -------
-    list of rich.table.Table
-    """
+    """Lay the tables out for the terminal."""
     from rich.table import Table
 
     tables = []

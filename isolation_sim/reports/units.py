@@ -15,20 +15,7 @@ UNITS = {
 
 
 def unit_of(name: str) -> tuple[str, float]:
-    """Find the unit to print for a quantity.
-
-    Parameters
-    ----------
-    name : str
-        Quantity with its SI unit at the end, such as ``"peak_drift_m"``.
-
-    Returns
-    -------
-    unit : str
-        Unit to print; empty for a quantity without one.
-    factor : float
-        From SI to that unit.
-    """
+    """Find the unit to print for a quantity."""
     for ending, unit in UNITS.items():
         if name.endswith(f"_{ending}"):
             return unit

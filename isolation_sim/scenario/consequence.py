@@ -25,29 +25,7 @@ if TYPE_CHECKING:
 def with_consequence(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] | None = None
 ) -> Diagnosis:
-    """Add to a diagnosis what the error would have meant in a scenario.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Of device tests, a loop table or building records.
-    scenario : Scenario
-        Of device tests: building, ground motion and controllers. A device is scaled to the
-        building unless the isolator section has scales. Of building records: the building that was
-        judged.
-    progress : callable, optional
-        Called with the name of what is being done.
-
-    Returns
-    -------
-    Diagnosis
-        As it was where no cause was found.
-
-    Raises
-    ------
-    InputError
-        If the scenario cannot be run.
-    """
+    """Add to a diagnosis what the error would have meant in a scenario."""
     if not diagnosis.causes:
         return diagnosis
     job = scenario.build()
@@ -61,19 +39,19 @@ def with_consequence(
             old, new = _alike(diagnosis.judged, _without_instruments(diagnosis.extended))
             scale = _given(scenario) or carrying(new, job.isolated.structure, job.records)
         except InputError as error:
-            told = f"Not run: {error}."
-            nothing = Consequence(job.isolated.structure.name, "", told, {})
+            sentences = f"Not run: {error}."
+            nothing = Consequence(job.isolated.structure.name, "", sentences, {})
             return replace(diagnosis, consequence=nothing)
         before, after = (
             _carried(job.isolated, device.scaled(scale.length, scale.force))
             for device in (old, new)
         )
         scaling = scale.words
-    found = consequence(
+    result = consequence(
         before, after, job.records, _controllers(job, after), options=job.options,
         scaling=scaling, progress=progress,
     )  # fmt: skip
-    return replace(diagnosis, consequence=found)
+    return replace(diagnosis, consequence=result)
 
 
 def _without_instruments(device: Device) -> Device:

@@ -28,7 +28,7 @@ class ControllerEntry(Section):
             return data
         own = {key: data[key] for key in ("name", "label") if key in data}
         settings = {key: value for key, value in data.items() if key not in (*own, "settings")}
-        return own | {"settings": _located(settings, info) | data.get("settings", {})}
+        return own | {"settings": _with_place(settings, info) | data.get("settings", {})}
 
     @property
     def shown(self) -> str:
@@ -40,7 +40,7 @@ class ControllerEntry(Section):
         return controller(self.name, **self.settings)
 
 
-def _located(settings: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+def _with_place(settings: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
     """Make the paths of files absolute; the names of such settings end in ``file``."""
     paths = {
         key: str(absolute(value, info))

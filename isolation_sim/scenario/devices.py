@@ -1,4 +1,4 @@
-"""The ``[isolator]``, ``[[element]]`` and ``[belief]`` sections: devices, true and believed."""
+"""The ``[isolator]``, ``[[element]]`` and ``[nominal]`` sections: devices, true and believed."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ _Effects = Annotated[
 
 
 class _Device(Section):
-    law: Annotated[
-        Registered, Field(description="isolation-sim list laws, or file.py:LAW")
-    ] = "strain_stiffening"
+    law: Annotated[Registered, Field(description="isolation-sim list laws, or file.py:LAW")] = (
+        "strain_stiffening"
+    )
     parameters: _Parameters = None
     current_range_A: _Range = None
     tested_deformation_m: Annotated[
@@ -79,23 +79,15 @@ class _Device(Section):
     ] = None
     count: Annotated[Positive, Field(description="devices side by side")] = 1.0
     switching: Annotated[
-        Literal["papers", "passive"],
-        Field(description="papers: stretched springs stiffen; passive: further deformation only"),
-    ] = "papers"
+        Literal["instantaneous", "passive"],
+        Field(
+            description="instantaneous: stretched springs stiffen; passive: further deformation only"
+        ),
+    ] = "instantaneous"
     effect: _Effects = None
 
     def device(self, length_scale: float = 1.0, force_scale: float = 1.0) -> Device:
-        """Return the device.
-
-        Parameters
-        ----------
-        length_scale, force_scale : float
-            Where the section has none.
-
-        Returns
-        -------
-        Device
-        """
+        """Return the device."""
         given = self.current_range_A
         limits = None if given is None else (given[0], given[1])
         device = law(self.law, self.parameters, limits)
@@ -106,7 +98,7 @@ class _Device(Section):
         if self.switching == "passive":
             if self.effect:
                 raise InputError(
-                    "switching is 'passive', with effects around the law; accepted: one of the two"
+                    "switching is 'passive', with effects around the law; expected: one of the two"
                 )
             device = passive(device)
         if self.effect:
@@ -143,17 +135,13 @@ class Isolator(_Device):
             return self
         for key, default in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
             if getattr(self, key) != default:
-                raise InputError(
-                    f"{key} is given beside target_period_s; expected: one of the two"
-                )
-        device = sized(
-            structure, self.device(), self.target_period_s, self.design_displacement_m
-        )
-        found = {
+                raise InputError(f"{key} is given beside target_period_s; expected: one of the two")
+        device = sized(structure, self.device(), self.target_period_s, self.design_displacement_m)
+        result = {
             "length_scale": device.length, "force_scale": device.force_scale,
             "target_period_s": None, "design_displacement_m": None,
         }  # fmt: skip
-        return self.model_copy(update=found)
+        return self.model_copy(update=result)
 
     def on_reference(self) -> Device:
         """Return the device at the reference building's scale where the section gives none."""
@@ -164,7 +152,7 @@ class Isolator(_Device):
         for key in ("length_scale", "force_scale"):
             if getattr(self, key) is None:
                 raise InputError(
-                    f"{key} is missing; accepted: a number above 0, which has a default for the "
+                    f"{key} is missing; expected: a number above 0, which has a default for the "
                     "reference building alone, or target_period_s in place of both scales"
                 )
         return self.device()
@@ -187,38 +175,24 @@ class Element(_Device):
         return isolated.with_element(self.device(), self.direction, self.channel, self.name)
 
 
-class Belief(Section):
+class NominalModel(Section):
     """What controllers believe of the isolators where it differs from the truth."""
 
     law: Annotated[Registered | None, Field(description="another law")] = None
     parameters: _Parameters = None
-    length_factor: Annotated[
-        Positive, Field(description="believed over true length scale")
-    ] = 1.0
-    force_factor: Annotated[
-        Positive, Field(description="believed over true force scale")
-    ] = 1.0
+    length_factor: Annotated[Positive, Field(description="nominal over true length scale")] = 1.0
+    force_factor: Annotated[Positive, Field(description="nominal over true force scale")] = 1.0
     switching: Annotated[
-        Literal["papers", "passive"],
+        Literal["instantaneous", "passive"],
         Field(description="as in [isolator]; by the papers' rule a force answers to the current"),
-    ] = "papers"
+    ] = "instantaneous"
     effect: Annotated[
         list[AppliedEffect] | None,
         Field(description="in place of the isolator's effects; effect = [] believes in none"),
     ] = None
 
     def of(self, isolator: Isolator) -> Isolator:
-        """Return the isolator as it is believed to be, its scales not yet changed.
-
-        Parameters
-        ----------
-        isolator : Isolator
-            The truth.
-
-        Returns
-        -------
-        Isolator
-        """
+        """Return the isolator as it is believed to be, its scales not yet changed."""
         changes: dict[str, Any] = {"switching": self.switching}
         if self.law is not None and self.law != isolator.law:
             # another law brings its own numbers, their range and what acts around it

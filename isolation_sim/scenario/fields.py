@@ -38,18 +38,7 @@ class Section(BaseModel):
 
 
 def kind_by_keys(kinds: Mapping[str, type[Section]]) -> Callable[[Any], str | None]:
-    """Return a function that tells which kind of section a table is.
-
-    Parameters
-    ----------
-    kinds : mapping of str to type
-        Sections by the value of their key ``kind``; the first is the default.
-
-    Returns
-    -------
-    callable
-        The table's ``kind``; without one, that of the section that knows most of the table's keys.
-    """
+    """Return a function that tells which kind of section a table is."""
 
     def kind(data: Any) -> str | None:
         if isinstance(data, Section):
@@ -64,20 +53,7 @@ def kind_by_keys(kinds: Mapping[str, type[Section]]) -> Callable[[Any], str | No
 
 
 def absolute(path: Any, info: ValidationInfo) -> Any:
-    """Resolve a path against the scenario's folder.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        As the file gives it.
-    info : pydantic.ValidationInfo
-        Whose context may hold the scenario's ``folder``.
-
-    Returns
-    -------
-    pathlib.Path
-        Absolute; anything but text or a path is handed back for the type check to refuse.
-    """
+    """Resolve a path against the scenario's folder."""
     if not isinstance(path, (str, Path)):
         return path
     folder = (info.context or {}).get("folder", Path())
@@ -91,19 +67,7 @@ def _placed(name: Any, info: ValidationInfo) -> Any:
 
 
 def names_in(data: Any, key: str = "") -> Iterator[str]:
-    """Yield the registered names in a scenario's data: laws, effects, controllers, readers.
-
-    Parameters
-    ----------
-    data : object
-        As ``Scenario.model_dump`` gives it, or a part of it.
-    key : str
-        Key of the part.
-
-    Yields
-    ------
-    str
-    """
+    """Yield the registered names in a scenario's data: laws, effects, controllers, readers."""
     if isinstance(data, dict):
         for inner, value in data.items():
             yield from names_in(value, inner)

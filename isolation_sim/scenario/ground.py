@@ -47,9 +47,7 @@ class _Ground(Section):
         Positive | None, Field(description="spectral acceleration to reach at sa_period_s")
     ] = None
     sa_period_s: Annotated[NonNegative | None, Field(description="with scale_to_sa_g")] = None
-    sa_damping_ratio: Annotated[
-        float, Field(ge=0, lt=1, description="with scale_to_sa_g")
-    ] = 0.05
+    sa_damping_ratio: Annotated[float, Field(ge=0, lt=1, description="with scale_to_sa_g")] = 0.05
     quiet_before_s: Annotated[NonNegative, Field(description="still ground put before")] = 0.0
     quiet_after_s: Annotated[NonNegative, Field(description="still ground put after")] = 0.0
 
@@ -57,13 +55,13 @@ class _Ground(Section):
     def _keys_that_go_together(self) -> Self:
         scales = [key for key in _SCALES if getattr(self, key) is not None]
         if len(scales) > 1:
-            raise InputError(f"{' and '.join(scales)} are given; accepted: one of them at most")
+            raise InputError(f"{' and '.join(scales)} are given; expected: one of them at most")
         if (self.scale_to_sa_g is None) != (self.sa_period_s is None):
             raise InputError(
                 "scale_to_sa_g and sa_period_s belong together; one of them is missing"
             )
         if self.highpass_Hz is not None and self.baseline_order is None:
-            raise InputError("highpass_Hz needs baseline_order; accepted: 0 to 10")
+            raise InputError("highpass_Hz needs baseline_order; expected: 0 to 10")
         return self
 
     def motion(self) -> Record:

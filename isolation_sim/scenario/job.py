@@ -61,7 +61,7 @@ class Job:
         try:
             return fixed_base_run(self.isolated, self.records, self.options["tolerance"])
         except (InputError, Diverged) as error:
-            raise located(error, self.source, "fixed base") from None
+            raise with_place(error, self.source, "fixed base") from None
 
     def run(self, label: str) -> Run:
         """Simulate one controller.
@@ -87,24 +87,11 @@ class Job:
         try:
             run = simulate(self.isolated, self.records, self.controllers[label], **self.options)
         except (InputError, Diverged) as error:
-            raise located(error, self.source, f"controller {label!r}") from None
+            raise with_place(error, self.source, f"controller {label!r}") from None
         return run
 
 
-def located(error: Exception, *places: str) -> Exception:
-    """Put places before an error's text.
-
-    Parameters
-    ----------
-    error : Exception
-        An InputError or a Diverged.
-    *places : str
-        From the outside in; empty ones are left out.
-
-    Returns
-    -------
-    Exception
-        Of the same kind.
-    """
+def with_place(error: Exception, *places: str) -> Exception:
+    """Put places before an error's text."""
     text = ": ".join([place for place in places if place] + [str(error)])
     return Diverged(text) if isinstance(error, Diverged) else InputError(text)

@@ -29,9 +29,7 @@ class Yielding(Section):
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
         """Return the structure with storeys that yield."""
-        return yielding_storeys(
-            isolated, self.yield_shear_N, self.hardening_ratio, self.smoothness
-        )
+        return yielding_storeys(isolated, self.yield_shear_N, self.hardening_ratio, self.smoothness)
 
 
 class MoatWall(Section):

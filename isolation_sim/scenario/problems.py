@@ -36,28 +36,13 @@ _ACCEPTED = {
 
 
 def one_line(error: ValidationError, data: Any) -> str:
-    """Say what is wrong with a scenario.
-
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        What was raised.
-    data : mapping
-        What was validated.
-
-    Returns
-    -------
-    str
-        The first problem, and how many more there are.
-    """
+    """Say what is wrong with a scenario."""
     # a union reports once for every kind of value it would take: one problem a place
     problems: dict[str, list[ErrorDetails]] = {}
     for details in error.errors():
         problems.setdefault(_place(details, data), []).append(details)
     # the deepest place is where a list or table, right in itself, holds something wrong
-    inner = [
-        place for place in problems if not any(_is_within(other, place) for other in problems)
-    ]
+    inner = [place for place in problems if not any(_is_within(other, place) for other in problems)]
     text = _told(inner[0], problems[inner[0]])
     more = len(inner) - 1
     return text + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")

@@ -14,10 +14,10 @@ from ..io.toml import parse_toml, read_toml
 from ..structures import IsolatedStructure, Structure
 from .building import Building, ReferenceBuilding
 from .control import ControllerEntry, Driver, SensorSet, Simulation
-from .devices import Belief, Element, Isolator
+from .devices import Element, Isolator, NominalModel
 from .fields import Section
 from .ground import Ground, ShippedRecord
-from .job import Job, located
+from .job import Job, with_place
 from .nonlinear import MoatWall, Yielding
 from .problems import one_line
 
@@ -66,14 +66,15 @@ class Scenario(Section):
     moat_wall: Annotated[
         MoatWall | None, Field(description="wall around the base; none if left out")
     ] = None
-    controller: Annotated[
-        list[ControllerEntry], Field(min_length=1, description=_CONTROLLERS)
-    ] = Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
+    controller: Annotated[list[ControllerEntry], Field(min_length=1, description=_CONTROLLERS)] = (
+        Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
+    )
     driver: Annotated[Driver, Field(description="coils and supply")] = Driver()
     sensors: Annotated[SensorSet, Field(description="what controllers see")] = SensorSet()
     simulation: Annotated[Simulation, Field(description="how runs are made")] = Simulation()
-    belief: Annotated[
-        Belief | None, Field(description="isolators as controllers believe them; the truth if none")
+    nominal: Annotated[
+        NominalModel | None,
+        Field(description="isolators as controllers believe them; the truth if none"),
     ] = None
 
     _source: str = PrivateAttr(default="")
@@ -84,7 +85,7 @@ class Scenario(Section):
         for label in labels:
             if labels.count(label) > 1:
                 raise InputError(
-                    f"two controllers are called {label!r}; accepted: a different label each"
+                    f"two controllers are called {label!r}; expected: a different label each"
                 )
         return self
 
@@ -146,7 +147,7 @@ class Scenario(Section):
         try:
             scenario = cls.model_validate(data, context={"folder": folder})
         except ValidationError as error:
-            raise located(InputError(one_line(error, data)), source) from None
+            raise with_place(InputError(one_line(error, data)), source) from None
         scenario._source = source
         return scenario
 
@@ -167,7 +168,7 @@ class Scenario(Section):
 
         return written(self, comments)
 
-    def build(self, kept: dict[tuple[str, ...], Any] | None = None) -> Job:
+    def build(self, keep: dict[tuple[str, ...], Any] | None = None) -> Job:
         """Make the scenario ready to run.
 
         Parameters
@@ -186,7 +187,7 @@ class Scenario(Section):
             Naming the section and what cannot be used.
         """
         at = self._at
-        known = {} if kept is None else kept
+        known = {} if keep is None else keep
 
         def once(build: Callable[[], T], what: str, *sections: Section) -> T:
             key = (what, *(section.model_dump_json() for section in sections))
@@ -194,9 +195,7 @@ class Scenario(Section):
                 known[key] = build()
             return known[key]
 
-        structure = once(
-            lambda: at("structure", self.structure.build), "structure", self.structure
-        )
+        structure = once(lambda: at("structure", self.structure.build), "structure", self.structure)
         more = [part for part in (self.yielding, self.moat_wall) if part is not None]
         plant = self.structure, self.isolator, *self.element, *more
         isolator = once(
@@ -212,22 +211,25 @@ class Scenario(Section):
             "tolerance": self.simulation.tolerance,
             "current_outside": self.simulation.current_outside,
         }
-        belief = self.belief
-        if belief is not None:
-            options["belief"] = once(
+        nominal = self.nominal
+        if nominal is not None:
+            options["nominal"] = once(
                 lambda: self._isolated(
-                    structure, belief.of(isolator), belief.length_factor,
-                    belief.force_factor, "belief",
+                    structure, nominal.of(isolator), nominal.length_factor,
+                    nominal.force_factor, "nominal",
                 ),
-                "belief", belief, *plant,
+                "nominal", nominal, *plant,
             )  # fmt: skip
         many = len(self.ground) > 1
         return Job(
             source=self._source,
             isolated=isolated,
             records=tuple(
-                once(partial(at, f"ground[{k}]" if many else "ground", ground.record), "ground",
-                     ground)
+                once(
+                    partial(at, f"ground[{k}]" if many else "ground", ground.record),
+                    "ground",
+                    ground,
+                )
                 for k, ground in enumerate(self.ground)
             ),
             controllers={
@@ -257,7 +259,7 @@ class Scenario(Section):
         try:
             return build()
         except InputError as error:
-            raise located(error, self._source, section) from None
+            raise with_place(error, self._source, section) from None
 
 
 def main_job() -> Scenario:

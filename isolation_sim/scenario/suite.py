@@ -71,18 +71,18 @@ class RecordSuite(Section):
         places = [key for key in ("folder", "files", "peer") if getattr(self, key) is not None]
         if len(places) != 1:
             raise InputError(
-                f"{' and '.join(places) or 'no records'} given; accepted: one of folder, files, "
+                f"{' and '.join(places) or 'no records'} given; expected: one of folder, files, "
                 "peer"
             )
         if self.rule not in SUITE_RULES:
             raise unknown_name("rule", self.rule, SUITE_RULES)
         if self.target is None and (self.scaling in ("amplitude", "matched") or self.select):
             raise InputError(
-                f"{self.scaling or 'select'} needs a target spectrum; accepted: a target"
+                f"{self.scaling or 'select'} needs a target spectrum; expected: a target"
             )
         low, high = self.scale_limits
         if low > high:
-            raise InputError(f"scale_limits are {low:g} and {high:g}; accepted: the least first")
+            raise InputError(f"scale_limits are {low:g} and {high:g}; expected: the least first")
         return self
 
     @property
@@ -109,4 +109,4 @@ class RecordSuite(Section):
 
     def record(self) -> NoReturn:
         """Refuse to be one motion."""
-        raise InputError("a suite of records; accepted: isolation-sim suite, which runs them all")
+        raise InputError("a suite of records; expected: isolation-sim suite, which runs them all")

@@ -24,20 +24,7 @@ _HEADER = """\
 
 
 def written(scenario: Section, comments: bool) -> str:
-    """Write a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What to write.
-    comments : bool
-        Whether to explain every key, and to name those that are left out and other kinds.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
+    """Write a scenario."""
     blocks = [[_HEADER]] if comments else []
     own = code_files(names_in(scenario.model_dump(mode="json")))
     if own:

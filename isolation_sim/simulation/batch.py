@@ -50,14 +50,14 @@ class Case:
         Ground acceleration, m/s^2, one record a direction.
     controller : Control
         Sets the coil currents, such as ``controller("clipped_lqr")``; an instance of its own.
-    belief : IsolatedStructure or None
+    nominal : IsolatedStructure or None
         The model that the controller reasons with; None for the plant.
     """
 
     isolated: IsolatedStructure
     ground: Record | Sequence[Record]
     controller: Control
-    belief: IsolatedStructure | None = None
+    nominal: IsolatedStructure | None = None
 
     def __post_init__(self) -> None:
         checked_plant(self.isolated)
@@ -161,13 +161,13 @@ def simulate_many(
     TestedRangeWarning
         If runs leave the deformations or currents at which the devices were tested.
     """
-    found = run_cases(
+    result = run_cases(
         cases, driver=driver, sensors=sensors, computation_delay=computation_delay,
         tolerance=tolerance, current_outside=current_outside, threads=threads, progress=progress,
     )  # fmt: skip
-    for told in found.warnings():
-        warnings.warn(told, TestedRangeWarning, stacklevel=2)
-    return found
+    for sentences in result.warnings():
+        warnings.warn(sentences, TestedRangeWarning, stacklevel=2)
+    return result
 
 
 def run_cases(
@@ -188,20 +188,26 @@ def run_cases(
         if not isinstance(case, Case):
             raise InputError(f"cases[{k}] is of type {type(case).__name__}; expected: Case(...)")
     if threads is not None and threads < 1:
-        raise InputError(f"threads is {threads}; accepted: 1 or more")
+        raise InputError(f"threads is {threads}; expected: 1 or more")
     clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
 
     def alone_with(case: Case, controller: Control) -> Run:
         return simulate(
-            case.isolated, case.ground, controller, belief=case.belief, driver=driver,
-            sensors=sensors, computation_delay=computation_delay, tolerance=tolerance,
+            case.isolated,
+            case.ground,
+            controller,
+            nominal=case.nominal,
+            driver=driver,
+            sensors=sensors,
+            computation_delay=computation_delay,
+            tolerance=tolerance,
             current_outside=current_outside,
         )
 
     def lane_of(case: Case) -> Lane:
         trial = partial(alone_with, case)
         return prepared(
-            case.isolated, case.ground, case.controller, case.belief, driver, delays, trial
+            case.isolated, case.ground, case.controller, case.nominal, driver, delays, trial
         )
 
     # where few structures fill them, blocks are of one each and share its coefficients
@@ -217,13 +223,13 @@ def run_cases(
             work.integrate()
         criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]
-        fates = [plan.fate(work, at) for at in range(len(block))]
+        fates = [plan.failure(work, at) for at in range(len(block))]
         result.put(numbers, criteria, fates)
         currents = peak_currents(work)
         for at, (k, lane) in enumerate(block):
             if fates[at] is None:
-                found = reached(lane.isolated, plan.modes[at], work, criteria, currents, at)
-                result.compare(k, found)
+                matches = reached(lane.isolated, plan.modes[at], work, criteria, currents, at)
+                result.compare(k, matches)
         result.clamped[numbers] = work.counts[0, : len(block)]
         result.unresolved[numbers] = work.counts[4, : len(block)]
         if progress is not None:
@@ -293,21 +299,23 @@ class _Collected:
         self.deformation = np.full(n_cases, np.nan)
         self.current = np.full(n_cases, np.nan)
 
-    def compare(self, k: int, reached: Reached) -> None:
-        self.deformation[k] = reached.deformation_ratio
-        self.current[k] = reached.current_ratio
+    def compare(self, k: int, attained: Reached) -> None:
+        self.deformation[k] = attained.deformation_ratio
+        self.current[k] = attained.current_ratio
 
     def put(
         self, numbers: list[int], criteria: Mapping[str, Any], fates: Sequence[Exception | None]
     ) -> None:
-        failed = {k: fate for k, fate in zip(numbers, fates, strict=True) if fate is not None}
+        failed = {
+            k: failure for k, failure in zip(numbers, fates, strict=True) if failure is not None
+        }
         for name, values in criteria.items():
             if name not in self.criteria:
                 # another thread may have been first
                 self.criteria.setdefault(name, np.full(len(self.failure), np.nan))
-            kept = self.criteria[name]
-            kept[numbers] = np.atleast_1d(values)[: len(numbers)]
-            kept[list(failed)] = np.nan
-        for k, fate in failed.items():
-            self.failure[k] = str(fate)
-            self.diverged[k] = isinstance(fate, Diverged)
+            keep = self.criteria[name]
+            keep[numbers] = np.atleast_1d(values)[: len(numbers)]
+            keep[list(failed)] = np.nan
+        for k, failure in failed.items():
+            self.failure[k] = str(failure)
+            self.diverged[k] = isinstance(failure, Diverged)

@@ -52,10 +52,10 @@ class CoilDriver:
         ):
             if not value:
                 given = getattr(self, name)
-                raise InputError(f"coil driver: {name} is {given}; accepted: {accepted}")
+                raise InputError(f"coil driver: {name} is {given}; expected: {accepted}")
         if self.low is not None and self.high is not None and self.low > self.high:
             raise InputError(
-                f"coil driver: low {self.low} A is above high {self.high} A; accepted: low <= high"
+                f"coil driver: low {self.low} A is above high {self.high} A; expected: low <= high"
             )
 
 
@@ -99,18 +99,16 @@ class Sensors:
 
     def __post_init__(self) -> None:
         if not self.delay >= 0:
-            raise InputError(f"sensors: delay is {self.delay} s; accepted: 0 or more")
+            raise InputError(f"sensors: delay is {self.delay} s; expected: 0 or more")
         if not 0 <= self.dropout < 1:
-            raise InputError(f"sensors: dropout is {self.dropout}; accepted: 0 or more, below 1")
+            raise InputError(f"sensors: dropout is {self.dropout}; expected: 0 or more, below 1")
         if not 0 <= self.compensation < np.inf:
-            raise InputError(
-                f"sensors: compensation is {self.compensation} s; accepted: 0 or more"
-            )
+            raise InputError(f"sensors: compensation is {self.compensation} s; expected: 0 or more")
         if self.sampling is not None and not self.sampling > 0:
-            raise InputError(f"sensors: sampling is {self.sampling} s; accepted: above 0")
+            raise InputError(f"sensors: sampling is {self.sampling} s; expected: above 0")
         for name, value in self.noise.items():
             if not value >= 0:
-                raise InputError(f"sensors: noise of {name} is {value}; accepted: 0 or more")
+                raise InputError(f"sensors: noise of {name} is {value}; expected: 0 or more")
 
 
 @dataclass(frozen=True)
@@ -161,12 +159,12 @@ class CompiledDecision:
 
 
 @dataclass(frozen=True)
-class Situation:
+class RunContext:
     """What a controller is told before a run.
 
     Attributes
     ----------
-    belief : IsolatedStructure
+    nominal : IsolatedStructure
         The model that the controller may reason with; not the plant, though it may equal it.
     period : float
         Interval between decisions, s.
@@ -186,7 +184,7 @@ class Situation:
         The ground motion, one record a direction; None for a controller without ``foresight``.
     """
 
-    belief: IsolatedStructure
+    nominal: IsolatedStructure
     period: float
     duration: float
     low: NDArray
@@ -210,22 +208,22 @@ class Control(Protocol):
         """Interval between decisions, s; None for the record's sampling interval."""
 
     @property
-    def foresight(self) -> float:
+    def preview_time(self) -> float:
         """How far ahead of its arrival it is told the ground motion, s."""
 
-    def prepare(self, situation: Situation, trial: Any) -> None:
+    def prepare(self, context: RunContext, trial: Any) -> None:
         """Get ready on the plant itself; ``trial(controller)`` simulates another one there."""
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Names of the outputs that it wants measured."""
 
-    def schedule(self, situation: Situation) -> Schedule | None:
+    def schedule(self, context: RunContext) -> Schedule | None:
         """Commands known before the run; None if it decides as it goes."""
 
-    def compiled(self, situation: Situation) -> CompiledDecision | None:
+    def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Its decision in compiled code; None if it is plain Python."""
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Forget the last run."""
 
     def current(self, t: float, measurement: Any) -> Any:

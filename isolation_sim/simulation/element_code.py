@@ -144,9 +144,7 @@ class ElementCode:
         }
         if self.kinks[1]:
             arguments = ", ".join(["x", "v", *self.states, *self.parameters])
-            parts["kinks"] = (
-                arguments, [*self.kinks[0], f"return ({', '.join(self.kinks[1])},)"]
-            )
+            parts["kinks"] = (arguments, [*self.kinks[0], f"return ({', '.join(self.kinks[1])},)"])
         return "\n\n".join(
             function_text(f"{name}_{self.tag}", arguments, body)
             for name, (arguments, body) in parts.items()
@@ -282,8 +280,15 @@ class ElementCode:
         body.append(f"error = {at_kink} if kink > 0.0 else error")
         body.append("roughness = last if kink > 0.0 else roughness")
         return body + self.store(
-            *self.end, *self.end_rate, "d_end", "v_end", "force_end", "defect", "error",
-            "roughness", "kink",
+            *self.end,
+            *self.end_rate,
+            "d_end",
+            "v_end",
+            "force_end",
+            "defect",
+            "error",
+            "roughness",
+            "kink",
         )
 
     def _kink(self, forces: Sequence[str]) -> list[str]:

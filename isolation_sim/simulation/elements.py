@@ -55,21 +55,7 @@ class Elements:
 def elements_of(
     module: ModuleType, plants: Sequence[IsolatedStructure], modes: Sequence[Modes]
 ) -> Elements:
-    """Gather a block's elements.
-
-    Parameters
-    ----------
-    module : module
-        Compiled kernel.
-    plants : sequence of IsolatedStructure
-        One a lane; alike in their elements' laws and in the shapes of their current dependence.
-    modes : sequence of Modes
-        Of each plant.
-
-    Returns
-    -------
-    Elements
-    """
+    """Gather a block's elements."""
     first, lanes = plants[0], module.LANES
     shapes = np.array([e.device.current.coefficients.shape for e in first.elements])
     pieces, parameters, n_powers = shapes.max(axis=0)

@@ -63,21 +63,7 @@ def make_grid(
     decided: NDArray | None = None,
     begun: NDArray | None = None,
 ) -> Grid:
-    """Merge a record's samples with the instants of measurements, decisions and commands.
-
-    Parameters
-    ----------
-    n_samples : int
-        Number of samples of the record.
-    dt : float
-        Its interval, s.
-    sensed, decided, begun : (n,) array, optional
-        Instants, s, in increasing order; the k-th command is decided from the k-th measurement.
-
-    Returns
-    -------
-    Grid
-    """
+    """Merge a record's samples with the instants of measurements, decisions and commands."""
     kinds = [np.empty(0) if t is None else np.asarray(t, float) for t in (sensed, decided, begun)]
     # instants closer than a millionth of a sample are one
     unit = dt * 1e-6

@@ -13,19 +13,7 @@ if TYPE_CHECKING:
 
 
 def dataset(run: Trajectory) -> xarray.Dataset:
-    """Histories at the record's samples.
-
-    Parameters
-    ----------
-    run : Trajectory
-        A run.
-
-    Returns
-    -------
-    xarray.Dataset
-        Variables over ``time`` (s) and a named axis (dof, storey, element, channel, direction),
-        each with its unit and description.
-    """
+    """Histories at the record's samples."""
     import xarray
 
     structure, isolated = run.isolated.structure, run.isolated

@@ -16,7 +16,7 @@ from ..generated import load_text, load_written
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
 from .element_code import COMMON, MOVING_FACTOR, NODES, ElementCode
-from .smaller_text import smaller_text
+from .folded_constants import folded_constants
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
@@ -132,7 +132,7 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
         *(template.read_text() for template in TEMPLATES),
     ]
-    return smaller_text("\n\n".join(blocks))
+    return folded_constants("\n\n".join(blocks))
 
 
 @lru_cache
@@ -147,7 +147,7 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
             "NODES_AND_END": (*NODES, 1.0),
             "LAGRANGE": polynomials(*NODES),
         }
-        return smaller_text(
+        return folded_constants(
             "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])
         )
 

@@ -41,8 +41,9 @@ def set_parameters(e, lane, node, current, law_table, law_breaks, n_pieces, n_po
 
 
 @inner
-def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_table, law_breaks,
-                          n_pieces, n_powers, w):
+def set_moving_parameters(
+    e, lane, t, h, coil, command, lag, slew, law_table, law_breaks, n_pieces, n_powers, w
+):
     """Parameters at the three nodes and the end of a step, while the coil current moves.
 
     The current's path bends where a slew limit ends, that of the parameters from one piece of
@@ -61,8 +62,9 @@ def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_table, la
 
 
 @inner
-def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going,
-                   previous):
+def change_current(
+    e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going, previous
+):
     """Give an element the coil current that it has from a grid point on; its force may jump."""
     base = e * STRIDE
     for lane in range(LANES):
@@ -71,8 +73,17 @@ def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_s
             going[lane] = 1
             previous[lane] = w[(base + SLOT_FORCE_END) * LANES + lane]
             applied[e, lane] = coil[c, lane]
-            set_parameters(e, lane, 0, coil[c, lane], law_table, law_breaks,
-                           law_shape[e, 0], law_shape[e, 1], w)
+            set_parameters(
+                e,
+                lane,
+                0,
+                coil[c, lane],
+                law_table,
+                law_breaks,
+                law_shape[e, 0],
+                law_shape[e, 1],
+                w,
+            )
     prepare_held(e, w, base * LANES, going)
     probe(e, w, base * LANES, going)
     for lane in range(LANES):
@@ -107,8 +118,9 @@ def keep_force_inside(forces, point, e, w, tau, mask):
 
 
 @inner
-def read_sensors(k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, ground, z, z_at,
-                 coil, w, measured):
+def read_sensors(
+    k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, ground, z, z_at, coil, w, measured
+):
     """Measurement k: modes, element forces and ground to outputs; noise; then coil currents."""
     for r in range(n_measured):
         for lane in range(LANES):
@@ -129,11 +141,11 @@ def read_sensors(k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, g
 
 
 @inner
-def set_commands(g, wanted, first, n_channels, clamp, driver, command, coil, alive, counts):
+def set_commands(g, target, first, n_channels, clamp, driver, command, coil, alive, counts):
     """The commands from grid point g on, as the drivers take them; counts what was clamped."""
     for c in range(n_channels):
         for lane in range(LANES):
-            value = wanted[first, lane, c]
+            value = target[first, lane, c]
             low, high = driver[c, 2, lane], driver[c, 3, lane]
             if not low <= value <= high:
                 counts[0, lane] += 1
@@ -157,11 +169,24 @@ def set_commands(g, wanted, first, n_channels, clamp, driver, command, coil, ali
 @inline
 def call_controllers(k, function, decided, measured_for, addresses):
     """Decision k of every lane, by a compiled controller; rows of doubles at given addresses."""
-    (measured, measured_step, settings, settings_step, memory, memory_step, chosen, chosen_step,
-     sizes) = addresses
+    (
+        measured,
+        measured_step,
+        settings,
+        settings_step,
+        memory,
+        memory_step,
+        chosen,
+        chosen_step,
+        sizes,
+    ) = addresses
     for lane in range(LANES):
         call(
-            function, decided[k], measured + (measured_for[k] * LANES + lane) * measured_step,
-            settings + lane * settings_step, memory + lane * memory_step,
-            chosen + (k * LANES + lane) * chosen_step, sizes,
+            function,
+            decided[k],
+            measured + (measured_for[k] * LANES + lane) * measured_step,
+            settings + lane * settings_step,
+            memory + lane * memory_step,
+            chosen + (k * LANES + lane) * chosen_step,
+            sizes,
         )

@@ -31,31 +31,69 @@ MOST_STEPS = 4096  # tried in one window; what still misses the tolerance then i
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def integrate(position, sizes, limits, course, propagation, measurements, coils, law_numbers, lanes,
-              history, scratch):
+def integrate(
+    position,
+    sizes,
+    limits,
+    course,
+    propagation,
+    measurements,
+    coils,
+    law_numbers,
+    lanes,
+    history,
+    scratch,
+):
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
     position: the window and the stage within it, where the next call goes on. What the other groups
     hold is said in ``arguments.py``. Returns FINISHED, DECIDE or BUFFER_FULL; what became of each
     lane is in ``lanes.alive``.
     """
-    (n_modes, n_pad, n_channels, n_windows, n_levels, n_measured, controller, record_steps,
-     clamp) = sizes
+    (
+        n_modes,
+        n_pad,
+        n_channels,
+        n_windows,
+        n_levels,
+        n_measured,
+        controller,
+        record_steps,
+        clamp,
+    ) = sizes
     sweep_tolerance, error_limit, defect_limit, deformation_limit = limits
     windows, spans, events, ground = course
     offsets, modes, table, built, phi, integral = propagation
     measure, noise, measured, chosen, decided, measured_for, addresses = measurements
     command, driver, coil, applied, moving, coil_history = coils
     law_table, law_breaks, law_shape, channel = law_numbers
-    (level, base, place, tried, hold, alive, active, going, todo, last, previous, contraction,
-     defects, errors, kinks, worst, missed, counts) = lanes
+    (
+        level,
+        base,
+        place,
+        tried,
+        hold,
+        alive,
+        active,
+        going,
+        todo,
+        last,
+        previous,
+        contraction,
+        defects,
+        errors,
+        kinks,
+        worst,
+        missed,
+        counts,
+    ) = lanes
     z, states, forces, steps, step_count, cuts, first_step, last_step = history
     w, u = scratch
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
     whole = 1 << (n_levels - 1)  # a window in the shortest steps
-    kept = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
-    own = row + N_ELEMENTS * kept  # behind them a step's own numbers
+    keep = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
+    own = row + N_ELEMENTS * keep  # behind them a step's own numbers
 
     while position[WINDOW_NOW] < n_windows:
         window = position[WINDOW_NOW]
@@ -64,15 +102,41 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
         n_intervals = windows[window, 2]
         if window == 0 and position[STAGE] == MEASURE:
             for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
-                change_current(e, channel[e], command, g, coil, applied, law_table, law_breaks,
-                               law_shape, w, going, previous)
+                change_current(
+                    e,
+                    channel[e],
+                    command,
+                    g,
+                    coil,
+                    applied,
+                    law_table,
+                    law_breaks,
+                    law_shape,
+                    w,
+                    going,
+                    previous,
+                )
                 keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
                 keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
         if position[STAGE] == MEASURE:
             # sensors read before the current changes; then the controller decides
             if events[window, 0] >= 0:
-                read_sensors(events[window, 0], g, n_measured, n_channels, n_modes, n_pad,
-                             measure, noise, ground, z, g * row, coil, w, measured)
+                read_sensors(
+                    events[window, 0],
+                    g,
+                    n_measured,
+                    n_channels,
+                    n_modes,
+                    n_pad,
+                    measure,
+                    noise,
+                    ground,
+                    z,
+                    g * row,
+                    coil,
+                    w,
+                    measured,
+                )
             if events[window, 1] >= 0:
                 position[STAGE] = COMMAND
                 if controller == 0:
@@ -80,8 +144,18 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                 call_controllers(events[window, 1], controller, decided, measured_for, addresses)
         if position[STAGE] != UNDER_WAY:
             if events[window, 2] >= 0:
-                set_commands(g, chosen, events[window, 2], n_channels, clamp, driver, command,
-                             coil, alive, counts)
+                set_commands(
+                    g,
+                    chosen,
+                    events[window, 2],
+                    n_channels,
+                    clamp,
+                    driver,
+                    command,
+                    coil,
+                    alive,
+                    counts,
+                )
             for e in range(N_ELEMENTS):
                 c = channel[e]
                 changed = 0
@@ -95,8 +169,20 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                     elif coil[c, lane] != applied[e, lane]:
                         changed = 1
                 if changed:
-                    change_current(e, c, command, g, coil, applied, law_table, law_breaks,
-                                   law_shape, w, going, previous)
+                    change_current(
+                        e,
+                        c,
+                        command,
+                        g,
+                        coil,
+                        applied,
+                        law_table,
+                        law_breaks,
+                        law_shape,
+                        w,
+                        going,
+                        previous,
+                    )
                     keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
             for c in range(n_channels):
                 for lane in range(LANES):
@@ -139,8 +225,7 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
             _, _, decay, ground_columns, force_columns = layout(n_modes, n_pad, n_sub)
             if built[kind, depth] == 0:
                 for lane in range(TABLE_LANES):
-                    build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi,
-                                integral)
+                    build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integral)
                 built[kind, depth] = 1
             running = 0
             fresh = 0
@@ -184,9 +269,20 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                     going[lane] = 0
                     if moving[e, lane] and active[lane]:
                         set_moving_parameters(
-                            e, lane, step * h, h, coil[c, lane], command[g, c, lane],
-                            driver[c, 0, lane], driver[c, 1, lane], law_table, law_breaks,
-                            law_shape[e, 0], law_shape[e, 1], w)
+                            e,
+                            lane,
+                            step * h,
+                            h,
+                            coil[c, lane],
+                            command[g, c, lane],
+                            driver[c, 0, lane],
+                            driver[c, 1, lane],
+                            law_table,
+                            law_breaks,
+                            law_shape[e, 0],
+                            law_shape[e, 1],
+                            w,
+                        )
                         going[lane] = 1
                         changed = 1
                 if changed:
@@ -194,8 +290,27 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
             # within a grid interval the modes go through a scratch row behind the last point
             spare = (windows[n_windows, 0] + 1) * row
             z_at = point * row if per_interval == 1 or step % per_interval == 0 else spare
-            solve_step(h, n_sub, share, left, n_modes, n_pad, table, offset, z, z_at, u, w,
-                       active, going, previous, contraction, defects, errors, kinks)
+            solve_step(
+                h,
+                n_sub,
+                share,
+                left,
+                n_modes,
+                n_pad,
+                table,
+                offset,
+                z,
+                z_at,
+                u,
+                w,
+                active,
+                going,
+                previous,
+                contraction,
+                defects,
+                errors,
+                kinks,
+            )
             counts[1, 0] += 1
             for lane in range(LANES):
                 if active[lane] == 0:
@@ -205,8 +320,10 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                 accepted = error <= error_limit and (
                     (n_sub == 1 and defect < np.inf) or defect <= defect_limit
                 )
-                if not accepted and defect < np.inf and (
-                    depth + 1 == n_levels or tried[lane] > MOST_STEPS
+                if (
+                    not accepted
+                    and defect < np.inf
+                    and (depth + 1 == n_levels or tried[lane] > MOST_STEPS)
                 ):
                     counts[4, lane] += 1
                     missed[lane] = max(missed[lane], error)
@@ -246,9 +363,9 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                 for r in range(row * LANES):
                     steps[k, r] = z[z_at * LANES + r]
                 for e in range(N_ELEMENTS):
-                    to = (row + e * kept) * LANES
+                    to = (row + e * keep) * LANES
                     first_slot = (e * STRIDE + SLOT_F_START) * LANES
-                    for r in range(kept * LANES):
+                    for r in range(keep * LANES):
                         steps[k, to + r] = w[first_slot + r]
                 for lane in range(LANES):
                     steps[k, (own + WINDOW) * LANES + lane] = window
@@ -264,20 +381,44 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                 to = (point + i + 1) * row
                 if per_interval > 1 and (step + 1) % per_interval != 0:
                     to = spare
-                move_modes(n_pad, table, offset + decay, offset + ground_columns,
-                           offset + force_columns + i * N_ELEMENTS * 6 * n_pad, z, start, to,
-                           u, i * N_GROUND, w, active)
+                move_modes(
+                    n_pad,
+                    table,
+                    offset + decay,
+                    offset + ground_columns,
+                    offset + force_columns + i * N_ELEMENTS * 6 * n_pad,
+                    z,
+                    start,
+                    to,
+                    u,
+                    i * N_GROUND,
+                    w,
+                    active,
+                )
                 if i + 1 < n_sub:
                     for e in range(N_ELEMENTS):
-                        inside(e, w, e * STRIDE * LANES, (i + 1.0) / n_sub, states,
-                               ((point + i + 1) * N_ELEMENTS + e) * N_STATES * LANES, active)
+                        inside(
+                            e,
+                            w,
+                            e * STRIDE * LANES,
+                            (i + 1.0) / n_sub,
+                            states,
+                            ((point + i + 1) * N_ELEMENTS + e) * N_STATES * LANES,
+                            active,
+                        )
                         keep_force_inside(forces, point + i + 1, e, w, (i + 1.0) / n_sub, active)
             point = g + (step + 1) * n_intervals // n_steps
             if (step + 1) % per_interval != 0:
                 point = windows[n_windows, 0] + 1
             for e in range(N_ELEMENTS):
-                accept(e, w, e * STRIDE * LANES, states,
-                       (point * N_ELEMENTS + e) * N_STATES * LANES, active)
+                accept(
+                    e,
+                    w,
+                    e * STRIDE * LANES,
+                    states,
+                    (point * N_ELEMENTS + e) * N_STATES * LANES,
+                    active,
+                )
             if (step + 1) % per_interval == 0:
                 for e in range(N_ELEMENTS):
                     keep_force(forces, BEFORE, point, e, w, SLOT_F_START, active)
@@ -288,18 +429,18 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
                 if active[lane] == 0:
                     continue
                 place[lane] = at + (whole >> depth)
-                reached = errors[lane] * per_error
+                attained = errors[lane] * per_error
                 if n_steps <= n_intervals:
-                    reached = max(reached, defects[lane] * per_defect)
+                    attained = max(attained, defects[lane] * per_defect)
                 if depth <= base[lane] and kinks[lane] == 0.0:
-                    worst[lane] = max(worst[lane], reached)
+                    worst[lane] = max(worst[lane], attained)
                 # after a rejection coarser steps wait, unless the cause is clearly past
                 if tried[lane] > MOST_STEPS:
                     level[lane] = base[lane]
-                elif hold[lane] == 0 or reached <= 1e-6:
-                    while level[lane] > base[lane] and reached < 0.02:
+                elif hold[lane] == 0 or attained <= 1e-6:
+                    while level[lane] > base[lane] and attained < 0.02:
                         level[lane] -= 1
-                        reached *= 64.0
+                        attained *= 64.0
                 if place[lane] == whole:
                     todo[lane] = 0
                     waiting -= 1
@@ -328,8 +469,13 @@ def integrate(position, sizes, limits, course, propagation, measurements, coils,
         for c in range(n_channels):
             for lane in range(LANES):
                 if coil[c, lane] != command[g, c, lane]:
-                    coil[c, lane] = coil_current(coil[c, lane], command[g, c, lane],
-                                                 driver[c, 0, lane], driver[c, 1, lane], span)
+                    coil[c, lane] = coil_current(
+                        coil[c, lane],
+                        command[g, c, lane],
+                        driver[c, 0, lane],
+                        driver[c, 1, lane],
+                        span,
+                    )
                     for e in range(N_ELEMENTS):
                         if channel[e] == c:
                             applied[e, lane] = np.nan

@@ -5,8 +5,27 @@ Part of the compiled kernel; see ``kernel_integration_template.py``.
 
 
 @inline
-def solve_step(h, n_sub, share, tolerance, n_modes, n_pad, table, offset, z, z_at, u, w, active,
-               going, previous, contraction, defects, errors, kinks):
+def solve_step(
+    h,
+    n_sub,
+    share,
+    tolerance,
+    n_modes,
+    n_pad,
+    table,
+    offset,
+    z,
+    z_at,
+    u,
+    w,
+    active,
+    going,
+    previous,
+    contraction,
+    defects,
+    errors,
+    kinks,
+):
     """Forces and states at the nodes and the end of one step; z and u are only read.
 
     z, from z_at, holds the modes at the start (real parts, then imaginary); u the ground at the
@@ -17,9 +36,19 @@ def solve_step(h, n_sub, share, tolerance, n_modes, n_pad, table, offset, z, z_a
     """
     ground_rows, force_rows, _, _, _ = layout(n_modes, n_pad, n_sub)
     for e in range(N_ELEMENTS):
-        free_rows(w, e * STRIDE + SLOT_FREE0, table, offset + e * 16 * n_modes,
-                  offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8, z, z_at, n_modes, n_pad,
-                  u, n_sub + 1)
+        free_rows(
+            w,
+            e * STRIDE + SLOT_FREE0,
+            table,
+            offset + e * 16 * n_modes,
+            offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8,
+            z,
+            z_at,
+            n_modes,
+            n_pad,
+            u,
+            n_sub + 1,
+        )
     for lane in range(LANES):
         going[lane] = active[lane]
         previous[lane] = 0.0

@@ -23,9 +23,36 @@ KINDS = SLOPES + 3
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(sizes, windows, lengths, window_of, quantity_rows, n_wanted, n_directions, fast,
-              fast_rows, ground, z, forces, steps, cuts, first_step, modes, points, inputs,
-              present, bulges, found, found_bounds, n_found, items, space, integral, phi, track):
+def summarise(
+    sizes,
+    windows,
+    lengths,
+    window_of,
+    quantity_rows,
+    n_requested,
+    n_directions,
+    fast,
+    fast_rows,
+    ground,
+    z,
+    forces,
+    steps,
+    cuts,
+    first_step,
+    modes,
+    points,
+    inputs,
+    present,
+    bulges,
+    result,
+    candidate_bounds,
+    n_candidates,
+    items,
+    space,
+    integral,
+    phi,
+    track,
+):
     """Peaks and mean squares over the duration, lane by lane.
 
     quantity_rows: the quantities as blocks of eight rows over the modes' real and imaginary parts,
@@ -37,7 +64,7 @@ def summarise(sizes, windows, lengths, window_of, quantity_rows, n_wanted, n_dir
     """
     n_modes, n_pad = sizes.n_modes, sizes.n_pad
     per_block = 8 // n_directions
-    n_blocks = -(-n_wanted // per_block)
+    n_blocks = -(-n_requested // per_block)
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
     row = 2 * n_pad
     n_points = lengths.shape[0] + 1
@@ -47,18 +74,46 @@ def summarise(sizes, windows, lengths, window_of, quantity_rows, n_wanted, n_dir
     for start in range(0, n_points, POINTS * FIRST_LOOK):
         gather(points, present, forces, start, FIRST_LOOK, n_points)
         for block in range(n_blocks):
-            quantities_at(inputs, 0, quantity_rows, block * size, z, points, row, n_modes, n_pad,
-                          present, N_ELEMENTS, N_ELEMENTS, ground, N_GROUND)
-            n_items = min(per_block, n_wanted - block * per_block)
+            quantities_at(
+                inputs,
+                0,
+                quantity_rows,
+                block * size,
+                z,
+                points,
+                row,
+                n_modes,
+                n_pad,
+                present,
+                N_ELEMENTS,
+                N_ELEMENTS,
+                ground,
+                N_GROUND,
+            )
+            n_items = min(per_block, n_requested - block * per_block)
             for p in range(POINTS):
                 take_norms(inputs, p * ROWS, n_items, n_directions)
                 look(track, block * KINDS * ROWS, inputs, p * ROWS)
     for start in range(0, n_points, POINTS):
         gather(points, present, forces, start, 1, n_points)
         for block in range(n_blocks):
-            quantities_at(inputs, 0, quantity_rows, block * size, z, points, row, n_modes, n_pad,
-                          present, N_ELEMENTS, N_ELEMENTS, ground, N_GROUND)
-            n_items = min(per_block, n_wanted - block * per_block)
+            quantities_at(
+                inputs,
+                0,
+                quantity_rows,
+                block * size,
+                z,
+                points,
+                row,
+                n_modes,
+                n_pad,
+                present,
+                N_ELEMENTS,
+                N_ELEMENTS,
+                ground,
+                N_GROUND,
+            )
+            n_items = min(per_block, n_requested - block * per_block)
             at = block * KINDS * ROWS
             for p in range(min(POINTS, n_points - start)):
                 point = start + p
@@ -71,65 +126,181 @@ def summarise(sizes, windows, lengths, window_of, quantity_rows, n_wanted, n_dir
                         if forces[own + AFTER * LANES + lane] != at_end:
                             before = POINTS * ROWS
                 if before != after:
-                    undo_changes(inputs, after, before, quantity_rows, block * size, n_modes,
-                                 forces, point)
+                    undo_changes(
+                        inputs, after, before, quantity_rows, block * size, n_modes, forces, point
+                    )
                     take_norms(inputs, before, n_items, n_directions)
                 take_norms(inputs, after, n_items, n_directions)
                 if point > 0:
                     length = lengths[point - 1]
-                    near = follow(track, at, inputs, before, after, point % 3, 1.0 / length,
-                                  0.5 * length / duration)
+                    near = follow(
+                        track,
+                        at,
+                        inputs,
+                        before,
+                        after,
+                        point % 3,
+                        1.0 / length,
+                        0.5 * length / duration,
+                    )
                     if fast.shape[0] > 0:
-                        add_fast_modes(track, at, block * per_block, n_items, fast, fast_rows, z,
-                                       point * row, n_pad)
+                        add_fast_modes(
+                            track,
+                            at,
+                            block * per_block,
+                            n_items,
+                            fast,
+                            fast_rows,
+                            z,
+                            point * row,
+                            n_pad,
+                        )
                     exceeded = False
                     if near > 0 and point > 1:
-                        find_bulges(bulges, point - 2, windows, window_of, cuts, first_step,
-                                    forces, steps, n_pad)
+                        find_bulges(
+                            bulges,
+                            point - 2,
+                            windows,
+                            window_of,
+                            cuts,
+                            first_step,
+                            forces,
+                            steps,
+                            n_pad,
+                        )
                         exceeded = bound_inside(
-                            track, at, (point - 1) % 3, BEND * lengths[point - 2], quantity_rows,
-                            block * size, n_items, n_directions, n_modes, bulges)
+                            track,
+                            at,
+                            (point - 1) % 3,
+                            BEND * lengths[point - 2],
+                            quantity_rows,
+                            block * size,
+                            n_items,
+                            n_directions,
+                            n_modes,
+                            bulges,
+                        )
                     if exceeded:
                         for r in range(n_items):
                             for lane in range(LANES):
                                 own = at + r * LANES + lane
                                 bound = track[own + BOUND * ROWS]
                                 if bound > track[own + PEAK * ROWS]:
-                                    if n_found[lane] == CANDIDATES:
+                                    if n_candidates[lane] == CANDIDATES:
                                         look_inside(
-                                            lane, sizes, windows, lengths, window_of,
-                                            quantity_rows, n_directions, ground, z, forces, steps,
-                                            cuts, first_step, modes, found, found_bounds,
-                                            n_found, items, space, integral, phi, track)
-                                    found[lane, n_found[lane], 0] = point - 2
-                                    found[lane, n_found[lane], 1] = block * per_block + r
-                                    found_bounds[lane, n_found[lane]] = bound
-                                    n_found[lane] += 1
+                                            lane,
+                                            sizes,
+                                            windows,
+                                            lengths,
+                                            window_of,
+                                            quantity_rows,
+                                            n_directions,
+                                            ground,
+                                            z,
+                                            forces,
+                                            steps,
+                                            cuts,
+                                            first_step,
+                                            modes,
+                                            result,
+                                            candidate_bounds,
+                                            n_candidates,
+                                            items,
+                                            space,
+                                            integral,
+                                            phi,
+                                            track,
+                                        )
+                                    result[lane, n_candidates[lane], 0] = point - 2
+                                    result[lane, n_candidates[lane], 1] = block * per_block + r
+                                    candidate_bounds[lane, n_candidates[lane]] = bound
+                                    n_candidates[lane] += 1
                 else:
                     for k in range(ROWS):
                         track[at + LEFT * ROWS + k] = inputs[after + k]
     for lane in range(LANES):
-        look_inside(lane, sizes, windows, lengths, window_of, quantity_rows, n_directions, ground,
-                    z, forces, steps, cuts, first_step, modes, found, found_bounds, n_found,
-                    items, space, integral, phi, track)
+        look_inside(
+            lane,
+            sizes,
+            windows,
+            lengths,
+            window_of,
+            quantity_rows,
+            n_directions,
+            ground,
+            z,
+            forces,
+            steps,
+            cuts,
+            first_step,
+            modes,
+            result,
+            candidate_bounds,
+            n_candidates,
+            items,
+            space,
+            integral,
+            phi,
+            track,
+        )
         # nothing is known of the slope behind the last interval
         n_items = 0
-        for number in range(n_wanted):
+        for number in range(n_requested):
             own = row_of(number, per_block) * LANES + lane
             if track[own + TOP * ROWS] > NEAR * track[own + PEAK * ROWS]:
                 items[n_items] = number
                 n_items += 1
         if n_items > 0:
-            raise_peaks(lane, n_points - 2, n_items, items, sizes, windows, lengths, window_of,
-                        quantity_rows, n_directions, ground, z, forces, steps, cuts, first_step,
-                        modes, space, integral, phi, track)
+            raise_peaks(
+                lane,
+                n_points - 2,
+                n_items,
+                items,
+                sizes,
+                windows,
+                lengths,
+                window_of,
+                quantity_rows,
+                n_directions,
+                ground,
+                z,
+                forces,
+                steps,
+                cuts,
+                first_step,
+                modes,
+                space,
+                integral,
+                phi,
+                track,
+            )
         for interval in range(n_points - 1):
             if strongly_cut(interval, lane, windows, window_of, steps, cuts, first_step):
-                for number in range(n_wanted):
+                for number in range(n_requested):
                     items[number] = number
-                raise_peaks(lane, interval, n_wanted, items, sizes, windows, lengths, window_of,
-                            quantity_rows, n_directions, ground, z, forces, steps, cuts,
-                            first_step, modes, space, integral, phi, track)
+                raise_peaks(
+                    lane,
+                    interval,
+                    n_requested,
+                    items,
+                    sizes,
+                    windows,
+                    lengths,
+                    window_of,
+                    quantity_rows,
+                    n_directions,
+                    ground,
+                    z,
+                    forces,
+                    steps,
+                    cuts,
+                    first_step,
+                    modes,
+                    space,
+                    integral,
+                    phi,
+                    track,
+                )
 
 
 @inner
@@ -216,7 +387,7 @@ def find_bulges(bulges, interval, windows, window_of, cuts, first_step, forces, 
     """How far every force leaves the straight line inside an interval, N in the device's scale."""
     n_intervals = windows[window_of[interval], 2]
     within = interval - windows[window_of[interval], 0]
-    kept = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
+    keep = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
     for lane in range(LANES):
         n_sub = max(-cuts[interval, lane], 1)
         begin = interval - within % n_sub
@@ -230,7 +401,7 @@ def find_bulges(bulges, interval, windows, window_of, cuts, first_step, forces, 
                 for step in range(cuts[interval, lane]):
                     if step > 0:
                         number = int(steps[number, numbers + NEXT * LANES])
-                    force = steps[number, (2 * n_pad + e * kept) * LANES + lane]
+                    force = steps[number, (2 * n_pad + e * keep) * LANES + lane]
                     tau = steps[number, numbers + BEGIN * LANES] * n_intervals - within
                     most = max(most, abs(force - first - (last - first) * tau))
             else:
@@ -251,8 +422,8 @@ def undo_changes(inputs, after, before, quantity_rows, at, n_modes, forces, poin
         for lane in range(LANES):
             value = inputs[after + r * LANES + lane]
             for e in range(N_ELEMENTS):
-                kept = (point * N_ELEMENTS + e) * FORCES * LANES + lane
-                change = forces[kept + BEFORE * LANES] - forces[kept + AFTER * LANES]
+                keep = (point * N_ELEMENTS + e) * FORCES * LANES + lane
+                change = forces[keep + BEFORE * LANES] - forces[keep + AFTER * LANES]
                 weight = quantity_rows[
                     (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
                 ]
@@ -291,33 +462,74 @@ def add_fast_modes(track, at, number, n_items, fast, fast_rows, z, z_at, n_pad):
 
 
 @inner
-def look_inside(lane, sizes, windows, lengths, window_of, quantity_rows, n_directions, ground, z,
-                forces, steps, cuts, first_step, modes, found, found_bounds, n_found, items,
-                space, integral, phi, track):
+def look_inside(
+    lane,
+    sizes,
+    windows,
+    lengths,
+    window_of,
+    quantity_rows,
+    n_directions,
+    ground,
+    z,
+    forces,
+    steps,
+    cuts,
+    first_step,
+    modes,
+    result,
+    candidate_bounds,
+    n_candidates,
+    items,
+    space,
+    integral,
+    phi,
+    track,
+):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
     per_block = 8 // n_directions
     while True:
         best, most = -1, 1.0
-        for k in range(n_found[lane]):
-            own = row_of(found[lane, k, 1], per_block) * LANES + lane
-            promise = found_bounds[lane, k] / track[own + PEAK * ROWS]
+        for k in range(n_candidates[lane]):
+            own = row_of(result[lane, k, 1], per_block) * LANES + lane
+            promise = candidate_bounds[lane, k] / track[own + PEAK * ROWS]
             if promise > most:
                 best, most = k, promise
         if best < 0:
             break
-        interval, n_items = found[lane, best, 0], 0
-        for k in range(n_found[lane]):
-            if found[lane, k, 0] == interval:
-                number = found[lane, k, 1]
+        interval, n_items = result[lane, best, 0], 0
+        for k in range(n_candidates[lane]):
+            if result[lane, k, 0] == interval:
+                number = result[lane, k, 1]
                 own = row_of(number, per_block) * LANES + lane
-                if found_bounds[lane, k] > track[own + PEAK * ROWS]:
+                if candidate_bounds[lane, k] > track[own + PEAK * ROWS]:
                     items[n_items] = number
                     n_items += 1
-                found_bounds[lane, k] = 0.0
-        raise_peaks(lane, interval, n_items, items, sizes, windows, lengths, window_of,
-                    quantity_rows, n_directions, ground, z, forces, steps, cuts, first_step,
-                    modes, space, integral, phi, track)
-    n_found[lane] = 0
+                candidate_bounds[lane, k] = 0.0
+        raise_peaks(
+            lane,
+            interval,
+            n_items,
+            items,
+            sizes,
+            windows,
+            lengths,
+            window_of,
+            quantity_rows,
+            n_directions,
+            ground,
+            z,
+            forces,
+            steps,
+            cuts,
+            first_step,
+            modes,
+            space,
+            integral,
+            phi,
+            track,
+        )
+    n_candidates[lane] = 0
 
 
 @inline
@@ -327,9 +539,29 @@ def row_of(number, per_block):
 
 
 @exact
-def raise_peaks(lane, interval, n_items, items, sizes, windows, lengths, window_of, quantity_rows,
-                n_directions, ground, z, forces, steps, cuts, first_step, modes, space, integral,
-                phi, track):
+def raise_peaks(
+    lane,
+    interval,
+    n_items,
+    items,
+    sizes,
+    windows,
+    lengths,
+    window_of,
+    quantity_rows,
+    n_directions,
+    ground,
+    z,
+    forces,
+    steps,
+    cuts,
+    first_step,
+    modes,
+    space,
+    integral,
+    phi,
+    track,
+):
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane.
 
     space: a row of numbers each for the modes' states, decay and three integrals against powers of
@@ -349,7 +581,7 @@ def raise_peaks(lane, interval, n_items, items, sizes, windows, lengths, window_
     fastest = 0.0
     for m in range(n_modes):
         fastest = max(fastest, abs(modes[m, own]))
-    kept = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
+    keep = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
     numbers = (steps.shape[1] // LANES - STEP) * LANES + lane
     number, following = first_step[interval, lane], 0
     begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
@@ -391,7 +623,7 @@ def raise_peaks(lane, interval, n_items, items, sizes, windows, lengths, window_
                 space[5, 8 * e + k] = 0.0
             for k in range(5):
                 if n_steps > 1:
-                    to = (2 * n_pad + e * kept) * LANES + lane
+                    to = (2 * n_pad + e * keep) * LANES + lane
                     if k < 4:
                         force = steps[number, to + k * LANES]
                     else:

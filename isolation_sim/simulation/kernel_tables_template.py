@@ -66,9 +66,12 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                         for k in range(3):
                             at = offset + force_rows + ((e * N_ELEMENTS + other) * 3 + k) * 8 + r
                             table[at * TABLE_LANES + lane] += (
-                                column * (LAGRANGE[k][0] * integral[0]
-                                          + LAGRANGE[k][1] * integral[1]
-                                          + LAGRANGE[k][2] * integral[2])
+                                column
+                                * (
+                                    LAGRANGE[k][0] * integral[0]
+                                    + LAGRANGE[k][1] * integral[1]
+                                    + LAGRANGE[k][2] * integral[2]
+                                )
                             ).real
             # the ground is linear in each grid interval that begins before this time
             for i in range(n_sub):
@@ -84,9 +87,12 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                         row = modes[n_modes * (1 + 2 * e + rate) + m, lane] * decayed
                         for g in range(N_GROUND):
                             column = row * modes[first_ground + n_modes * g + m, lane]
-                            at = offset + ground_rows + (
-                                (e * N_GROUND + g) * (n_sub + 1) + i
-                            ) * 8 + r
+                            at = (
+                                offset
+                                + ground_rows
+                                + ((e * N_GROUND + g) * (n_sub + 1) + i) * 8
+                                + r
+                            )
                             low, high = integral[0] - integral[1], integral[1]
                             table[at * TABLE_LANES + lane] += (column * low).real
                             table[(at + 8) * TABLE_LANES + lane] += (column * high).real
@@ -124,5 +130,10 @@ def layout(n_modes, n_pad, n_sub):
     force_rows = ground_rows + N_ELEMENTS * N_GROUND * (n_sub + 1) * 8
     decay = force_rows + N_ELEMENTS * N_ELEMENTS * 3 * 8
     ground_columns = decay + 2 * n_pad
-    return (ground_rows, force_rows, decay, ground_columns,
-            ground_columns + 2 * N_GROUND * 2 * n_pad)
+    return (
+        ground_rows,
+        force_rows,
+        decay,
+        ground_columns,
+        ground_columns + 2 * N_GROUND * 2 * n_pad,
+    )

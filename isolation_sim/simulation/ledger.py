@@ -87,17 +87,7 @@ class Ledger:
 
 
 def ledger(run: Trajectory) -> Ledger:
-    """Energy ledger of a run.
-
-    Parameters
-    ----------
-    run : Trajectory
-        A run that kept its steps.
-
-    Returns
-    -------
-    Ledger
-    """
+    """Energy ledger of a run."""
     pieces = _Pieces(run)
     structure = run.isolated.structure
     n = structure.n_dofs
@@ -202,8 +192,11 @@ def _currents_before(run: Trajectory) -> NDArray:
     before = currents_at(work, n_channels, 0).copy()
     first, span = grid.windows[:-1, 0], grid.spans[grid.windows[:-1, 1]]
     ends = coil_current(
-        work.coil_history[:, :n_channels, 0], work.command[first, :n_channels, 0],
-        work.driver[:n_channels, 0, 0], work.driver[:n_channels, 1, 0], span[:, None],
+        work.coil_history[:, :n_channels, 0],
+        work.command[first, :n_channels, 0],
+        work.driver[:n_channels, 0, 0],
+        work.driver[:n_channels, 1, 0],
+        span[:, None],
     )
     before[first[1:]] = ends[:-1]
     before[0] = run.grid_current[0]
@@ -401,10 +394,7 @@ class _Pieces:
     def _states(self, tau: NDArray) -> list[tuple]:
         nodes = np.array([0.0, *NODES])
         weights = np.array(
-            [
-                np.prod([(tau - b) / (a - b) for b in nodes if b != a], axis=0)
-                for a in nodes
-            ]
+            [np.prod([(tau - b) / (a - b) for b in nodes if b != a], axis=0) for a in nodes]
         )
         result = []
         for e, element in enumerate(self.run.isolated.elements):

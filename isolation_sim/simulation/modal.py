@@ -57,30 +57,7 @@ def modes_of(
     forces: NDArray,
     references: NDArray,
 ) -> Modes:
-    """Complex modes of M q'' + C q' + K q = -M r a_g - sum b F, reference elements included.
-
-    Parameters
-    ----------
-    mass, damping, stiffness : (n, n) array
-        kg, N s/m, N/m.
-    influence : (n, n_directions) array
-        Ground motion's influence r.
-    directions : (n_elements, n) array
-        Rows b of the elements.
-    lengths, forces : (n_elements,) array
-        Scales: device deformation = b q / length, structure force = scale * device force.
-    references : (n_elements,) array
-        Stiffness of each device's reference spring, N/m; 0 or more.
-
-    Returns
-    -------
-    Modes
-
-    Raises
-    ------
-    InputError
-        If the structure can drift away with no element resisting it.
-    """
+    """Complex modes of M q'' + C q' + K q = -M r a_g - sum b F, reference elements included."""
     n = len(mass)
     inverse = np.linalg.inv(mass)
     b = np.asarray(directions, float).reshape(-1, n)
@@ -107,16 +84,16 @@ def modes_of(
         )
     left = np.linalg.inv(vectors)
     tiny = 1e-9 * np.abs(eigenvalues)
-    kept = np.flatnonzero(eigenvalues.imag > -tiny)
-    pair = np.where(eigenvalues[kept].imag > tiny[kept], 2.0, 1.0)
-    shapes = vectors[:, kept] * pair
+    keep = np.flatnonzero(eigenvalues.imag > -tiny)
+    pair = np.where(eigenvalues[keep].imag > tiny[keep], 2.0, 1.0)
+    shapes = vectors[:, keep] * pair
     zeros = np.zeros((n, n))
     measure = b / np.asarray(lengths)[:, None]
     deformation = np.stack([measure @ shapes[:n], measure @ shapes[n:]], axis=1)
     on_mass = np.concatenate([zeros, inverse])
-    ground = -(left[kept] @ np.concatenate([np.zeros_like(influence), influence])).T
-    force = -(left[kept] @ on_mass @ (b.T * forces)).T
-    return Modes(eigenvalues[kept], shapes, deformation, ground, force, k_ref, c_ref)
+    ground = -(left[keep] @ np.concatenate([np.zeros_like(influence), influence])).T
+    force = -(left[keep] @ on_mass @ (b.T * forces)).T
+    return Modes(eigenvalues[keep], shapes, deformation, ground, force, k_ref, c_ref)
 
 
 def _floor(mass: NDArray, b: NDArray, scale: NDArray) -> NDArray:

@@ -31,22 +31,7 @@ class Outputs:
     rows: NDArray
 
     def select(self, names: Sequence[str]) -> NDArray:
-        """Rows of some outputs, in the order asked for.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Output names.
-
-        Returns
-        -------
-        (len(names), 2 n_modes + n_elements + n_directions) array
-
-        Raises
-        ------
-        InputError
-            If a name is unknown.
-        """
+        """Rows of some outputs, in the order asked for."""
         index = {name: k for k, name in enumerate(self.names)}
         for name in names:
             if name not in index:
@@ -72,19 +57,7 @@ def output_names(isolated: IsolatedStructure) -> tuple[str, ...]:
 
 
 def outputs_of(isolated: IsolatedStructure, modes: Modes) -> Outputs:
-    """Rows of all outputs.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        Structure and elements.
-    modes : Modes
-        Its complex modes.
-
-    Returns
-    -------
-    Outputs
-    """
+    """Rows of all outputs."""
     structure, n = isolated.structure, isolated.structure.n_dofs
     n_modes, n_ground = modes.eigenvalues.size, len(structure.directions)
     scales = np.array([e.device.force_scale for e in isolated.elements])

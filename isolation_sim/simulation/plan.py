@@ -17,7 +17,7 @@ from ..errors import Diverged, InputError
 from ..laws.device import Device
 from ..structures import IsolatedStructure
 from . import kernel
-from .control import CompiledDecision, Schedule, Sensors, Situation, instants
+from .control import CompiledDecision, RunContext, Schedule, Sensors, instants
 from .elements import MOST_TESTED, Elements, elements_of
 from .grid import Grid, make_grid
 from .modal import Modes, modes_of
@@ -45,7 +45,10 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
         current = (low + high) / 2 if np.isfinite(high - low) else 0.0
         references.append(_fast_stiffness(device, current))
     modes = modes_of(
-        structure.mass, structure.damping, structure.stiffness, structure.influence,
+        structure.mass,
+        structure.damping,
+        structure.stiffness,
+        structure.influence,
         isolated.element_rows,
         np.array([e.device.length for e in elements]),
         np.array([e.device.force_scale for e in elements]),
@@ -66,7 +69,8 @@ def _fast_stiffness(device: Device, current: float) -> float:
     slopes = [
         (a - b) / 2
         for a, b in zip(
-            law.rates(0.0, 1.0, rest, parameters), law.rates(0.0, -1.0, rest, parameters),
+            law.rates(0.0, 1.0, rest, parameters),
+            law.rates(0.0, -1.0, rest, parameters),
             strict=True,
         )
     ]
@@ -86,7 +90,7 @@ def _uniform_grid(n_samples: int, dt: float) -> Grid:
 
 
 @lru_cache(maxsize=32)
-def _kept_tables(
+def _cached_tables(
     module: ModuleType, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
 ) -> Tables:
     """Coefficients of runs without events; kept, since they depend on the structure alone.
@@ -120,7 +124,7 @@ class Lane:
     coils : (n_channels, 6) array
         Lag (s), slew (A/s), lowest current, highest current, step and initial current (A) of each
         coil.
-    situation : Situation
+    context : RunContext
         What the controller was told.
     schedule : Schedule or None
         Commands known before the run.
@@ -131,7 +135,7 @@ class Lane:
     isolated: IsolatedStructure
     records: tuple[Record, ...]
     coils: NDArray
-    situation: Situation
+    context: RunContext
     schedule: Schedule | None
     compiled: CompiledDecision | None
 
@@ -144,9 +148,11 @@ class Lane:
         else:
             compiled = self.compiled
             control = (
-                self.situation.period, self.situation.outputs,
+                self.context.period,
+                self.context.outputs,
                 (compiled.address, compiled.settings.shape, compiled.memory.shape)
-                if compiled else id(self),
+                if compiled
+                else id(self),
             )
         return _plant_key(self.isolated), record, len(self.records), control
 
@@ -201,9 +207,7 @@ class Plan:
                 _uniform_grid(n, dt) if steady else make_grid(n, dt, begun=first.schedule.time)
             )
         if alike and self.grid is _uniform_grid(n, dt):
-            self.tables = _kept_tables(
-                self.module, first.isolated, n, dt, threading.get_ident()
-            )
+            self.tables = _cached_tables(self.module, first.isolated, n, dt, threading.get_ident())
         else:
             self.tables = Tables.empty(
                 self.module, self.modes[: self.module.TABLE_LANES], self.grid
@@ -224,8 +228,8 @@ class Plan:
 
     def _closed_loop(self, n: int, dt: float, sensors: Sensors, delay: float) -> None:
         lanes, first = self.lanes, self.lanes[0]
-        situation, width = first.situation, len(first.coils)
-        decided = instants(situation.period, situation.duration)
+        context, width = first.context, len(first.coils)
+        decided = instants(context.period, context.duration)
         asked = decided - sensors.delay
         if sensors.sampling is not None:
             asked = np.floor(asked / sensors.sampling * (1 + 1e-12)) * sensors.sampling
@@ -234,7 +238,7 @@ class Plan:
         measured_for = arrived(len(sensed), sensors)[measured_for.ravel()]
         self.grid = make_grid(n, dt, sensed, decided, decided + delay)
         self.chosen = np.zeros((len(decided), len(lanes), width + 1))
-        names = situation.outputs[: len(situation.outputs) - width]
+        names = context.outputs[: len(context.outputs) - width]
         given = [
             measured_motion(lane.isolated, names, o.names, sensors.compensation)
             for lane, o in zip(lanes, self.outputs, strict=True)
@@ -264,23 +268,7 @@ class Plan:
         record_steps: bool,
         buffers: dict[str, NDArray] | None = None,
     ) -> Workspace:
-        """Arrays for the kernel.
-
-        Parameters
-        ----------
-        tolerance : float
-            Wanted relative accuracy.
-        clamp : bool
-            Whether a command outside the driver's limits is clamped and counted, or ends the run.
-        record_steps : bool
-            Whether every step is kept for the energy ledger (one lane only).
-        buffers : dict of str to array, optional
-            Memory to use again.
-
-        Returns
-        -------
-        Workspace
-        """
+        """Arrays for the kernel."""
         lanes, width = self.lanes, len(self.lanes[0].coils)
         driver = np.zeros((width + 1, 5, len(lanes)))
         initial = np.zeros((width + 1, len(lanes)))
@@ -304,7 +292,7 @@ class Plan:
             buffers=buffers,
         )
 
-    def fate(self, work: Workspace, lane: int) -> InputError | Diverged | None:
+    def failure(self, work: Workspace, lane: int) -> InputError | Diverged | None:
         """Why a run did not reach its end, and when; None if it did."""
         code = int(work.alive[lane])
         if code == self.module.ALIVE:
@@ -314,16 +302,16 @@ class Plan:
         if code != self.module.CURRENT_REFUSED:
             cause = _FATES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))
             return Diverged(f"the run diverged at t = {time:.4g} s: {cause}")
-        situation = self.lanes[lane].situation
+        context = self.lanes[lane].context
         k = int(self.grid.events[: window + 1, 2].max())
-        commands = work.chosen[k, lane, : len(situation.low)]
-        channel = int(np.argmax(~((commands >= situation.low) & (commands <= situation.high))))
-        return refused(float(commands[channel]), time, situation, channel)
+        commands = work.chosen[k, lane, : len(context.low)]
+        channel = int(np.argmax(~((commands >= context.low) & (commands <= context.high))))
+        return refused(float(commands[channel]), time, context, channel)
 
 
-def refused(current: float, time: float, situation: Situation, channel: int) -> InputError:
+def refused(current: float, time: float, context: RunContext, channel: int) -> InputError:
     """Say which current was refused, when, and what would have been accepted."""
-    low, high = situation.low[channel], situation.high[channel]
+    low, high = context.low[channel], context.high[channel]
     remedy = (
         "" if np.isnan(current) else "; current_outside='clamp' clamps and counts such commands"
     )

@@ -18,20 +18,6 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     Rotations count through the forces and the isolators' displacements only. The isolator force is
     that of the elements with a coil that hold the structure to the ground; of all that hold it
     where none has a coil.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        Structure and elements.
-    names : sequence of str
-        Names of its outputs, as in ``Outputs.names``.
-
-    Returns
-    -------
-    dict of str to (n_items, n_directions, n_outputs) array
-        Keys as in `criteria`, without ``peak_`` and ``rms_``; an item is a slab, level or storey,
-        and its quantity the norm of its rows times the outputs. Rows that are not needed are 0.
-        Of the isolators only the outermost are there: none moves further than one of these.
     """
     structure = isolated.structure
     n_directions = len(structure.directions)
@@ -59,7 +45,7 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     driven = np.array([e.channel is not None for e in isolated.elements], dtype=bool)
     if np.any(holding[driven]):
         holding = holding * driven[:, np.newaxis]
-    found = {
+    result = {
         "base_displacement_m": items(displacement[slabs]),
         "floor_acceleration_m_s2": items(acceleration[levels]),
         "superstructure_acceleration_m_s2": items(acceleration[levels[above]]),
@@ -72,43 +58,20 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     }
     if structure.isolator_positions is not None:
         rows = structure.isolator_rows[_outermost(structure.isolator_positions)]
-        found["isolator_displacement_m"] = rows @ displacement
+        result["isolator_displacement_m"] = rows @ displacement
     if structure.heights is not None:
         by_height = drift / structure.heights[:, np.newaxis]
-        found["drift_ratio"] = items(by_height[storeys])
-    return found
+        result["drift_ratio"] = items(by_height[storeys])
+    return result
 
 
 def level_dofs(structure: Structure) -> NDArray:
-    """Dofs of each level in each direction of ground motion.
-
-    Parameters
-    ----------
-    structure : Structure
-        Its dofs in one order of levels for all directions.
-
-    Returns
-    -------
-    (n_levels, n_directions) array of int
-        A level for the k-th dof that the ground moves in each direction. Where the directions have
-        different numbers of dofs or share one, every dof is a level of its own, in one column.
-    """
+    """Dofs of each level in each direction of ground motion."""
     return _by_direction(structure.influence)
 
 
 def storey_rows(structure: Structure) -> NDArray:
-    """Drift rows of each storey in each direction of ground motion, as `level_dofs`.
-
-    Parameters
-    ----------
-    structure : Structure
-        Its storeys in one order for all directions.
-
-    Returns
-    -------
-    (n_storeys, n_directions) array of int
-        Rows of ``structure.drift_rows``; those of rotations alone are left out.
-    """
+    """Drift rows of each storey in each direction of ground motion, as `level_dofs`."""
     return _by_direction(np.abs(structure.drift_rows) @ np.abs(structure.influence))
 
 

@@ -142,8 +142,8 @@ class Run(Trajectory):
         """Peaks and RMS values of the response; see ``isolation_sim.criteria``."""
         from .summary import summary
 
-        found = summary([self.isolated], self.work)
-        return {name: float(values[0]) for name, values in found.items()}
+        result = summary([self.isolated], self.work)
+        return {name: float(values[0]) for name, values in result.items()}
 
     @cached_property
     def peaks(self) -> dict[str, NDArray]:
@@ -174,12 +174,12 @@ class Run(Trajectory):
             Elements that deform further than their law was tested, coils with more current than
             was tested, commands that were clamped, and periods that no building has.
         """
-        told = [*self.implausible, *of_runs({self.controller: self})]
+        sentences = [*self.implausible, *of_runs({self.controller: self})]
         if self.clamped:
-            told.append(
+            sentences.append(
                 f"{self.controller}: {self.clamped} commands were clamped to the supply's limits"
             )
-        return told
+        return sentences
 
     def plot(self, **options: Any) -> Any:
         """Figure of the run; see ``isolation_sim.reports.figures.run_figure``."""

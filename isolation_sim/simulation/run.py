@@ -19,7 +19,7 @@ from ..errors import AccuracyWarning, InputError
 from ..laws.passive_switching import papers_rule
 from ..structures import IsolatedStructure
 from . import kernel
-from .control import CoilDriver, Control, Schedule, Sensors, Situation
+from .control import CoilDriver, Control, RunContext, Schedule, Sensors
 from .inputs import checked_controller, checked_plant, checked_records
 from .plan import Lane, Plan, refused
 from .result import Run
@@ -34,77 +34,42 @@ def simulate(
     ground: Record | Sequence[Record],
     controller: Control,
     *,
-    belief: IsolatedStructure | None = None,
+    nominal: IsolatedStructure | None = None,
     driver: CoilDriver | None = None,
     sensors: Sensors | None = None,
     computation_delay: float = 0.0,
     tolerance: float = 1e-6,
     current_outside: str = "refuse",
 ) -> Run:
-    """Simulate one run.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    ground : Record or sequence of Record
-        Ground acceleration, m/s^2, one record a direction of the structure, on the same samples.
-    controller : Control
-        Sets the coil currents.
-    belief : IsolatedStructure, optional
-        The model that the controller reasons with; the plant itself by default, its devices by the
-        papers' rule where the plant's are under the passive one.
-    driver : CoilDriver, optional
-        Lag, slew, limits and step of the coils; ideal by default.
-    sensors : Sensors, optional
-        Noise, delay, dropout and sampling of what the controller is given; ideal by default.
-    computation_delay : float
-        Time from a decision to its command, s.
-    tolerance : float
-        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
-    current_outside : {"refuse", "clamp"}
-        What to do with a command outside the driver's limits: end with an error, or clamp and
-        count it.
-
-    Returns
-    -------
-    Run
-
-    Raises
-    ------
-    InputError
-        If an argument cannot be used, or a current is refused.
-    Diverged
-        If the response leaves the range of numbers or of the law; with the time and the cause.
-
-    Warns
-    -----
-    AccuracyWarning
-        If the work allowed in a part of the run ended before the tolerance was reached; with the
-        tolerance that was.
-    """
+    """Simulate one run."""
     driver, sensors = check_actuation(driver, sensors)
     check_options(tolerance, current_outside, computation_delay)
 
     def trial(other: Control) -> Run:
         return simulate(
-            isolated, ground, other, belief=belief, driver=driver, sensors=sensors,
-            computation_delay=computation_delay, tolerance=tolerance,
+            isolated,
+            ground,
+            other,
+            nominal=nominal,
+            driver=driver,
+            sensors=sensors,
+            computation_delay=computation_delay,
+            tolerance=tolerance,
             current_outside=current_outside,
         )
 
     delays = sensors.delay, computation_delay
-    lane = prepared(isolated, ground, controller, belief, driver, delays, trial)
+    lane = prepared(isolated, ground, controller, nominal, driver, delays, trial)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
-        _check_schedule(lane.schedule, lane.situation)
+        _check_schedule(lane.schedule, lane.context)
     plan = Plan([lane], sensors, computation_delay, alike=True)
     with kernel.compiling(plan.module):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
         _drive(work, plan, controller)
-    fate = plan.fate(work, 0)
-    if fate is not None:
-        raise fate
+    failure = plan.failure(work, 0)
+    if failure is not None:
+        raise failure
     run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
     if run.unresolved:
         warnings.warn(
@@ -128,23 +93,23 @@ def fixed_base_run(
 class _NoControl:
     """No command: for a structure without coils."""
 
-    name, period, foresight = FIXED_BASE, None, 0.0
+    name, period, preview_time = FIXED_BASE, None, 0.0
 
-    def prepare(self, situation: Situation, trial: Any) -> None:
+    def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Nothing to measure."""
         return ()
 
-    def schedule(self, situation: Situation) -> Schedule:
+    def schedule(self, context: RunContext) -> Schedule:
         """One instant, no coil."""
-        return Schedule(np.zeros(1), np.zeros((1, len(situation.low))))
+        return Schedule(np.zeros(1), np.zeros((1, len(context.low))))
 
-    def compiled(self, situation: Situation) -> None:
+    def compiled(self, context: RunContext) -> None:
         """No decision."""
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Nothing to forget."""
 
     def current(self, t: float, measurement: Any) -> float:
@@ -170,26 +135,26 @@ def check_options(tolerance: float, current_outside: str, computation_delay: flo
         if not isinstance(value, int | float | np.number):
             raise InputError(f"{what} is {value!r}; expected: a number")
     if not 1e-12 <= tolerance <= 1e-2:
-        raise InputError(f"tolerance is {tolerance}; accepted: 1e-12 to 1e-2")
+        raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
     if current_outside not in ("refuse", "clamp"):
-        raise InputError(f"current_outside is {current_outside!r}; accepted: 'refuse' or 'clamp'")
+        raise InputError(f"current_outside is {current_outside!r}; expected: 'refuse' or 'clamp'")
     if not 0 <= computation_delay < np.inf:
-        raise InputError(f"computation_delay is {computation_delay} s; accepted: 0 or more")
+        raise InputError(f"computation_delay is {computation_delay} s; expected: 0 or more")
 
 
 def prepared(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
     controller: Control,
-    belief: IsolatedStructure | None,
+    nominal: IsolatedStructure | None,
     driver: CoilDriver,
     delays: tuple[float, float],
     trial,
 ) -> Lane:
     """Tell a controller its situation and ask for its commands or its compiled decision."""
     checked_plant(isolated)
-    if belief is not None:
-        checked_plant(belief, "belief")
+    if nominal is not None:
+        checked_plant(nominal, "nominal")
     checked_controller(controller)
     if not isolated.elements:
         raise InputError(
@@ -198,17 +163,17 @@ def prepared(
         )
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
-    if belief is None:
-        belief = _by_papers_rule(isolated)
+    if nominal is None:
+        nominal = _by_papers_rule(isolated)
     tested = np.array([isolated.tested_current(c) for c in range(len(coils))])
-    situation = _situation(belief, records, controller, coils, tested, driver, delays)
+    context = _run_context(nominal, records, controller, coils, tested, driver, delays)
     # a controller with a period of its own decides as it goes
     _check_memory(isolated, records, controller.period, controller.name)
-    controller.prepare(situation, trial)
-    controller.reset(situation)
-    schedule = controller.schedule(situation)
-    compiled = None if schedule is not None else controller.compiled(situation)
-    return Lane(isolated, records, coils, situation, schedule, compiled)
+    controller.prepare(context, trial)
+    controller.reset(context)
+    schedule = controller.schedule(context)
+    compiled = None if schedule is not None else controller.compiled(context)
+    return Lane(isolated, records, coils, context, schedule, compiled)
 
 
 def _check_memory(
@@ -299,29 +264,27 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
     return coils
 
 
-def _situation(
-    belief: IsolatedStructure,
+def _run_context(
+    nominal: IsolatedStructure,
     records: tuple[Record, ...],
     controller: Control,
     coils: NDArray,
     tested: NDArray,
     driver: CoilDriver,
     delays: tuple[float, float],
-) -> Situation:
+) -> RunContext:
     record = records[0]
     period = record.dt if controller.period is None else controller.period
     if not period > 0:
-        raise InputError(f"{controller.name}: period is {period} s; accepted: above 0")
-    return Situation(
-        belief=belief,
+        raise InputError(f"{controller.name}: period is {period} s; expected: above 0")
+    return RunContext(
+        nominal=nominal,
         period=period,
         duration=record.dt * (len(record.acceleration) - 1),
         low=coils[:, 2],
         high=coils[:, 3],
         tested=tested,
-        outputs=(
-            *controller.measures(belief), *(f"coil{c}_current_A" for c in range(len(coils)))
-        ),
+        outputs=(*controller.measures(nominal), *(f"coil{c}_current_A" for c in range(len(coils)))),
         driver=driver,
         delays=delays,
         # what a controller is not told it cannot use
@@ -334,9 +297,9 @@ def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
     decide = plan.module.DECIDE
     if work.integrate() != decide:
         return
-    situation, sensing = plan.lanes[0].situation, plan.sensing
-    measurement_type = namedtuple("Measurement", situation.outputs)  # type: ignore[misc]
-    width, n_given = len(plan.lanes[0].coils), len(situation.outputs)
+    context, sensing = plan.lanes[0].context, plan.sensing
+    measurement_type = namedtuple("Measurement", context.outputs)  # type: ignore[misc]
+    width, n_given = len(plan.lanes[0].coils), len(context.outputs)
     events, position = work.grid.events[:, 1].tolist(), work.position
     times, rows = sensing.decided.tolist(), sensing.measured_for.tolist()
     while True:
@@ -346,15 +309,15 @@ def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
         if currents.shape not in ((width,), (1,)):
             raise InputError(
                 f"{controller.name}: current() gave {currents.size} numbers at t = "
-                f"{times[k]:.4g} s; accepted: 1 for all coils, or {width}, one a coil"
+                f"{times[k]:.4g} s; expected: 1 for all coils, or {width}, one a coil"
             )
         work.chosen[k, 0, :width] = currents
         if work.integrate() != decide:
             return
 
 
-def _check_schedule(schedule: Schedule, situation: Situation) -> None:
-    outside = ~((schedule.current >= situation.low) & (schedule.current <= situation.high))
+def _check_schedule(schedule: Schedule, context: RunContext) -> None:
+    outside = ~((schedule.current >= context.low) & (schedule.current <= context.high))
     if outside.any():
         k, c = np.argwhere(outside)[0]
-        raise refused(schedule.current[k, c], schedule.time[k], situation, int(c))
+        raise refused(schedule.current[k, c], schedule.time[k], context, int(c))

@@ -13,20 +13,7 @@ from .control import Sensors
 
 
 def arrived(n_samples: int, sensors: Sensors) -> NDArray:
-    """Latest sample that has arrived when each sample is due.
-
-    Parameters
-    ----------
-    n_samples : int
-        Number of samples.
-    sensors : Sensors
-        With their dropout and seed.
-
-    Returns
-    -------
-    (n_samples,) int array
-        Its own number where it arrives; the first one, of the building at rest, always does.
-    """
+    """Latest sample that has arrived when each sample is due."""
     # a stream of its own: losing samples does not change the noise on the others
     random = np.random.default_rng([sensors.seed, 1])
     lost = random.random(n_samples) < sensors.dropout
@@ -37,30 +24,7 @@ def arrived(n_samples: int, sensors: Sensors) -> NDArray:
 def noise_of(
     names: Sequence[str], known: Sequence[str], n_samples: int, sensors: Sensors
 ) -> NDArray:
-    """Noise of every sensor that a controller may need.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Outputs that it measures.
-    known : sequence of str
-        All outputs.
-    n_samples : int
-        Number of samples.
-    sensors : Sensors
-        With their noise and seed.
-
-    Returns
-    -------
-    (n_samples, len(known)) array, or empty
-        In each output's unit; zero for outputs that play no part. The noise of what is measured is
-        the same with and without compensation.
-
-    Raises
-    ------
-    InputError
-        If noise is given for what is no output.
-    """
+    """Noise of every sensor that a controller may need."""
     if not sensors.noise:
         return np.zeros((0, 0))
     size = np.zeros(len(known))
@@ -90,26 +54,6 @@ def measured_motion(
     Displacement + ahead * velocity + ahead^2 / 2 * relative acceleration, and velocity + ahead *
     relative acceleration; a relative acceleration is that of accelerometers on the structure less
     the ground's.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The structure that is measured.
-    names : sequence of str
-        Outputs that the controller measures.
-    known : sequence of str
-        All outputs.
-    ahead : float
-        Time over which to extrapolate, s.
-
-    Returns
-    -------
-    (len(names), len(known)) array
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
     """
     structure, index = isolated.structure, {name: k for k, name in enumerate(known)}
     n, n_ground = structure.n_dofs, len(structure.directions)

@@ -15,7 +15,7 @@ from ground_motions import Record
 from ..errors import InputError
 from ..structures import IsolatedStructure
 from . import kernel
-from .control import CoilDriver, Sensors, Situation
+from .control import CoilDriver, RunContext, Sensors
 from .outputs import output_names
 from .plan import Plan
 from .run import check_options, prepared
@@ -25,25 +25,25 @@ class Outside:
     """Stands where a run has its controller: the currents come from outside."""
 
     name = "simulator"
-    foresight = 0.0
+    preview_time = 0.0
 
     def __init__(self, period: float | None, measures: tuple[str, ...]):
         self.period, self._measures = period, measures
 
-    def prepare(self, situation: Situation, trial: Any) -> None:
+    def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """What the caller wants measured."""
         return self._measures
 
-    def schedule(self, situation: Situation) -> None:
+    def schedule(self, context: RunContext) -> None:
         """Nothing is known before."""
 
-    def compiled(self, situation: Situation) -> None:
+    def compiled(self, context: RunContext) -> None:
         """The caller decides."""
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Nothing to forget."""
 
     def current(self, t: float, measurement: Any) -> Any:
@@ -141,7 +141,7 @@ class Simulator:
         else:
             for name, value in (("duration", duration), ("dt", dt)):
                 if value is not None:
-                    raise InputError(f"{name} is {value} s; accepted: none beside a record")
+                    raise InputError(f"{name} is {value} s; expected: none beside a record")
             records = (ground,) if isinstance(ground, Record) else tuple(ground)
         first = records[0]
         self.period = first.dt if period is None else float(period)
@@ -161,8 +161,8 @@ class Simulator:
         self._lane = prepared(
             isolated, records, outside, None, driver or CoilDriver(), delays, None
         )
-        situation = self._lane.situation
-        self.measures, self.low, self.high = situation.outputs, situation.low, situation.high
+        context = self._lane.context
+        self.measures, self.low, self.high = context.outputs, context.low, context.high
         self._measurement: Any = namedtuple("Measurement", self.measures)  # type: ignore[misc]
         self._width = len(self._lane.coils)
         self._seed: int | None = None
@@ -210,7 +210,7 @@ class Simulator:
         if self._given_ground:
             self._work.ground[0, :, 0] = self._checked_ground(ground_acceleration, 1)
         elif np.any(ground_acceleration):
-            raise InputError("ground_acceleration is given; accepted: none beside a record")
+            raise InputError("ground_acceleration is given; expected: none beside a record")
         with kernel.compiling(plan.module):
             self._integrate = self._work.integrator()
             self._integrate()
@@ -251,18 +251,18 @@ class Simulator:
             work.chosen[k, 0, : self._width] = current
         except (TypeError, ValueError):
             raise InputError(
-                f"current is {current!r} A; accepted: one number, or {self._width}, one a coil"
+                f"current is {current!r} A; expected: one number, or {self._width}, one a coil"
             ) from None
         if self._given_ground:
             self._put_ground(ground_acceleration)
         elif ground_acceleration is not None:
-            raise InputError("ground_acceleration is given; accepted: none beside a record")
+            raise InputError("ground_acceleration is given; expected: none beside a record")
         self._integrate()
         if work.alive[0] != self._plan.module.ALIVE:
             self._k = self.n_steps
-            fate = self._plan.fate(work, 0)
-            assert fate is not None
-            raise fate
+            failure = self._plan.failure(work, 0)
+            assert failure is not None
+            raise failure
         # what is kept of short steps is read by nobody here
         work.step_count[0] = 0
         self._k = k + 1
@@ -276,7 +276,7 @@ class Simulator:
         """Write a step's ground acceleration to its grid points."""
         if given is None:
             raise InputError(
-                "ground_acceleration is missing; accepted: a number, m/s^2, as there is no record"
+                "ground_acceleration is missing; expected: a number, m/s^2, as there is no record"
             )
         first, last = self._points[self._k], self._points[self._k + 1]
         dt = self._lane.records[0].dt
@@ -300,7 +300,7 @@ class Simulator:
         rows = np.asarray(given, float)
         if rows.size != n_samples * n_directions or not np.isfinite(rows).all():
             raise InputError(
-                f"ground_acceleration is {given!r}; accepted: finite numbers, shape ({n_samples}, "
+                f"ground_acceleration is {given!r}; expected: finite numbers, shape ({n_samples}, "
                 f"{n_directions}): one a sample and direction, m/s^2"
             )
         return rows.reshape(n_samples, n_directions)
@@ -337,7 +337,7 @@ class Simulator:
         free = ("measured", "chosen")
         if not alike or any(own[n].shape[n in free :] != given[n].shape[n in free :] for n in own):
             raise InputError(
-                "state is of another simulator; accepted: one that was built from the same "
+                "state is of another simulator; expected: one that was built from the same "
                 "plant, ground motion and options"
             )
         k, seed, taken, begun = (int(number) for number in given["k"])
@@ -372,7 +372,7 @@ def still_ground(
     dt = period if dt is None else dt
     parts = round(period / dt) if dt > 0 else 0
     if parts < 1 or abs(parts * dt - period) > 1e-9 * period:
-        raise InputError(f"dt is {dt} s; accepted: a whole part of the period, {period} s")
+        raise InputError(f"dt is {dt} s; expected: a whole part of the period, {period} s")
     n = int(np.ceil(duration / period * (1 - 1e-12))) * parts + 1
     still = Record(np.zeros(max(n, 2)), dt, name="given step by step")
     return (still,) * len(isolated.structure.directions)

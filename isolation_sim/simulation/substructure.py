@@ -45,9 +45,9 @@ class DeviceSimulator:
 
     def __init__(self, device: Device, period: float, tolerance: float = 1e-6):
         if not 0 < period < np.inf:
-            raise InputError(f"period is {period} s; accepted: above 0")
+            raise InputError(f"period is {period} s; expected: above 0")
         if not 1e-12 <= tolerance <= 1e-2:
-            raise InputError(f"tolerance is {tolerance}; accepted: 1e-12 to 1e-2")
+            raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
         self.device, self.period, self._tolerance = device, float(period), tolerance
         self._module = compiled(device.law)
         n, n_parameters = len(device.law.states), len(device.law.parameters)
@@ -103,12 +103,22 @@ class DeviceSimulator:
         v0, v1 = (slope, slope) if velocity is None else (v0, velocity)
         if not (np.isfinite(displacement) and np.isfinite(v1)):
             raise InputError(
-                f"displacement is {displacement} m, velocity {v1} m/s; accepted: finite numbers"
+                f"displacement is {displacement} m, velocity {v1} m/s; expected: finite numbers"
             )
         scale = device.length
         force = self._module.follow(
-            x0 / scale, v0 / scale, displacement / scale, v1 / scale, self.period, self._tolerance,
-            self._settings, self._states, self._trial, self._parameters, *self._unused, self._by,
+            x0 / scale,
+            v0 / scale,
+            displacement / scale,
+            v1 / scale,
+            self.period,
+            self._tolerance,
+            self._settings,
+            self._states,
+            self._trial,
+            self._parameters,
+            *self._unused,
+            self._by,
         )
         self._end[:] = self._end[0] + self.period, displacement, v1, current
         return device.force_scale * force
@@ -125,7 +135,7 @@ class DeviceSimulator:
     def state(self, given: Mapping[str, NDArray]) -> None:
         own = self.state
         if set(own) != set(given) or any(own[n].shape != given[n].shape for n in own):
-            raise InputError("state is of another device; accepted: one of the same law")
+            raise InputError("state is of another device; expected: one of the same law")
         self._states[:], self._settings[:] = given["states"], given["settings"]
         self._end[:] = given["end"]
         if np.isfinite(self._end[3]):

@@ -23,41 +23,16 @@ def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, N
     """Criteria of every lane of a finished block.
 
     A lane's criteria have the same bits in a block as in a single run.
-
-    Parameters
-    ----------
-    plants : sequence of IsolatedStructure
-        One a lane.
-    work : Workspace
-        Marched to the end.
-
-    Returns
-    -------
-    dict of str to (n_lanes,) array
-        Keys and units as in ``isolation_sim.criteria.criteria``, without ratios.
     """
     items, peak, total = _summed(plants, work)
-    found = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in items}
+    result = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in items}
     for name, own in items:
-        found[f"rms_{name}"] = np.sqrt(total[own].max(axis=0, initial=0.0))
-    return found
+        result[f"rms_{name}"] = np.sqrt(total[own].max(axis=0, initial=0.0))
+    return result
 
 
 def item_peaks(isolated: IsolatedStructure, work: Workspace) -> dict[str, NDArray]:
-    """Peaks of each item, such as a level or a storey, of a single finished run.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    work : Workspace
-        Marched to the end, of one lane.
-
-    Returns
-    -------
-    dict of str to (n_items,) array
-        Names and units as in ``isolation_sim.simulation.quantities.quantity_rows``.
-    """
+    """Peaks of each item, such as a level or a storey, of a single finished run."""
     items, peak, _ = _summed([isolated], work)
     return {name: peak[own, 0] for name, own in items}
 

@@ -117,7 +117,7 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
 
 def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:
     """Lines that name elements and coils beyond their tests; the runs by the name to print."""
-    told = []
+    sentences = []
     for e, name in enumerate(isolated.element_names):
         beyond = {
             run: 1e3 * each.deformation[e]
@@ -126,7 +126,7 @@ def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[s
         }
         if beyond:
             tested = 1e3 * next(iter(runs.values())).tested_deformation[e]
-            told.append(
+            sentences.append(
                 f"{name} deforms further than its law was tested, {tested:.0f} mm at this scale: "
                 f"{_listed(beyond, '.0f', 'mm')}"
             )
@@ -139,11 +139,11 @@ def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[s
         }
         if beyond:
             tested = next(iter(runs.values())).tested_current[c]
-            told.append(
+            sentences.append(
                 f"coil {c} carries more current than its devices were tested with, {tested:.3g} A: "
                 f"{_listed(beyond, '.3g', 'A')}"
             )
-    return told
+    return sentences
 
 
 def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
@@ -158,7 +158,7 @@ def of_runs(runs: Mapping[str, Any]) -> list[str]:
 
 def beyond_tests(deformation: ArrayLike, current: ArrayLike) -> list[str]:
     """Lines for many runs, from their peaks over those of the tests, (n_runs,) each."""
-    told = []
+    sentences = []
     for ratios, what in (
         (deformation, "deform an isolator or element further than its law was tested"),
         (current, "need more current than the devices were tested with"),
@@ -166,5 +166,5 @@ def beyond_tests(deformation: ArrayLike, current: ArrayLike) -> list[str]:
         over = np.asarray(ratios, float)
         n = int(np.count_nonzero(over > 1 + 1e-9))
         if n:
-            told.append(f"{n} of {over.size} runs {what}, up to {np.nanmax(over):.3g} times")
-    return told
+            sentences.append(f"{n} of {over.size} runs {what}, up to {np.nanmax(over):.3g} times")
+    return sentences

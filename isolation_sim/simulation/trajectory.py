@@ -125,6 +125,7 @@ class Trajectory:
         self.outputs.select([name])
         return self.values[:, self.outputs.names.index(name)]
 
+
 def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
     """Coil currents at all grid points, just after any change, (n_points, n_channels), A."""
     grid = work.grid
@@ -136,7 +137,10 @@ def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
         return start
     first = grid.windows[window, 0]
     return coil_current(
-        start, work.command[first, :n_channels, lane], lag, slew,
+        start,
+        work.command[first, :n_channels, lane],
+        lag,
+        slew,
         (grid.time - grid.time[first])[:, None],
     )
 

@@ -83,7 +83,7 @@ class VectorSimulator:
     ):
         check_options(tolerance, "clamp", 0.0)
         if n < 1:
-            raise InputError(f"n is {n}; accepted: 1 or more plants")
+            raise InputError(f"n is {n}; expected: 1 or more plants")
         dt = period if dt is None else dt
         # a step's start and end, and a step before, in which the coils take their first currents
         records = still_ground(isolated, period, 3 * period, dt)
@@ -94,7 +94,7 @@ class VectorSimulator:
             (0.0, 0.0), None,
         )  # fmt: skip
         self.measures, self.low, self.high = (
-            lane.situation.outputs, lane.situation.low, lane.situation.high,
+            lane.context.outputs, lane.context.low, lane.context.high,
         )  # fmt: skip
         self._blocks = []
         for _ in range(-(-n // LANES)):
@@ -161,7 +161,7 @@ class VectorSimulator:
         self._currents[: self.n] = currents
         self._ground[: self.n] = ground_acceleration
         if np.isnan(self._currents).any():
-            raise InputError("currents hold what is not a number; accepted: amperes")
+            raise InputError("currents hold what is not a number; expected: amperes")
         if self._pool is None:
             self._step_blocks(self._parts[0])
         else:

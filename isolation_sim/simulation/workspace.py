@@ -234,7 +234,8 @@ class Workspace:
         hidden = (1, 0, 0, 1)
         self._sizes = np.array([row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)])
         return (
-            *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])), self._sizes.ctypes.data,
+            *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])),
+            self._sizes.ctypes.data,
         )
 
     def _grouped(self) -> tuple[Any, ...]:
@@ -307,7 +308,11 @@ class Workspace:
         }  # fmt: skip
 
     def summarise(
-        self, quantities: NDArray, n_quantities: int, n_directions: int, fast: NDArray,
+        self,
+        quantities: NDArray,
+        n_quantities: int,
+        n_directions: int,
+        fast: NDArray,
         fast_rows: NDArray,
     ) -> tuple[NDArray, NDArray]:
         """Every quantity's peak and mean square, (n_quantities, lanes).
@@ -321,16 +326,35 @@ class Workspace:
         n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
         at_once = module.POINTS * lanes
         module.summarise(
-            self.sizes, grid.windows, grid.lengths, grid.window_of, quantities, n_quantities,
-            n_directions, fast, fast_rows, self.ground.ravel(), self.z, self.forces, self.steps,
-            self.cuts, self.first_step, self.tables.modes, np.empty(module.POINTS, np.int64),
-            np.empty(8 * (at_once + lanes)), np.empty(module.N_ELEMENTS * at_once),
+            self.sizes,
+            grid.windows,
+            grid.lengths,
+            grid.window_of,
+            quantities,
+            n_quantities,
+            n_directions,
+            fast,
+            fast_rows,
+            self.ground.ravel(),
+            self.z,
+            self.forces,
+            self.steps,
+            self.cuts,
+            self.first_step,
+            self.tables.modes,
+            np.empty(module.POINTS, np.int64),
+            np.empty(8 * (at_once + lanes)),
+            np.empty(module.N_ELEMENTS * at_once),
             np.empty(module.N_ELEMENTS * lanes),
-            np.empty((lanes, module.CANDIDATES, 2), np.int64), np.empty((lanes, module.CANDIDATES)),
-            np.zeros(lanes, np.int64), np.empty(n_quantities, np.int64),
-            np.zeros((8, n_columns), complex), np.empty(3, complex), np.empty(4, complex),
+            np.empty((lanes, module.CANDIDATES, 2), np.int64),
+            np.empty((lanes, module.CANDIDATES)),
+            np.zeros(lanes, np.int64),
+            np.empty(n_quantities, np.int64),
+            np.zeros((8, n_columns), complex),
+            np.empty(3, complex),
+            np.empty(4, complex),
             track.ravel(),
         )
-        found = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
-        peak, total = found.reshape(2, -1, lanes)[:, :n_quantities]
+        result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
+        peak, total = result.reshape(2, -1, lanes)[:, :n_quantities]
         return peak, total

@@ -12,20 +12,7 @@ from .checks import numbers
 
 
 def check_device(device: Device, name: str) -> None:
-    """Refuse anything that is not a device.
-
-    Parameters
-    ----------
-    device : Device
-        What the user gave.
-    name : str
-        Element that it is for, for the error.
-
-    Raises
-    ------
-    InputError
-        Such as for a law without its numbers.
-    """
+    """Refuse anything that is not a device."""
     if not isinstance(device, Device):
         raise InputError(
             f"element {name!r} needs a Device, a law with its numbers, as law() returns; "
@@ -71,7 +58,7 @@ class Element:
         whole = isinstance(self.channel, (int, np.integer))
         if self.channel is not None and not (whole and self.channel >= 0):
             raise InputError(
-                f"element {self.name!r} has channel {self.channel!r}; accepted: 0, 1, 2"
+                f"element {self.name!r} has channel {self.channel!r}; expected: 0, 1, 2"
             )
         direction = numbers(f"direction of element {self.name!r}", self.direction)
         object.__setattr__(self, "direction", direction)

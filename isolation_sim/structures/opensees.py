@@ -76,11 +76,11 @@ def from_opensees(
     for tag in [base, *(floors or ()), *(isolators or ())]:
         if tag not in tags:
             known = ", ".join(map(str, tags[:10])) or "none"
-            raise InputError(f"the OpenSees model has no node {tag}; accepted: {known}")
+            raise InputError(f"the OpenSees model has no node {tag}; expected: {known}")
     (mass, damping, stiffness), equations = _assembled(ops, tags)
     axes = _AXES.get((len(ops.nodeCoord(base)), len(equations[base])))
     if axes is None or not set(directions) <= set(axes):
-        raise InputError(f"directions are {directions!r}; accepted: axes of the model's nodes")
+        raise InputError(f"directions are {directions!r}; expected: axes of the model's nodes")
     place: dict[tuple[int, str], int] = {}
     labels: dict[int, str] = {}
     tied = set(ops.getConstrainedNodes())  # they have equations of the node that they follow
@@ -90,11 +90,11 @@ def from_opensees(
                 place[tag, axis] = equation
                 labels[equation] = f"node{tag}_{axis}"
     turns = len(directions) == 2 and (base, "rz") in place and isolators is not None
-    wanted = [*directions, *(["rz"] if turns else [])]
-    for axis in wanted:
+    target = [*directions, *(["rz"] if turns else [])]
+    for axis in target:
         if (base, axis) not in place:
             raise InputError(
-                f"node {base} is fixed or tied along {axis}; accepted: a base that is free"
+                f"node {base} is fixed or tied along {axis}; expected: a base that is free"
             )
     n = len(mass)
     influence = np.zeros((n, len(directions)))
@@ -102,16 +102,16 @@ def from_opensees(
         if axis in directions:
             influence[equation, directions.index(axis)] = 1.0
     heavy = np.diag(mass) > MASSLESS * np.diag(mass).max(initial=0.0)
-    for axis in wanted:
+    for axis in target:
         if not heavy[place[base, axis]]:
-            raise InputError(f"node {base} has no mass along {axis}; accepted: a base with mass")
+            raise InputError(f"node {base} has no mass along {axis}; expected: a base with mass")
     if not set(np.flatnonzero(heavy)) <= set(labels):
         raise InputError(
-            "a node that is tied to another has a mass that moves by itself; accepted: ties of all "
+            "a node that is tied to another has a mass that moves by itself; expected: ties of all "
             "its degrees of freedom with mass"
         )
     condensed = _condensation(stiffness, heavy)
-    kept = {equation: k for k, equation in enumerate(np.flatnonzero(heavy).tolist())}
+    keep = {equation: k for k, equation in enumerate(np.flatnonzero(heavy).tolist())}
     up = len(ops.nodeCoord(base)) - 1  # y of a plane, z of space
     heights, rows, storeys = [], [], []
     chain = [base, *(floors or ())]
@@ -121,7 +121,7 @@ def from_opensees(
             for tag, sign in ((above, 1.0), (below, -1.0)):
                 if (tag, axis) not in place:
                     raise InputError(
-                        f"node {tag} is fixed or tied along {axis}; accepted: a free floor"
+                        f"node {tag} is fixed or tied along {axis}; expected: a free floor"
                     )
                 row[place[tag, axis]] += sign
             rows.append(row @ condensed)
@@ -134,9 +134,9 @@ def from_opensees(
         condensed.T @ damping @ condensed,
         condensed.T @ stiffness @ condensed,
         influence=influence[heavy],
-        base=[kept[place[base, axis]] for axis in wanted],
-        names=[labels[equation] for equation in kept],
-        drift_rows=np.reshape(rows, (-1, len(kept))),
+        base=[keep[place[base, axis]] for axis in target],
+        names=[labels[equation] for equation in keep],
+        drift_rows=np.reshape(rows, (-1, len(keep))),
         storeys=storeys,
         directions=list(directions),
         heights=heights if heights and min(heights) > 0 else None,
@@ -155,7 +155,7 @@ def _module() -> Any:
             import openseespy.opensees  # noqa: F401
         except (ImportError, RuntimeError) as error:
             raise InputError(
-                f"OpenSeesPy cannot be loaded ({error}); accepted: pip install "
+                f"OpenSeesPy cannot be loaded ({error}); expected: pip install "
                 "'isolation-sim[opensees]', or the module as argument opensees"
             ) from None
     return sys.modules["openseespy.opensees"]
@@ -177,7 +177,7 @@ def _assembled(ops: Any, tags: Sequence[int]) -> tuple[list[np.ndarray], dict[in
         ops.analyze(1, 0.0)
         n = ops.systemSize()
         if n == 0:
-            raise InputError("the OpenSees model has no free degree of freedom; accepted: some")
+            raise InputError("the OpenSees model has no free degree of freedom; expected: some")
         sums.append(np.array(ops.printA("-ret")).reshape(n, n))
     equations = {tag: list(ops.nodeDOFs(tag)) for tag in tags}
     ops.wipeAnalysis()

@@ -65,9 +65,9 @@ def shear_building(
     k = positive_numbers("stiffnesses", stiffnesses, "N/m")
     slab = positive_numbers("base_mass", base_mass, "kg")
     if m.size != k.size:
-        raise InputError(f"{m.size} masses, {k.size} stiffnesses; accepted: one of each a storey")
+        raise InputError(f"{m.size} masses, {k.size} stiffnesses; expected: one of each a storey")
     if slab.size != 1:
-        raise InputError(f"base_mass has {slab.size} values; accepted: one, in kg")
+        raise InputError(f"base_mass has {slab.size} values; expected: one, in kg")
     if damping not in _DAMPING:
         raise unknown_name("damping", damping, _DAMPING)
     above = np.append(k[1:], 0.0)
@@ -91,7 +91,7 @@ def _ratios(given: Any, n: int, damping: str) -> np.ndarray:
     if ratio.ndim != 1 or ratio.size not in sizes or not np.all((ratio >= 0) & (ratio < 1)):
         accepted = "a number from 0 to 1"
         accepted += f", or {n} of them" if damping == "modal" else ' (one a mode needs "modal")'
-        raise InputError(f"damping_ratio is {given!r}; accepted: {accepted}")
+        raise InputError(f"damping_ratio is {given!r}; expected: {accepted}")
     return np.broadcast_to(ratio, (n,))
 
 
@@ -110,7 +110,7 @@ def _rayleigh(
         first = second = 0
     n = len(mass)
     if first == second or not (1 <= first <= n and 1 <= second <= n):
-        raise InputError(f"rayleigh_modes is {modes!r}; accepted: two different modes, 1 to {n}")
+        raise InputError(f"rayleigh_modes is {modes!r}; expected: two different modes, 1 to {n}")
     frequencies, _ = undamped_modes(mass, stiffness)
     a, b = frequencies[first - 1], frequencies[second - 1]
     return 2 * ratio / (a + b) * (a * b * mass + stiffness)

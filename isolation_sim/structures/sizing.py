@@ -49,12 +49,12 @@ def modal_facts(isolated: Any, currents: float | Sequence[float]) -> ModalFacts:
     """Modes with each element linearised at the first mode's own frequency."""
     frequency = 1.0
     for _ in range(_MOST_REFINED):
-        found = _modes_of(isolated.linearised(currents, frequency))
-        first = 1 / found.periods[0]
+        result = _modes_of(isolated.linearised(currents, frequency))
+        first = 1 / result.periods[0]
         if abs(first - frequency) <= 1e-10 * frequency:
             break
         frequency = first
-    return found
+    return result
 
 
 def _modes_of(structure: Any) -> ModalFacts:
@@ -63,7 +63,7 @@ def _modes_of(structure: Any) -> ModalFacts:
     except InputError:
         raise InputError(
             f"{structure.name}: its isolators do not hold every motion, so that it has a mode "
-            "without a period; accepted: elements that restore"
+            "without a period; expected: elements that restore"
         ) from None
     damping = np.einsum("ik,ij,jk->k", shapes, structure.damping, shapes)
     return ModalFacts(2 * np.pi / omega, damping / (2 * omega), shapes)
@@ -86,9 +86,9 @@ def sized(
     from scipy.optimize import brentq
 
     if not (np.isfinite(target_period) and target_period > 0):
-        raise InputError(f"target_period_s is {target_period!r}; accepted: a number above 0")
+        raise InputError(f"target_period_s is {target_period!r}; expected: a number above 0")
     if displacement is not None and not (np.isfinite(displacement) and displacement > 0):
-        raise InputError(f"design_displacement_m is {displacement!r}; accepted: a number above 0")
+        raise InputError(f"design_displacement_m is {displacement!r}; expected: a number above 0")
     if displacement is None and device.length == 1.0:
         displacement = DISPLACEMENT_PER_PERIOD * target_period
     if displacement is not None and np.isfinite(device.tested_deformation):
@@ -111,7 +111,7 @@ def sized(
     stiffest = 1e4 * rigid
     if period(stiffest) >= target_period:
         raise InputError(
-            f"target_period_s is {target_period:g}; accepted: above {period(stiffest):.3g} s, the "
+            f"target_period_s is {target_period:g}; expected: above {period(stiffest):.3g} s, the "
             f"period of {structure.name} on isolators that hardly move"
         )
     logarithm = brentq(
@@ -126,16 +126,16 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
     from ..laws.kelvin_voigt import LAW
 
     if not (np.isfinite(damping) and 0 <= damping < 1):
-        raise InputError(f"damping is {damping!r}; accepted: a ratio, 0 or more and below 1")
-    found = modal_facts(isolated, middle_current(device))
-    own = float(found.damping_ratios[0])
+        raise InputError(f"damping is {damping!r}; expected: a ratio, 0 or more and below 1")
+    result = modal_facts(isolated, middle_current(device))
+    own = float(result.damping_ratios[0])
     if damping < own:
         raise InputError(
-            f"damping is {damping:g}; accepted: {own:.4g} or more, which building and isolators "
+            f"damping is {damping:g}; expected: {own:.4g} or more, which building and isolators "
             "have by themselves"
         )
-    moved = isolated.element_rows @ found.shapes[:, 0]
-    omega = 2 * np.pi / found.periods[0]
+    moved = isolated.element_rows @ result.shapes[:, 0]
+    omega = 2 * np.pi / result.periods[0]
     coefficient = 2 * omega * (damping - own) / float(moved @ moved)
     for element in isolated.elements:
         numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
@@ -148,39 +148,39 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
 def facts(isolated: Any) -> dict[str, str]:
     """Masses, periods and tested range to print; what cannot be computed is left out."""
     structure = isolated.structure
-    found = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
+    result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
         with suppress(InputError):
-            found["Fixed-base period"] = f"{structure.fixed_base_periods()[0]:.3g} s"
+            result["Fixed-base period"] = f"{structure.fixed_base_periods()[0]:.3g} s"
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
         currents = [low if low > 0 else 0.0, high]
-    told = []
+    sentences = []
     for current in dict.fromkeys(currents):
         with suppress(InputError, ArithmeticError, ValueError):
             modes = modal_facts(isolated, current)
             at = f" at {current:.3g} A" if isolated.n_channels else ""
-            told.append(
+            sentences.append(
                 f"{modes.periods[0]:.3g} s{at} (damping {100 * modes.damping_ratios[0]:.2g} %)"
             )
-    if told and structure.base:
-        found["Isolated period"] = ", ".join(told)
+    if sentences and structure.base:
+        result["Isolated period"] = ", ".join(sentences)
     tested = [
         f"{element.name} {1e3 * element.device.length * element.device.tested_deformation:.3g} mm"
         for element in isolated.elements
         if np.isfinite(element.device.tested_deformation)
     ]
     if tested:
-        found["Tested deformation"] = ", ".join(tested)
+        result["Tested deformation"] = ", ".join(tested)
     amperes = [
         f"{isolated.tested_current(channel):.3g} A"
         for channel in range(isolated.n_channels)
         if np.isfinite(isolated.tested_current(channel))
     ]
     if amperes:
-        found["Tested current"] = ", ".join(amperes)
-    return found
+        result["Tested current"] = ", ".join(amperes)
+    return result
 
 
 def implausible(isolated: Any, isolated_period: float) -> list[str]:

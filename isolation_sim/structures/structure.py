@@ -89,11 +89,11 @@ class Structure:
         if self.heights is not None:
             put("heights", matrix("heights", self.heights, (len(self.storeys),)))
             if np.any(self.heights <= 0):
-                raise InputError(f"heights are {self.heights.tolist()} m; accepted: above zero")
+                raise InputError(f"heights are {self.heights.tolist()} m; expected: above zero")
         put("base", tuple(int(i) for i in self.base))
         check_matrices(self.mass, self.stiffness, self.names)
         if len(set(self.base)) < len(self.base) or not all(0 <= i < n for i in self.base):
-            raise InputError(f"base is {self.base}; accepted: different dofs, 0 to {n - 1}")
+            raise InputError(f"base is {self.base}; expected: different dofs, 0 to {n - 1}")
         for what in ("names", "storeys", "directions"):
             values = getattr(self, what)
             if len(set(values)) < len(values):
@@ -142,13 +142,13 @@ class Structure:
     def _plan_dofs(self) -> tuple[int, int, int]:
         """Dofs of the base along x, along y and in rotation."""
         moved = [tuple(self.influence[dof]) for dof in self.base]
-        wanted = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
-        if sorted(moved) != sorted(wanted):
+        target = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
+        if sorted(moved) != sorted(target):
             raise InputError(
                 f"isolator_positions of {self.name} need a base of three dofs, along x, along y "
                 f"and in rotation, shaken along x and y; its influence there is {moved}"
             )
-        x, y, rotation = (self.base[moved.index(row)] for row in wanted)
+        x, y, rotation = (self.base[moved.index(row)] for row in target)
         return x, y, rotation
 
     def base_shear_rows(self, above_base: bool = True) -> np.ndarray:
@@ -214,18 +214,18 @@ class Structure:
         Structure
             Without base dofs.
         """
-        kept = list(self.superstructure)
-        block = np.ix_(kept, kept)
+        keep = list(self.superstructure)
+        block = np.ix_(keep, keep)
         return replace(
             self,
             mass=self.mass[block],
             damping=self.damping[block],
             stiffness=self.stiffness[block],
-            influence=self.influence[kept],
+            influence=self.influence[keep],
             base=(),
             isolator_positions=None,
-            names=tuple(self.names[i] for i in kept),
-            drift_rows=self.drift_rows[:, kept],
+            names=tuple(self.names[i] for i in keep),
+            drift_rows=self.drift_rows[:, keep],
             name=f"{self.name}, fixed base",
         )
 
@@ -384,7 +384,7 @@ class IsolatedStructure:
             raise InputError(f"two elements of {self.structure.name} share a name: {names}")
         used = sorted({e.channel for e in elements if e.channel is not None})
         if used != list(range(len(used))):
-            raise InputError(f"coil channels are {used}; accepted: 0, 1, 2 without gaps")
+            raise InputError(f"coil channels are {used}; expected: 0, 1, 2 without gaps")
 
     @property
     def element_names(self) -> tuple[str, ...]:
@@ -585,17 +585,17 @@ class IsolatedStructure:
             With the elements of the superstructure; where there are none, with a spring of no
             stiffness, since a simulation needs an element.
         """
-        kept = list(self.structure.superstructure)
+        keep = list(self.structure.superstructure)
         fixed = self.structure.fixed_base()
         elements = tuple(
-            replace(element, direction=element.direction[kept], channel=None)
+            replace(element, direction=element.direction[keep], channel=None)
             for element in self.elements
             if not np.any(element.direction[list(self.structure.base)])
             and not element.device.depends_on_current
         )
         if not elements:
             nothing = Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
-            top = np.zeros(len(kept))
+            top = np.zeros(len(keep))
             top[-1] = 1.0
             elements = (Element(nothing, top, None, "no_element"),)
         return IsolatedStructure(fixed, elements)
@@ -610,8 +610,8 @@ class IsolatedStructure:
         return facts(self)
 
     def __repr__(self) -> str:
-        told = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
-        return f"IsolatedStructure({self.structure.name}: {told})"
+        sentences = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
+        return f"IsolatedStructure({self.structure.name}: {sentences})"
 
     def linearised(
         self, currents: float | Sequence[float] = 0.0, frequency_hz: float = 1.0
@@ -638,7 +638,7 @@ class IsolatedStructure:
             amperes = np.broadcast_to(np.array(currents, dtype=float), (max(self.n_channels, 1),))
         except ValueError:
             raise InputError(
-                f"currents are {currents!r}; accepted: a number or {self.n_channels} of them, in A"
+                f"currents are {currents!r}; expected: a number or {self.n_channels} of them, in A"
             ) from None
         stiffness, damping = self.structure.stiffness.copy(), self.structure.damping.copy()
         for element in self.elements:

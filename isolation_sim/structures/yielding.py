@@ -15,33 +15,18 @@ _SHEAR_BUILDING = 1e-9  # stiffness that storeys alone leave unexplained, as a s
 
 
 def storey_stiffnesses(structure: Structure) -> np.ndarray:
-    """Return the stiffness of each storey of a shear building.
-
-    Parameters
-    ----------
-    structure : Structure
-        The linear structure, on its base or fixed.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n_storeys,), N/m
-
-    Raises
-    ------
-    InputError
-        If its stiffness matrix is not the sum of storeys.
-    """
+    """Return the stiffness of each storey of a shear building."""
     rows = structure.drift_rows
     storeys = np.array([np.outer(row, row).ravel() for row in rows]).T
     matrix = structure.stiffness
-    found = np.linalg.lstsq(storeys, matrix.ravel(), rcond=None)[0] if len(rows) else rows[:, 0]
-    left = np.abs(storeys @ found - matrix.ravel()).max(initial=0.0)
-    if not len(rows) or left > _SHEAR_BUILDING * np.abs(matrix).max() or np.any(found <= 0.0):
+    result = np.linalg.lstsq(storeys, matrix.ravel(), rcond=None)[0] if len(rows) else rows[:, 0]
+    left = np.abs(storeys @ result - matrix.ravel()).max(initial=0.0)
+    if not len(rows) or left > _SHEAR_BUILDING * np.abs(matrix).max() or np.any(result <= 0.0):
         raise InputError(
             f"{structure.name}: its stiffness is not that of storeys one above the other; accepted "
             "for storeys that yield: a shear building"
         )
-    return found
+    return result
 
 
 def yielding_storeys(
@@ -86,14 +71,14 @@ def yielding_storeys(
         shear = np.broadcast_to(np.array(yield_shear, dtype=float), stiffness.shape)
     except ValueError:
         raise InputError(
-            f"yield_shear is {yield_shear!r}; accepted: a number or {len(stiffness)}, in N"
+            f"yield_shear is {yield_shear!r}; expected: a number or {len(stiffness)}, in N"
         ) from None
     if not (np.all(np.isfinite(shear)) and np.all(shear > 0.0)):
-        raise InputError(f"yield_shear is {yield_shear!r}; accepted: numbers above 0, in N")
+        raise InputError(f"yield_shear is {yield_shear!r}; expected: numbers above 0, in N")
     if not 0.0 <= hardening_ratio < 1.0:
-        raise InputError(f"hardening_ratio is {hardening_ratio:g}; accepted: 0 to below 1")
+        raise InputError(f"hardening_ratio is {hardening_ratio:g}; expected: 0 to below 1")
     if not smoothness >= 1.0:
-        raise InputError(f"smoothness is {smoothness:g}; accepted: 1 or above")
+        raise InputError(f"smoothness is {smoothness:g}; expected: 1 or above")
     soft = (1.0 - hardening_ratio) * stiffness
     rows = structure.drift_rows
     softened = replace(structure, stiffness=structure.stiffness - rows.T * soft @ rows)

@@ -79,22 +79,7 @@ class Axis:
 
 
 def axes_of(plan: SweepPlan) -> list[Axis]:
-    """Axes of a plan, in its order: the file of cases first, the sample where it first occurs.
-
-    Parameters
-    ----------
-    plan : SweepPlan
-        A plan; what varies ``controller`` is left out.
-
-    Returns
-    -------
-    list of Axis
-
-    Raises
-    ------
-    InputError
-        If the file of cases cannot be used, or two axes have one label.
-    """
+    """Axes of a plan, in its order: the file of cases first, the sample where it first occurs."""
     axes = [] if plan.cases is None else [_file_axis(plan.cases.file)]
     sampled = [each for each in plan.vary if each.sampled]
     for each in plan.vary:
@@ -109,7 +94,7 @@ def axes_of(plan: SweepPlan) -> list[Axis]:
     labels = [quantity.label for axis in axes for quantity in axis.quantities]
     for label in labels:
         if labels.count(label) > 1:
-            raise InputError(f"{label} is varied twice; accepted: a field once, or another label")
+            raise InputError(f"{label} is varied twice; expected: a field once, or another label")
     return axes
 
 
@@ -138,9 +123,9 @@ def _axis(vary: Vary) -> Axis:
     return Axis((quantity,), [(value,) for value in values])
 
 
-def _few_enough(count: float, told: str) -> None:
+def _few_enough(count: float, sentences: str) -> None:
     if count > MOST_CASES:
-        raise InputError(f"{told} makes {count:.3g} values; expected: up to {MOST_CASES:,}")
+        raise InputError(f"{sentences} makes {count:.3g} values; expected: up to {MOST_CASES:,}")
 
 
 def _shown(values: Sequence[Any]) -> tuple[str, ...] | None:
@@ -161,18 +146,7 @@ def _name_of(value: Any) -> str:
 
 
 def problem_of(sampled: Sequence[Vary]) -> dict[str, Any]:
-    """Describe a sample to SALib; log spacing is sampled, and analysed, in the logarithm.
-
-    Parameters
-    ----------
-    sampled : sequence of Vary
-        Quantities with limits.
-
-    Returns
-    -------
-    dict
-        ``num_vars``, ``names`` and ``bounds``.
-    """
+    """Describe a sample to SALib; log spacing is sampled, and analysed, in the logarithm."""
     return {
         "num_vars": len(sampled),
         "names": [label_of(each) for each in sampled],
@@ -181,26 +155,7 @@ def problem_of(sampled: Sequence[Vary]) -> dict[str, Any]:
 
 
 def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
-    """Draw a sample.
-
-    Parameters
-    ----------
-    sample : Sample
-        Method, count and seed: of ``saltelli`` and ``morris`` the count is that of base points and
-        of trajectories.
-    sampled : sequence of Vary
-        Quantities with limits.
-
-    Returns
-    -------
-    (n, len(sampled)) array
-        In the fields' units.
-
-    Raises
-    ------
-    InputError
-        If the method needs SALib, which is not installed, or another count.
-    """
+    """Draw a sample."""
     _few_enough(sample.count, f"sample.count {sample.count}")
     problem = problem_of(sampled)
     low, high = np.array(problem["bounds"]).T
@@ -248,16 +203,16 @@ def _file_axis(path: Path) -> Axis:
             header, *rows = [row for row in csv.reader(file) if row]
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8"
-        raise InputError(f"{path}: cannot be read ({reason}); accepted: CSV") from None
+        raise InputError(f"{path}: cannot be read ({reason}); expected: CSV") from None
     except ValueError:
-        raise InputError(f"{path}: empty; accepted: a heading of fields and a row a case") from None
+        raise InputError(f"{path}: empty; expected: a heading of fields and a row a case") from None
     if not rows:
-        raise InputError(f"{path}: no cases; accepted: a row a case below the heading")
+        raise InputError(f"{path}: no cases; expected: a row a case below the heading")
     names = [name.strip() for name in header]
     for k, row in enumerate(rows):
         if len(row) != len(names):
             raise InputError(
-                f"{path}: row {k + 2} has {len(row)} entries; accepted: {len(names)}, as the "
+                f"{path}: row {k + 2} has {len(row)} entries; expected: {len(names)}, as the "
                 "heading"
             )
     columns = [

@@ -90,19 +90,9 @@ def run_chunk(chunk: Chunk) -> Finished:
 
     A row does not depend on the others, so that neither the size of chunks nor their order
     matters, to the last bit.
-
-    Parameters
-    ----------
-    chunk : Chunk
-        Cases to run.
-
-    Returns
-    -------
-    Finished
-        A case that fails is a row with its reason.
     """
-    kept: dict[tuple[str, ...], Any] = {}
-    rows = [row for case in chunk.cases for row in _rows(chunk, case, kept)]
+    keep: dict[tuple[str, ...], Any] = {}
+    rows = [row for case in chunk.cases for row in _rows(chunk, case, keep)]
     histories: dict[str, bytes] = {}
     alike: dict[str, list[Row]] = {}
     for row in rows:
@@ -116,7 +106,7 @@ def run_chunk(chunk: Chunk) -> Finished:
                 name = history_name(row.case.number, row.controller)
                 histories[name] = _history(run, chunk, row)
         else:
-            options = {key: value for key, value in row.job.options.items() if key != "belief"}
+            options = {key: value for key, value in row.job.options.items() if key != "nominal"}
             alike.setdefault(repr(options), []).append(row)
     for group in alike.values():
         _side_by_side(group)
@@ -126,23 +116,11 @@ def run_chunk(chunk: Chunk) -> Finished:
 
 
 def history_name(case: int, controller: str) -> str:
-    """Return the file name of a run's histories.
-
-    Parameters
-    ----------
-    case : int
-        Number of the case.
-    controller : str
-        Label of the controller.
-
-    Returns
-    -------
-    str
-    """
+    """Return the file name of a run's histories."""
     return f"case_{case:07d}_{file_name(controller)}.nc"
 
 
-def _rows(chunk: Chunk, case: CaseSpec, kept: dict[tuple[str, ...], Any]) -> list[Row]:
+def _rows(chunk: Chunk, case: CaseSpec, keep: dict[tuple[str, ...], Any]) -> list[Row]:
     """Build a case; what it shares with others is built once."""
     rows = [Row(case, label) for label in chunk.controllers]
     try:
@@ -153,7 +131,7 @@ def _rows(chunk: Chunk, case: CaseSpec, kept: dict[tuple[str, ...], Any]) -> lis
         return rows
     entries = data["controller"]
     try:
-        jobs = [validated(data).build(kept)] * len(rows)
+        jobs = [validated(data).build(keep)] * len(rows)
     except InputError:
         # one controller's settings may be wrong and not the others'
         jobs = []
@@ -186,8 +164,8 @@ def _side_by_side(rows: Sequence[Row]) -> None:
     for row in rows:
         assert row.job is not None and row.control is not None
         options = dict(row.job.options)
-        belief = options.pop("belief", None)
-        cases.append(Case(row.job.isolated, row.job.records, row.control, belief))
+        nominal = options.pop("nominal", None)
+        cases.append(Case(row.job.isolated, row.job.records, row.control, nominal))
     try:
         batch = run_cases(cases, threads=1, **options)
     except Exception:

@@ -19,7 +19,7 @@ from ground_motions.registry import code_files
 from ..errors import InputError
 from ..scenario import Scenario
 from ..scenario.fields import names_in
-from ..scenario.job import located
+from ..scenario.job import with_place
 from ..scenario.problems import one_line
 from ..version import __version__
 from .axes import MOST_CASES, Axis, axes_of
@@ -49,22 +49,7 @@ class CaseSpec:
     seed: int | None = None
 
     def data(self, base: dict[str, Any]) -> dict[str, Any]:
-        """Return the case's scenario, as data.
-
-        Parameters
-        ----------
-        base : dict
-            Data of the plan's scenario.
-
-        Returns
-        -------
-        dict
-
-        Raises
-        ------
-        InputError
-            If a field is not known there or cannot be changed so.
-        """
+        """Return the case's scenario, as data."""
         data = changed(base, self.changes)
         return data if self.seed is None else with_seed(data, self.seed)
 
@@ -117,7 +102,7 @@ class Design:
             self._check_values()
             validated(self.case(0).data(self.base)).build()
         except InputError as error:
-            raise located(error, source) from None
+            raise with_place(error, source) from None
 
     @property
     def n_cases(self) -> int:
@@ -131,17 +116,7 @@ class Design:
         return self.n_cases * len(self.controllers)
 
     def case(self, number: int) -> CaseSpec:
-        """Return a case.
-
-        Parameters
-        ----------
-        number : int
-            From 0 to ``n_cases - 1``.
-
-        Returns
-        -------
-        CaseSpec
-        """
+        """Return a case."""
         rest, places = number, []
         repetition = 0
         if self.plan.seeds:
@@ -176,12 +151,7 @@ class Design:
         return kinds
 
     def content(self) -> dict[str, Any]:
-        """Return all that decides the results, as JSON can hold it.
-
-        Returns
-        -------
-        dict
-        """
+        """Return all that decides the results, as JSON can hold it."""
         content = self.plan.model_dump(mode="json") | {"scenario": self.base}
         content["vary"] = [
             {key: value for key, value in each.items() if value is not None}
@@ -192,12 +162,7 @@ class Design:
         return {"plan": content, "files": files, "software": f"isolation-sim {__version__}"}
 
     def names(self) -> Iterator[str]:
-        """Registered names that the cases use, or may use.
-
-        Yields
-        ------
-        str
-        """
+        """Registered names that the cases use, or may use."""
         yield from names_in(self.base)
         for axis in self.axes:
             if isinstance(axis.points, np.ndarray):
@@ -218,26 +183,11 @@ class Design:
                     validated(changed(self.base, changes))
                 except InputError as error:
                     shown = ", ".join(f"{name} = {v!r}" for name, v in axis.shown(k).items())
-                    raise located(error, shown) from None
+                    raise with_place(error, shown) from None
 
 
 def validated(data: dict[str, Any]) -> Scenario:
-    """Make a scenario of its data.
-
-    Parameters
-    ----------
-    data : dict
-        As `Scenario.model_dump` gives it.
-
-    Returns
-    -------
-    Scenario
-
-    Raises
-    ------
-    InputError
-        In one line.
-    """
+    """Make a scenario of its data."""
     try:
         return Scenario.model_validate(data)
     except ValidationError as error:
@@ -273,29 +223,17 @@ def _digest(path: str) -> str:
         return "not found"
 
 
-def differences(kept: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield what differs between two plans' contents, a line a place.
-
-    Parameters
-    ----------
-    kept, now : object
-        Contents as `Design.content` returns them.
-    place : str
-        Where they are within the whole.
-
-    Yields
-    ------
-    str
-    """
-    if isinstance(kept, dict) and isinstance(now, dict):
-        for key in {**kept, **now}:
+def differences(keep: Any, now: Any, place: str = "") -> Iterator[str]:
+    """Yield what differs between two plans' contents, a line a place."""
+    if isinstance(keep, dict) and isinstance(now, dict):
+        for key in {**keep, **now}:
             inner = f"{place}.{key}".removeprefix(".")
-            yield from differences(kept.get(key), now.get(key), inner)
-    elif isinstance(kept, list) and isinstance(now, list) and len(kept) == len(now):
-        for k, (a, b) in enumerate(zip(kept, now, strict=True)):
+            yield from differences(keep.get(key), now.get(key), inner)
+    elif isinstance(keep, list) and isinstance(now, list) and len(keep) == len(now):
+        for k, (a, b) in enumerate(zip(keep, now, strict=True)):
             yield from differences(a, b, f"{place}[{k}]")
-    elif kept != now:
-        yield f"{place.removeprefix('plan.')} was {_short(kept)}, is {_short(now)}"
+    elif keep != now:
+        yield f"{place.removeprefix('plan.')} was {_short(keep)}, is {_short(now)}"
 
 
 def _short(value: Any) -> str:

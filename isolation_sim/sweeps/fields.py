@@ -41,49 +41,19 @@ class Change:
     factor: bool = False
 
     def new(self, old: Any) -> Any:
-        """Return the field's new value.
-
-        Parameters
-        ----------
-        old : object
-            The present one.
-
-        Returns
-        -------
-        object
-
-        Raises
-        ------
-        InputError
-            If a factor finds no number to multiply.
-        """
+        """Return the field's new value."""
         return _times(self.field, old, self.value) if self.factor else self.value
 
 
 @lru_cache(maxsize=1024)
 def steps_of(field: str) -> tuple[Step, ...]:
-    """Split a field's name into keys and numbers of items.
-
-    Parameters
-    ----------
-    field : str
-        Such as ``controller[1].amperes``.
-
-    Returns
-    -------
-    tuple of str and int
-
-    Raises
-    ------
-    InputError
-        If it is not written like a field.
-    """
+    """Split a field's name into keys and numbers of items."""
     steps: list[Step] = []
     for part in field.split("."):
         match = _STEP.fullmatch(part)
         if match is None:
             raise InputError(
-                f"field {field!r} cannot be read; accepted: keys joined by dots, such as "
+                f"field {field!r} cannot be read; expected: keys joined by dots, such as "
                 "isolator.force_scale or controller[1].amperes"
             )
         steps.append(match[1])
@@ -92,52 +62,14 @@ def steps_of(field: str) -> tuple[Step, ...]:
 
 
 def changed(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, Any]:
-    """Apply changes to a scenario's data.
-
-    Parameters
-    ----------
-    data : dict
-        Of a scenario, all keys given; not altered.
-    changes : iterable of Change
-        Whole sections are changed before their keys, whatever the order.
-
-    Returns
-    -------
-    dict
-        It shares what was not changed.
-
-    Raises
-    ------
-    InputError
-        Naming the field that is not known and the nearest that is, or cannot be changed so.
-    """
+    """Apply changes to a scenario's data."""
     for change in sorted(changes, key=lambda each: len(steps_of(each.field))):
         data = _put(data, steps_of(change.field), change.new, ())
     return data
 
 
 def completed(field: str, value: Any, folder: str | Path) -> Any:
-    """Fill in what a value leaves out, so that its keys can be changed in turn.
-
-    Parameters
-    ----------
-    field : str
-        Field that gets it.
-    value : object
-        As a plan gives it; a name alone stands for a record, a controller or a law.
-    folder : str or pathlib.Path
-        What paths in it are relative to.
-
-    Returns
-    -------
-    object
-        Of a whole section all keys, of a file its absolute path, anything else as it is.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        If it is no such section.
-    """
+    """Fill in what a value leaves out, so that its keys can be changed in turn."""
     from ..scenario import Scenario
     from ..scenario.fields import NAMING
 
@@ -159,19 +91,7 @@ def completed(field: str, value: Any, folder: str | Path) -> Any:
 
 
 def with_seed(data: dict[str, Any], seed: int) -> dict[str, Any]:
-    """Set every seed of a scenario.
-
-    Parameters
-    ----------
-    data : dict
-        Of a scenario, all keys given; not altered.
-    seed : int
-        Of the sensors' noise; the k-th ground motion gets ``seed + k``, where it has one.
-
-    Returns
-    -------
-    dict
-    """
+    """Set every seed of a scenario."""
     ground = [
         {**motion, "seed": seed + k} if "seed" in motion else motion
         for k, motion in enumerate(data["ground"])
@@ -213,10 +133,10 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
 
 def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
     """Return a table with what a step may lead into, where the scenario leaves that out."""
-    if not place and step == "belief" and value["belief"] is None:
-        from ..scenario.devices import Belief
+    if not place and step == "nominal" and value["nominal"] is None:
+        from ..scenario.devices import NominalModel
 
-        return {**value, "belief": Belief().model_dump(mode="json")}
+        return {**value, "nominal": NominalModel().model_dump(mode="json")}
     if "settings" in value:
         from ..registry import CONTROLLERS
 
@@ -239,7 +159,7 @@ def _published(device: dict[str, Any], place: tuple) -> dict[str, Any]:
     if name is None or (chosen is not None and chosen != available_sets(name)[0]):
         raise InputError(
             f"field {_told((*place, 'parameters'))}: a number of the set {chosen!r} cannot be "
-            "changed alone; accepted: a scenario that gives the law and its numbers"
+            "changed alone; expected: a scenario that gives the law and its numbers"
         )
     current = law(name, chosen).current
     if len(current.coefficients) > 1:
@@ -255,7 +175,7 @@ def _times(field: str, old: Any, factor: Any) -> Any:
         return [_times(field, each, factor) for each in old]
     if isinstance(old, bool) or not isinstance(old, int | float):
         raise InputError(
-            f"field {field}: {old!r} cannot be multiplied; accepted: factor = false, or a scenario "
+            f"field {field}: {old!r} cannot be multiplied; expected: factor = false, or a scenario "
             "that gives it a number"
         )
     return old * factor

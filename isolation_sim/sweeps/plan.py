@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..io.toml import read_toml
 from ..scenario import Scenario
 from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
-from ..scenario.job import located
+from ..scenario.job import with_place
 from ..scenario.problems import one_line
 from .fields import completed
 
@@ -52,18 +52,18 @@ class Vary(Section):
     def _one_way(self) -> Self:
         limits = self.low is not None and self.high is not None
         if (self.values is None) != limits or (self.values is not None and self.steps):
-            raise InputError("accepted: values, or low and high, these with count or step or none")
+            raise InputError("expected: values, or low and high, these with count or step or none")
         if self.count is not None and self.step is not None:
-            raise InputError("count and step are given; accepted: one of them at most")
+            raise InputError("count and step are given; expected: one of them at most")
         if self.low is not None and self.high is not None:
             if not self.low < self.high:
-                raise InputError(f"low is {self.low:g}, high {self.high:g}; accepted: low below")
+                raise InputError(f"low is {self.low:g}, high {self.high:g}; expected: low below")
             if self.spacing == "log" and self.low <= 0:
                 raise InputError(f"low is {self.low:g}; accepted with log spacing: above 0")
         if self.step is not None and self.spacing == "log":
             raise InputError("step goes with linear spacing; accepted with log spacing: count")
         if self.names is not None and len(self.names) != len(self.values or ()):
-            raise InputError("names and values differ in number; accepted: a name a value")
+            raise InputError("names and values differ in number; expected: a name a value")
         return self
 
     @property
@@ -141,11 +141,11 @@ class SweepPlan(Section):
         sampled = [each.fields[0] for each in self.vary if each.sampled]
         if sampled and self.sample is None:
             raise InputError(
-                f"{sampled[0]} has limits but no count; accepted: count or step, or a [sample] "
+                f"{sampled[0]} has limits but no count; expected: count or step, or a [sample] "
                 "section"
             )
         if self.sample is not None and not sampled:
-            raise InputError("sample: no quantity is sampled; accepted: a [[vary]] with low, high")
+            raise InputError("sample: no quantity is sampled; expected: a [[vary]] with low, high")
         if self.sample is not None and self.sample.method == "saltelli" and len(sampled) < 2:
             raise InputError("sample: saltelli needs two quantities with low and high or more")
         return self
@@ -199,6 +199,6 @@ class SweepPlan(Section):
         try:
             return cls.model_validate(data, context={"folder": folder})
         except ValidationError as error:
-            raise located(InputError(one_line(error, data)), source) from None
+            raise with_place(InputError(one_line(error, data)), source) from None
         except InputError as error:
-            raise located(error, source) from None
+            raise with_place(error, source) from None

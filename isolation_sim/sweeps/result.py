@@ -82,10 +82,10 @@ class Sweep:
         from .rows import geometric_names
 
         columns = list(self.table.columns)
-        found = columns[1 + max(columns.index(name) for name in _ACCOUNT if name in columns) :]
-        geometric = [name for name in geometric_names() if name in found]
+        result = columns[1 + max(columns.index(name) for name in _ACCOUNT if name in columns) :]
+        geometric = [name for name in geometric_names() if name in result]
         unknown = [name for name in geometric if self.table[name].isna().all()]
-        return tuple(name for name in found if name not in unknown)
+        return tuple(name for name in result if name not in unknown)
 
     @cached_property
     def controllers(self) -> tuple[str, ...]:
@@ -95,8 +95,8 @@ class Sweep:
     @cached_property
     def counts(self) -> dict[str, int]:
         """Number of runs by status, without reading the whole table."""
-        found = self._store.read(["status"])["status"].value_counts()
-        return {entry["values"]: entry["counts"] for entry in found.to_pylist()}
+        result = self._store.read(["status"])["status"].value_counts()
+        return {entry["values"]: entry["counts"] for entry in result.to_pylist()}
 
     @property
     def failed(self) -> pandas.DataFrame:
@@ -141,7 +141,7 @@ class Sweep:
 
         self.check(criterion, self.criteria, "criterion")
         if count < 1:
-            raise InputError(f"best is {count}; accepted: 1 or more")
+            raise InputError(f"best is {count}; expected: 1 or more")
         good = self.table[self.table["status"] == "ok"].sort_values(
             criterion, ascending=not is_gain(criterion), kind="stable"
         )

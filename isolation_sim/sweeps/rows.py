@@ -75,12 +75,7 @@ class Row:
 
 @cache
 def criteria_names() -> tuple[str, ...]:
-    """Names of a run's criteria, without ratios.
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Names of a run's criteria, without ratios."""
     nothing = np.zeros((2, 2))
     per_item = (each.name for each in fields(Response))
     still = Response(**{name: nothing for name in per_item} | {"time": np.arange(2.0)})
@@ -88,12 +83,7 @@ def criteria_names() -> tuple[str, ...]:
 
 
 def geometric_names() -> tuple[str, ...]:
-    """Names of the criteria that only a structure of known geometry has.
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Names of the criteria that only a structure of known geometry has."""
     return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in GEOMETRIC)
 
 
@@ -109,58 +99,20 @@ def _ratio_names(energy: bool) -> tuple[str, ...]:
 
 
 def energy_record(run: Run) -> dict[str, float]:
-    """Energies of a run at its end, J, and the closure error, as the table's columns.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-
-    Returns
-    -------
-    dict of str to float
-    """
+    """Energies of a run at its end, J, and the closure error, as the table's columns."""
     ledger = run.energy
     final = {f"energy_{name}": value for name, value in ledger.final.items()}
     return {"energy_closure_error": float(ledger.closure_error), **final}
 
 
 def result_names(controllers: Sequence[str], energy: bool) -> tuple[str, ...]:
-    """Names of the columns that hold results.
-
-    Parameters
-    ----------
-    controllers : sequence of str
-        Labels of the controllers; ratios are there if one is ``passive_off``.
-    energy : bool
-        Whether the ledger, and ratios of energies with it, is wanted.
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Names of the columns that hold results."""
     ratios = _ratio_names(energy) if UNCONTROLLED in controllers else ()
     return (*criteria_names(), *ratios, *(_energy_names() if energy else ()))
 
 
-def schema(
-    parameters: Mapping[str, type], controllers: Sequence[str], energy: bool
-) -> pa.Schema:
-    """Columns of the table.
-
-    Parameters
-    ----------
-    parameters : mapping of str to type
-        Varied quantities and their types.
-    controllers : sequence of str
-        Labels of the controllers.
-    energy : bool
-        Whether the ledger is wanted.
-
-    Returns
-    -------
-    pyarrow.Schema
-    """
+def schema(parameters: Mapping[str, type], controllers: Sequence[str], energy: bool) -> pa.Schema:
+    """Columns of the table."""
     columns = [("case", pa.int64())]
     columns += [(label, _TYPES[kind]) for label, kind in parameters.items()]
     columns += [(name, pa.string()) for name in ("controller", "status", "reason")]
@@ -173,23 +125,7 @@ def schema(
 def table_bytes(
     rows: Sequence[Row], parameters: Mapping[str, type], controllers: Sequence[str], energy: bool
 ) -> bytes:
-    """Write rows as Parquet.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        All controllers of one case after another.
-    parameters : mapping of str to type
-        Varied quantities and their types.
-    controllers : sequence of str
-        Labels of the controllers, in the rows' order.
-    energy : bool
-        Whether the ledger is wanted.
-
-    Returns
-    -------
-    bytes
-    """
+    """Write rows as Parquet."""
     columns: dict[str, Sequence[Any]] = {
         "case": [row.case.number for row in rows],
         **{
@@ -211,8 +147,8 @@ def table_bytes(
         }
     if UNCONTROLLED in controllers:
         results |= _ratios(results, list(controllers).index(UNCONTROLLED), len(controllers))
-    wanted = schema(parameters, controllers, energy)
-    table = pa.table({name: (columns | results)[name] for name in wanted.names}, schema=wanted)
+    target = schema(parameters, controllers, energy)
+    table = pa.table({name: (columns | results)[name] for name in target.names}, schema=target)
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, **FORMAT)
     return sink.getvalue().to_pybytes()

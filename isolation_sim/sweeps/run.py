@@ -57,17 +57,7 @@ class Estimate:
 
 
 def estimate(design: Design) -> Estimate:
-    """Run a few cases to see what a sweep will take.
-
-    Parameters
-    ----------
-    design : Design
-        The sweep.
-
-    Returns
-    -------
-    Estimate
-    """
+    """Run a few cases to see what a sweep will take."""
     # the first run of a law compiles
     run_chunk(chunk_of(design, 0, (0,)))
     n = design.n_cases
@@ -151,32 +141,11 @@ def run_design(
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
-    """Run a plan that was made ready; see `sweep`.
-
-    Parameters
-    ----------
-    design : Design
-        The plan, made ready.
-    out : str or pathlib.Path
-        Folder for the results.
-    resume, workers, scheduler, announce, progress
-        As in `sweep`.
-
-    Returns
-    -------
-    Sweep
-
-    Raises
-    ------
-    InputError
-        If the folder holds something else.
-    OSError
-        If results cannot be written.
-    """
+    """Run a plan that was made ready; see `sweep`."""
     if workers is not None and workers < 1:
-        raise InputError(f"workers is {workers}; accepted: 1 or more")
+        raise InputError(f"workers is {workers}; expected: 1 or more")
     if scheduler is not None or (workers or os.cpu_count() or 1) > 1:
-        _check_found_elsewhere(design)
+        _check_workers_know(design)
     with reached(scheduler) as cluster:
         store = Store(out)
         content = design.content()
@@ -217,7 +186,7 @@ def run_design(
         return Sweep(store.folder)
 
 
-def _check_found_elsewhere(design: Design) -> None:
+def _check_workers_know(design: Design) -> None:
     """Refuse names that were registered in this process alone, which the workers do not know."""
     used = set(design.names())
     for kind in ("law", "effect", "controller", "reader"):
@@ -225,23 +194,13 @@ def _check_found_elsewhere(design: Design) -> None:
             if name in used:
                 raise InputError(
                     f"{kind} {name!r} was registered in this process, and worker processes do not "
-                    "know it; accepted: workers=1, a place such as file.py:NAME, or an installed "
+                    "know it; expected: workers=1, a place such as file.py:NAME, or an installed "
                     "package with an entry point"
                 )
 
 
 def default_folder(plan: SweepPlan) -> Path:
-    """Return where a plan's results go unless it is said.
-
-    Parameters
-    ----------
-    plan : SweepPlan
-        The plan.
-
-    Returns
-    -------
-    pathlib.Path
-    """
+    """Return where a plan's results go unless it is said."""
     return Path("results") / file_name(plan.name)
 
 
@@ -260,21 +219,7 @@ def _places(design: Design, number: int, cases_per_chunk: int) -> range:
 
 
 def chunk_of(design: Design, number: int, cases: Iterable[int]) -> Chunk:
-    """Put a chunk together.
-
-    Parameters
-    ----------
-    design : Design
-        The plan, made ready.
-    number : int
-        Of the chunk.
-    cases : iterable of int
-        Numbers of its cases.
-
-    Returns
-    -------
-    Chunk
-    """
+    """Put a chunk together."""
     histories = design.plan.histories
     return Chunk(
         number=number,

@@ -18,25 +18,6 @@ if TYPE_CHECKING:
 def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pandas.DataFrame:
     """Indices of every sampled quantity; see `Sweep.sensitivity`.
 
-    Parameters
-    ----------
-    plan : SweepPlan
-        With a ``sample`` section, and nothing varied but the sample.
-    values : (n_points,) array
-        A criterion of one controller's runs, in the sample's order; not a number if a run failed.
-    place, label : str
-        The sweep's folder and the controller, for errors.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Indexed by the quantities.
-
-    Raises
-    ------
-    InputError
-        If nothing was sampled, runs are missing or failed, or SALib is not installed.
-
     References
     ----------
     A. Saltelli et al., Computer Physics Communications 181 (2010) 259-270 (saltelli); M. D. Morris,
@@ -46,7 +27,7 @@ def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pand
     import pandas
 
     if plan.sample is None:
-        raise InputError(f"{place}: nothing was sampled; accepted: a plan with a [sample] section")
+        raise InputError(f"{place}: nothing was sampled; expected: a plan with a [sample] section")
     sampled = [each for each in plan.vary if each.sampled]
     problem = problem_of(sampled)
     points = sample_of(plan.sample, sampled)
@@ -55,22 +36,21 @@ def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pand
             column[:] = np.log(column)
     if len(values) != len(points):
         raise InputError(
-            f"{place}: {len(values)} runs of {label} for {len(points)} points; accepted: a "
+            f"{place}: {len(values)} runs of {label} for {len(points)} points; expected: a "
             "finished sweep in which nothing but the sample is varied"
         )
     failed = int(np.isnan(values).sum())
     if failed:
         raise InputError(
-            f"{place}: {failed} runs of {label} failed; accepted: limits within which all "
-            "succeed"
+            f"{place}: {failed} runs of {label} failed; expected: limits within which all succeed"
         )
-    found = _analysed(plan.sample.method, problem, points, values, plan.sample.seed)
-    names = {name: found[name] for name in ("S1", "ST", "mu_star", "sigma") if name in found}
+    result = _analysed(plan.sample.method, problem, points, values, plan.sample.seed)
+    names = {name: result[name] for name in ("S1", "ST", "mu_star", "sigma") if name in result}
     columns = {}
     for name, numbers in names.items():
         columns[name] = np.asarray(numbers, float)
-        if f"{name}_conf" in found:
-            columns[f"{name}_conf"] = np.asarray(found[f"{name}_conf"], float)
+        if f"{name}_conf" in result:
+            columns[f"{name}_conf"] = np.asarray(result[f"{name}_conf"], float)
     return pandas.DataFrame(columns, index=pandas.Index(problem["names"], name="quantity"))
 
 
@@ -80,7 +60,7 @@ def _analysed(method: str, problem: dict, points: np.ndarray, values: np.ndarray
     except ImportError:
         raise InputError("sensitivity needs SALib; install isolation-sim[sweeps]") from None
     if not np.ptp(values) > 0:
-        raise InputError("sensitivity: all runs have the same value; accepted: another criterion")
+        raise InputError("sensitivity: all runs have the same value; expected: another criterion")
     if method == "saltelli":
         return sobol.analyze(problem, values, calc_second_order=False, seed=seed)
     if method == "morris":

@@ -54,112 +54,57 @@ class Store:
         return self.manifest.is_file()
 
     def check_free(self) -> None:
-        """Make sure that there is nothing yet.
-
-        Raises
-        ------
-        InputError
-            If there is.
-        """
+        """Make sure that there is nothing yet."""
         if self.folder.is_file():
-            raise InputError(f"{self.folder}: a file; accepted: a new folder")
+            raise InputError(f"{self.folder}: a file; expected: a new folder")
         there = self.folder.iterdir() if self.folder.exists() else ()
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
             remedy = ", or --resume to go on with the sweep there" if self.exists() else ""
             raise InputError(
-                f"{self.folder}: holds something already; accepted: a new folder{remedy}"
+                f"{self.folder}: holds something already; expected: a new folder{remedy}"
             )
 
     def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
-        """Make the folder.
-
-        Parameters
-        ----------
-        content : dict
-            What decides the results; see `Design.content`.
-        cases_per_chunk : int
-            Size of a chunk.
-
-        Raises
-        ------
-        InputError
-            If it holds something, or cannot be made.
-        """
+        """Make the folder."""
         self.check_free()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
-                f"{self.folder}: results cannot be written there ({error.strerror}); accepted: a "
+                f"{self.folder}: results cannot be written there ({error.strerror}); expected: a "
                 "folder that you may write to"
             ) from None
-        kept = {"format": 1, "cases_per_chunk": cases_per_chunk, **content}
-        write_durably(self.manifest, json.dumps(kept, indent=1).encode())
+        keep = {"format": 1, "cases_per_chunk": cases_per_chunk, **content}
+        write_durably(self.manifest, json.dumps(keep, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
-        """Return what `begin` wrote.
-
-        Returns
-        -------
-        dict
-
-        Raises
-        ------
-        InputError
-            If there is none that can be read.
-        """
+        """Return what `begin` wrote."""
         try:
             return json.loads(self.manifest.read_bytes())
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(
-                f"{self.folder}: no sweep there; accepted: a folder that isolation-sim sweep made"
+                f"{self.folder}: no sweep there; expected: a folder that isolation-sim sweep made"
             ) from None
         except (OSError, ValueError) as error:
             raise InputError(f"{self.manifest}: cannot be read ({error})") from None
 
     def check_same(self, content: dict[str, Any]) -> int:
-        """Make sure that the plan is the one that was begun.
-
-        Parameters
-        ----------
-        content : dict
-            Of the plan now.
-
-        Returns
-        -------
-        int
-            Cases a chunk.
-
-        Raises
-        ------
-        InputError
-            Saying what differs.
-        """
-        kept = self.read_manifest()
-        cases_per_chunk = kept.pop("cases_per_chunk")
-        kept.pop("format")
-        differ = list(differences(kept, json.loads(json.dumps(content))))
+        """Make sure that the plan is the one that was begun."""
+        keep = self.read_manifest()
+        cases_per_chunk = keep.pop("cases_per_chunk")
+        keep.pop("format")
+        differ = list(differences(keep, json.loads(json.dumps(content))))
         if differ:
             more = f" (and {len(differ) - 3} more)" if len(differ) > 3 else ""
             raise InputError(
                 f"{self.folder}: the plan has changed since: {'; '.join(differ[:3])}{more}; "
-                "accepted: the same plan, or a new folder"
+                "expected: the same plan, or a new folder"
             )
         return cases_per_chunk
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep other processes from writing to the folder; a killed process lets it go.
-
-        Yields
-        ------
-        None
-
-        Raises
-        ------
-        InputError
-            If another process runs the sweep.
-        """
+        """Keep other processes from writing to the folder; a killed process lets it go."""
         try:
             import fcntl
         except ImportError:  # no such locks on this system
@@ -170,7 +115,7 @@ class Store:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 raise InputError(
-                    f"{self.folder}: another process runs this sweep; accepted: wait for it"
+                    f"{self.folder}: another process runs this sweep; expected: wait for it"
                 ) from None
             yield
 
@@ -178,10 +123,6 @@ class Store:
         """Numbers of the chunks that are there and whole; what is not whole is removed.
 
         So is a chunk in which a run ended in an error: the next one may have what it lacked.
-
-        Returns
-        -------
-        set of int
         """
         numbers = set()
         self.chunks.mkdir(exist_ok=True)
@@ -195,18 +136,7 @@ class Store:
         return numbers
 
     def put(self, finished: Finished) -> None:
-        """Keep a finished chunk; it counts when this returns.
-
-        Parameters
-        ----------
-        finished : Finished
-            What came of it.
-
-        Raises
-        ------
-        OSError
-            If the disk is full, for one; nothing half done is left.
-        """
+        """Keep a finished chunk; it counts when this returns."""
         if finished.histories:
             self.histories.mkdir(exist_ok=True)
         for name, data in finished.histories.items():
@@ -240,13 +170,7 @@ class Store:
         return _has_errors(_read(self.table, ["status"]))
 
     def reopen(self, cases_per_chunk: int) -> None:
-        """Divide a finished table into chunks again, and leave out those with an error.
-
-        Parameters
-        ----------
-        cases_per_chunk : int
-            Size of a chunk.
-        """
+        """Divide a finished table into chunks again, and leave out those with an error."""
         table = _read(self.table)
         self.tidy()
         self.chunks.mkdir()
@@ -265,22 +189,7 @@ class Store:
             shutil.rmtree(self.chunks, ignore_errors=True)
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
-        """Return the table: of the whole sweep, or of what is finished of it.
-
-        Parameters
-        ----------
-        columns : sequence of str, optional
-            Which; all by default.
-
-        Returns
-        -------
-        pyarrow.Table
-
-        Raises
-        ------
-        InputError
-            If nothing is finished yet.
-        """
+        """Return the table: of the whole sweep, or of what is finished of it."""
         if self.table.is_file():
             return _read(self.table, columns)
         paths = sorted(self.chunks.glob("*.parquet"))
@@ -304,8 +213,8 @@ def _regrouped(paths: list[Path]) -> Iterator[pa.Table]:
 
 
 def _read(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    wanted = None if columns is None else list(columns)
-    return pq.read_table(path, columns=wanted, page_checksum_verification=True)
+    target = None if columns is None else list(columns)
+    return pq.read_table(path, columns=target, page_checksum_verification=True)
 
 
 def _has_errors(table: pa.Table) -> bool:
@@ -318,20 +227,7 @@ def _checksum(data: bytes) -> str:
 
 
 def write_durably(path: Path, data: bytes) -> None:
-    """Write a file that is there whole, even after a power cut, or not at all.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        File to write.
-    data : bytes
-        What to write.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write a file that is there whole, even after a power cut, or not at all."""
     unfinished = path.with_name(path.name + _LEFT_OVER)
     try:
         with unfinished.open("wb") as file:

@@ -52,24 +52,7 @@ class _Share:
 
 
 def run_candidates(job: Job, scenario: str, runs: Sequence[CandidateRun], workers: int) -> Batch:
-    """Run candidates.
-
-    Parameters
-    ----------
-    job : Job
-        Plant and options.
-    scenario : str
-        TOML that the job was built from, for other processes.
-    runs : sequence of CandidateRun
-        What to run.
-    workers : int
-        Threads for compiled decisions, processes for those in plain Python.
-
-    Returns
-    -------
-    Batch
-        In the order of the runs; it does not depend on the number of workers.
-    """
+    """Run candidates."""
     name = runs[0].candidate.name
     if workers == 1 or name in CONTROLLERS.only_here() or not _in_python(job, runs[0]):
         return _batch(job, runs, workers)
@@ -93,8 +76,8 @@ def _batch(job: Job, runs: Sequence[CandidateRun], threads: int) -> Batch:
         if id(run.candidate) not in built:
             built[id(run.candidate)] = controller(run.candidate.name, **run.candidate.settings)
     options = dict(job.options)
-    belief = options.pop("belief", None)
-    cases = [Case(job.isolated, run.records, built[id(run.candidate)], belief) for run in runs]
+    nominal = options.pop("nominal", None)
+    cases = [Case(job.isolated, run.records, built[id(run.candidate)], nominal) for run in runs]
     return run_cases(cases, threads=threads, **options)
 
 
@@ -103,7 +86,7 @@ def _in_python(job: Job, run: CandidateRun) -> bool:
     options = job.options
     delays = options["sensors"].delay, options["computation_delay"]
     lane = prepared(
-        job.isolated, run.records, one, options.get("belief"), options["driver"], delays,
+        job.isolated, run.records, one, options.get("nominal"), options["driver"], delays,
         lambda other: simulate(job.isolated, run.records, other, **options),
     )  # fmt: skip
     return lane.schedule is None and lane.compiled is None

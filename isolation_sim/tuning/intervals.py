@@ -27,21 +27,7 @@ class MeanInterval(NamedTuple):
 
 
 def mean_interval(values: ArrayLike, seed: int = 0) -> MeanInterval:
-    """Mean of some motions' values, with its 95 % interval over other such motions.
-
-    Parameters
-    ----------
-    values : array_like, shape (n_motions,)
-        A value a motion.
-    seed : int
-        Of the resampling.
-
-    Returns
-    -------
-    MeanInterval
-        By ``scipy.stats.bootstrap``, bias-corrected and accelerated; not a number for the bounds
-        of a single value.
-    """
+    """Mean of some motions' values, with its 95 % interval over other such motions."""
     from scipy.stats import bootstrap
 
     array = np.asarray(values, dtype=float)
@@ -49,7 +35,7 @@ def mean_interval(values: ArrayLike, seed: int = 0) -> MeanInterval:
     if np.ptp(array) == 0.0:
         bounds = (np.nan, np.nan) if len(array) == 1 else (mean, mean)
         return MeanInterval(mean, *bounds)
-    found = bootstrap(
+    result = bootstrap(
         (array,), np.mean, confidence_level=CONFIDENCE, random_state=np.random.default_rng(seed)
     ).confidence_interval
-    return MeanInterval(mean, float(found.low), float(found.high))
+    return MeanInterval(mean, float(result.low), float(result.high))

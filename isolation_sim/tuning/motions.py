@@ -55,28 +55,7 @@ class MotionSet:
 
 
 def motion_set(given: Motions, job: Job, seed: int = 0, pga_g: float | None = None) -> MotionSet:
-    """Get motions ready for the plant of a scenario.
-
-    Parameters
-    ----------
-    given : str, pathlib.Path or sequence
-        See ``Motions``.
-    job : Job
-        The plant, and its scenario's own motion.
-    seed : int
-        Of a mixture.
-    pga_g : float or None, g
-        Peak to which the motions of a folder are scaled; None for as they are.
-
-    Returns
-    -------
-    MotionSet
-
-    Raises
-    ------
-    InputError
-        If there are no such motions, or they do not suit the plant's directions.
-    """
+    """Get motions ready for the plant of a scenario."""
     n = len(job.isolated.structure.directions)
     if isinstance(given, str | Path):
         kind, colon, count = str(given).partition(":")

@@ -49,33 +49,6 @@ def search(
     converged. Its state is not stored: what it asks follows from the seed and from the scores that
     it was told, so that telling it the known ones again leads to the same state, to the last bit.
 
-    Parameters
-    ----------
-    ranges : mapping of str to SearchRange
-        What to search.
-    start : mapping of str to object
-        Present values.
-    evaluate : callable
-        Scores of candidates, (n_candidates, n_motions).
-    evaluations : int
-        Number of candidates at most.
-    seed : int
-        Of the search.
-    known : sequence of Trial
-        What an interrupted search of this kind has found.
-    save : callable
-        Given all trials after each generation that was evaluated.
-
-    Returns
-    -------
-    list of Trial
-        In the order of evaluation.
-
-    Raises
-    ------
-    InputError
-        If the known trials are not of this search.
-
     References
     ----------
     Hansen 2016, The CMA evolution strategy: a tutorial; Auger and Hansen 2005 (restarts with
@@ -95,7 +68,7 @@ def search(
         old = list(known[len(trials) : len(trials) + len(candidates)])
         if [trial.settings for trial in old] != candidates[: len(old)]:
             raise InputError(
-                "the trials kept are not those of this search; accepted: the version of cmaes "
+                "the trials kept are not those of this search; expected: the version of cmaes "
                 "that began it, or another folder"
             )
         new = candidates[len(old) :]
@@ -120,8 +93,8 @@ def search(
         ]
         # what is outside counts as the nearest bound, and as worse the further out it is
         excess = np.sum(np.square(places - inside), axis=1)
-        told = zip(places, generation(candidates), excess.tolist(), strict=True)
-        optimiser.tell([(place, trial.mean + out) for place, trial, out in told])
+        sentences = zip(places, generation(candidates), excess.tolist(), strict=True)
+        optimiser.tell([(place, trial.mean + out) for place, trial, out in sentences])
         if optimiser.should_stop():
             size, mean = 2 * size, restarts.random(n)
             optimiser = new_search()

@@ -84,23 +84,7 @@ class Trials:
         return run_candidates(self._job, self._scenario, runs, self.workers)
 
     def sums(self, candidates: Sequence[Candidate]) -> NDArray:
-        """Weighted sums of criteria over those without current.
-
-        Parameters
-        ----------
-        candidates : sequence of Candidate
-            As many as there are motions, one a motion, or a multiple of that.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_candidates / n_motions, n_motions)
-            ``FAILED`` for a run without a result.
-
-        Raises
-        ------
-        InputError
-            If the runs of a single candidate all fail.
-        """
+        """Weighted sums of criteria over those without current."""
         n = len(self.motions.records)
         try:
             with warnings.catch_warnings():
@@ -128,18 +112,7 @@ class Trials:
             return np.full((1, len(candidates)), FAILED)
 
     def scores(self, candidates: Sequence[Candidate]) -> NDArray:
-        """Scores of candidates under every motion.
-
-        Parameters
-        ----------
-        candidates : sequence of Candidate
-            Controllers by name and settings.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_candidates, n_motions)
-            Below 0 where it does better than every constant current.
-        """
+        """Scores of candidates under every motion."""
         every = [one for one in candidates for _ in self.motions.records]
         return self.sums(every) - self.constant[1]
 

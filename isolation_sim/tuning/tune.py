@@ -137,9 +137,9 @@ def tune(
     def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
         return on.scores([Candidate(name, held | each) for each in candidates])
 
-    def save(found: list[Trial]) -> None:
-        progress("searching", len(found) - len(tuning.trials))
-        tuning.trials = list(found)
+    def save(result: list[Trial]) -> None:
+        progress("searching", len(result) - len(tuning.trials))
+        tuning.trials = list(result)
         if out is not None:
             tuning.save_state(out)
 
@@ -163,29 +163,9 @@ def tune(
 
 
 def search_space(
-    name: str, wanted: Sequence[str] | None, held: Mapping[str, Any]
+    name: str, target: Sequence[str] | None, held: Mapping[str, Any]
 ) -> tuple[dict[str, SearchRange], dict[str, Any]]:
-    """Search ranges of a controller's settings, and their present values.
-
-    Parameters
-    ----------
-    name : str
-        Controller.
-    wanted : sequence of str or None
-        Settings to tune; None for all with a search range.
-    held : mapping of str to object
-        Settings that are held.
-
-    Returns
-    -------
-    ranges : dict of str to SearchRange
-    present : dict of str to object
-
-    Raises
-    ------
-    InputError
-        If there is no such controller or setting, or nothing to search.
-    """
+    """Search ranges of a controller's settings, and their present values."""
     one = controller(name, **held)
     ranges = {
         key: declared.search
@@ -194,15 +174,15 @@ def search_space(
     }
     if not ranges:
         raise InputError(
-            f"{name}: no setting has a search range; accepted: a controller that declares one, as "
+            f"{name}: no setting has a search range; expected: a controller that declares one, as "
             "setting(default, meaning, accepts, unit, SearchRange(low, high))"
         )
-    for key in wanted or ():
+    for key in target or ():
         if key not in ranges:
             raise unknown_name(f"setting of {name} with a search range", key, ranges)
-    chosen = [key for key in ranges if (not wanted or key in wanted) and key not in held]
+    chosen = [key for key in ranges if (not target or key in target) and key not in held]
     if not chosen:
-        raise InputError(f"{name}: every setting is held; accepted: one or more to tune")
+        raise InputError(f"{name}: every setting is held; expected: one or more to tune")
     return {key: ranges[key] for key in chosen}, {key: getattr(one, key) for key in chosen}
 
 
@@ -225,9 +205,7 @@ def _command(
     return " ".join([*words, f"--evaluations {evaluations} --seed {seed}"])
 
 
-def _check(
-    criteria: Mapping[str, float], evaluations: int, seed: int, workers: int | None
-) -> None:
+def _check(criteria: Mapping[str, float], evaluations: int, seed: int, workers: int | None) -> None:
     """Refuse numbers that cannot be used."""
     if not criteria or not all(0 < weight < np.inf for weight in criteria.values()):
         raise InputError("criteria", repr(dict(criteria)), "finite weights above 0 by criterion")

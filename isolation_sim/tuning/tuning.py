@@ -50,8 +50,8 @@ class Judgement:
     def means(self) -> dict[str, MeanInterval]:
         """Means before and after, and of the gain from one to the other, with 95 % intervals."""
         gain = [a - b for a, b in zip(self.before, self.after, strict=True)]
-        found = {"before": self.before, "after": self.after, "gain": gain}
-        return {name: mean_interval(values) for name, values in found.items()}
+        result = {"before": self.before, "after": self.after, "gain": gain}
+        return {name: mean_interval(values) for name, values in result.items()}
 
     @property
     def better(self) -> int:
@@ -125,9 +125,13 @@ class Tuning:
             "trials": len(self.trials),
             "command": self.content["command"],
             "judged": [
-                {"motions": judged.name, "count": len(judged.motions), "better": judged.better}
-                | {name: mean._asdict() for name, mean in judged.means.items()}
-                for judged in self.judged
+                {
+                    "motions": evaluated.name,
+                    "count": len(evaluated.motions),
+                    "better": evaluated.better,
+                }
+                | {name: mean._asdict() for name, mean in evaluated.means.items()}
+                for evaluated in self.judged
             ],
         }
 
@@ -147,11 +151,13 @@ class Tuning:
             controller: list[ControllerEntry]
 
         entry = ControllerEntry(name=self.controller, settings=self.settings)
-        told = [
+        sentences = [
             *self.verdict(),
             f"isolation-sim {self.content['isolation_sim']}: {self.content['command']}",
         ]
-        return "".join(f"# {line}\n" for line in told) + written(Written(controller=[entry]), False)
+        return "".join(f"# {line}\n" for line in sentences) + written(
+            Written(controller=[entry]), False
+        )
 
     def to_html(self, path: str | Path) -> Path:
         """Write the report.
@@ -220,7 +226,7 @@ class Tuning:
             write_text(json.dumps(asdict(self), indent=1), folder / _STATE)
         except OSError as error:
             raise InputError(
-                f"{folder}: results cannot be written there ({error.strerror}); accepted: a folder "
+                f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
                 "that you may write to"
             ) from None
         return folder
@@ -254,36 +260,16 @@ class Tuning:
             )
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(
-                f"{folder}: no tuning there; accepted: a folder that isolation-sim tune made"
+                f"{folder}: no tuning there; expected: a folder that isolation-sim tune made"
             ) from None
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
-                f"{path}: cannot be read ({error}); accepted: as isolation-sim tune wrote it"
+                f"{path}: cannot be read ({error}); expected: as isolation-sim tune wrote it"
             ) from None
 
 
 def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -> Tuning:
-    """Begin a tuning, or go on with the one in a folder.
-
-    Parameters
-    ----------
-    folder : str, pathlib.Path or None
-        Where it is saved; None for nowhere.
-    content : mapping of str to object
-        What decides it.
-    resume : bool
-        Whether to go on with what was begun there.
-
-    Returns
-    -------
-    Tuning
-        With the trials known so far.
-
-    Raises
-    ------
-    InputError
-        If the folder holds something else, or something at all without ``resume``.
-    """
+    """Begin a tuning, or go on with the one in a folder."""
     # what JSON makes of it can be compared with what is read
     new = Tuning(json.loads(json.dumps(content)))
     if folder is None:
@@ -291,34 +277,33 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     folder = Path(folder)
     there = folder / _STATE
     if resume and there.exists():
-        kept = Tuning.read(folder)
+        keep = Tuning.read(folder)
         for key, value in new.content.items():
             # the same motions and scenario may be named in another way
-            if key != "command" and kept.content.get(key) != value:
+            if key != "command" and keep.content.get(key) != value:
                 raise InputError(
-                    f"{there}: {key} differs from what was begun there; accepted: the same "
+                    f"{there}: {key} differs from what was begun there; expected: the same "
                     "arguments and files, or another folder"
                 )
-        return Tuning(kept.content, kept.trials)
+        return Tuning(keep.content, keep.trials)
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
         remedy = ", or --resume to go on with the tuning there" if there.exists() else ""
-        raise InputError(f"{folder}: holds something already; accepted: a new folder{remedy}")
+        raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     new.save_state(folder)
     return new
 
 
-def _told(judged: Judgement) -> str:
+def _told(evaluated: Judgement) -> str:
     """What one set of motions says, in one or two sentences."""
-    before, after, gain = judged.means.values()
+    before, after, gain = evaluated.means.values()
     if after.high < 0:
         beats = "It beats the best constant current of each motion"
     elif after.low > 0:
         beats = "It does not beat the best constant current of each motion"
     else:
         beats = "It is not told apart from the best constant current of each motion"
-    name = judged.name[:1].upper() + judged.name[1:]
+    name = evaluated.name[:1].upper() + evaluated.name[1:]
     return (
         f"{name}: mean score {before} before, {after} after, gain {gain}. "
-        f"{beats}; it is better in {judged.better} of {len(judged.motions)}."
+        f"{beats}; it is better in {evaluated.better} of {len(evaluated.motions)}."
     )
-

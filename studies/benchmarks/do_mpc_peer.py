@@ -76,7 +76,7 @@ class Kept(MPC):
         before = float(self.commands[0, 0])
         command = super().current(t, measurement)
         if self.first < len(self.report.seconds) <= self.first + self.count:
-            motion = 2 * self.prediction.belief.structure.n_dofs
+            motion = 2 * self.prediction.nominal.structure.n_dofs
             measured = np.array(measurement, dtype=float)
             state = np.concatenate([measured[:motion], self._states[0], measured[-1:]])
             ground, took = self._ground.acceleration[:, 0].copy(), self.report.seconds[-1]
@@ -171,19 +171,7 @@ class DoMPC:
         mpc.setup()
 
     def decide(self, case: Case) -> tuple[float, float]:
-        """Take a decision of ``mpc`` again.
-
-        Parameters
-        ----------
-        case : Case
-            The decision.
-
-        Returns
-        -------
-        command : float, A
-        seconds : float, s
-            Time taken.
-        """
+        """Take a decision of ``mpc`` again."""
         self._ahead[:-1], self._units = case.ground, case.units
         self.mpc.x0, self.mpc.u0 = case.state, case.before
         if not self._started:

@@ -51,20 +51,20 @@ def states_of(run) -> NDArray:
 
 
 def at_error(
-    solve: Callable[[float], NDArray], exact: NDArray, wanted: float, repetitions: int
+    solve: Callable[[float], NDArray], exact: NDArray, target: float, repetitions: int
 ) -> tuple[float, float]:
     """Relative tolerance and time, s, of a solver at an error: between two runs of it, in logs."""
     errors, times, tolerances = [], [], []
     for tolerance in (1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 3e-10, 1e-10):
         errors.append(error(solve(tolerance), exact))
         tolerances.append(tolerance)
-        if errors[-1] <= wanted:
+        if errors[-1] <= target:
             break
     for tolerance in tolerances[-2:]:
         times.append(best(lambda tolerance=tolerance: solve(tolerance), repetitions))
     at = np.log(errors[-2:])[::-1]
     tolerance, spent = (
-        float(np.exp(np.interp(np.log(wanted), at, np.log(values[-2:])[::-1])))
+        float(np.exp(np.interp(np.log(target), at, np.log(values[-2:])[::-1])))
         for values in (tolerances, times)
     )
     return tolerance, spent
@@ -114,10 +114,10 @@ def one_run() -> None:
             ops.wipe()
             displacement = np.loadtxt(output)[:, 1:]
             output.unlink()
-        reached = error(displacement, exact[1:, :n])
+        attained = error(displacement, exact[1:, :n])
         table.add_row(
             f"OpenSeesPy, {record.dt} s, nearest isolator",
-            f"{reached:.1e}",
+            f"{attained:.1e}",
             f"{min(spent) * 1e3:.1f}",
             f"{min(spent) / seconds:.0f}",
         )

@@ -180,28 +180,16 @@ def best(action: Callable[[], Any], repetitions: int) -> float:
 
 
 def main(repetitions: int = 200) -> dict[str, float]:
-    """Print the benchmark.
-
-    Parameters
-    ----------
-    repetitions : int
-        How often the library's fit is timed; the peer's 3 or 10 times.
-
-    Returns
-    -------
-    dict of str to float
-        ``ratio`` to least_squares with its own difference steps, ``tuned_ratio`` with chosen ones,
-        and our ``excess`` of the cost over the reference's.
-    """
+    """Print the benchmark."""
     test = made()
     # costs are compared as one integrator sees them, far tighter than those that were used
-    judge = Peer(test, 1e-11)
+    evaluate = Peer(test, 1e-11)
 
     def cost(parameters: NDArray) -> float:
-        return 0.5 * float(np.sum((judge.force(parameters) - test.force) ** 2))
+        return 0.5 * float(np.sum((evaluate.force(parameters) - test.force) ** 2))
 
     tight = {"xtol": 1e-14, "ftol": 1e-14, "gtol": 1e-14, "jac": "3-point", "diff_step": 1e-4}
-    reference = cost(judge.fit(tight).x * test.start)
+    reference = cost(evaluate.fit(tight).x * test.start)
 
     def excess(parameters: NDArray) -> float:
         return cost(parameters) / reference - 1
@@ -231,14 +219,14 @@ def main(repetitions: int = 200) -> dict[str, float]:
                 options: dict[str, Any] = {"diff_step": step}
                 options |= dict.fromkeys(("xtol", "ftol", "gtol"), end)
                 begin = time.perf_counter()
-                found = peer.fit(options)
-                spent, off = time.perf_counter() - begin, excess(found.x * test.start)
+                result = peer.fit(options)
+                spent, off = time.perf_counter() - begin, excess(result.x * test.start)
                 if off <= WITHIN:
                     arrived.append((spent, solver, end, off, peer.solves, options))
         if not arrived:
             table.add_row(f"least_squares over odeint, {what}", "does not arrive", "", "", "")
             continue
-        _, solver, end, off, solves, options = min(arrived, key=lambda found: found[0])
+        _, solver, end, off, solves, options = min(arrived, key=lambda result: result[0])
         peer = Peer(test, solver)
         spent = best(
             lambda peer=peer, options=options: peer.fit(options), 3 if step is None else 10

@@ -46,19 +46,7 @@ class Watched(MPC):
 
 
 def tight_solution(programme: list, start: np.ndarray) -> np.ndarray:
-    """Solve a quadratic programme to 1e-12 by an interior-point method.
-
-    Parameters
-    ----------
-    programme : list of numpy.ndarray
-        Hessian, gradient, rows, upper and lower bounds, the unknowns' own first.
-    start : numpy.ndarray
-        Where to start.
-
-    Returns
-    -------
-    numpy.ndarray
-    """
+    """Solve a quadratic programme to 1e-12 by an interior-point method."""
     import casadi
 
     hessian, gradient, rows, upper, lower = programme
@@ -79,17 +67,7 @@ def tight_solution(programme: list, start: np.ndarray) -> np.ndarray:
 
 
 def decisions(isolated: Any, record: Record, **settings: Any) -> None:
-    """Print times and accuracy of one controller's decisions.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    record : Record
-        Ground motion.
-    **settings : object
-        Of the controller.
-    """
+    """Print times and accuracy of one controller's decisions."""
     one = Watched(**settings)
     run = iso.simulate(isolated, record, one, driver=DRIVER)
     moves, costs, outside = [], [], 0.0
@@ -130,17 +108,7 @@ def calibration(repetitions: int = 200) -> float:
 
 
 def against_do_mpc(isolated: Any, record: Record, first: int = 200, count: int = 60) -> None:
-    """Print how long do-mpc takes over the same decisions, and what it decides.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    record : Record
-        Ground motion.
-    first, count : int
-        Which decisions.
-    """
+    """Print how long do-mpc takes over the same decisions, and what it decides."""
     until = record.cut(0.0, (first + count) * MPC.period)
     if not find_spec("do_mpc"):
         print("do-mpc is not installed: pip install '.[bench]'")

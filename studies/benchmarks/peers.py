@@ -123,11 +123,11 @@ class FirstOrder:
 
 def load_opensees() -> Any | None:
     """OpenSeesPy, or None where it is not installed or does not load."""
-    found = importlib.util.find_spec("openseespylinux")
-    if found is None or not found.submodule_search_locations:
+    result = importlib.util.find_spec("openseespylinux")
+    if result is None or not result.submodule_search_locations:
         return None
     # its wheel does not find the libraries that it ships
-    folder = Path(found.submodule_search_locations[0]) / "lib"
+    folder = Path(result.submodule_search_locations[0]) / "lib"
     for name in ("libquadmath.so.0", "libgfortran.so.4", "libblas.so.3", "liblapack.so.3"):
         if (folder / name).exists():
             ctypes.CDLL(str(folder / name), mode=ctypes.RTLD_GLOBAL)
@@ -145,13 +145,6 @@ def opensees_analysis(
 
     The upper branch of the law is the standard solid, which is a spring beside a Maxwell element;
     of the lower branch OpenSees has only the dashpot: it is left out.
-
-    Returns
-    -------
-    run : callable
-        Runs the whole record at its own step (Newmark, Newton).
-    output : pathlib.Path
-        File of the displacements.
     """
     structure, device = plant.structure, plant.elements[0].device
     scale = device.force_scale / device.length

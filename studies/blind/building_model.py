@@ -195,11 +195,11 @@ def _asked(command, moment, limit):
 @njit
 def _supplied(current, begin, end, duration, lag, slew):
     """Current at the end of a time in which what is asked for goes straight from one to another."""
-    wanted = end
+    target = end
     if lag > 0:
         trail = (end - begin) / duration * lag
-        wanted = end - trail + (current - begin + trail) * np.exp(-duration / lag)
-    return current + min(max(wanted - current, -slew * duration), slew * duration)
+        target = end - trail + (current - begin + trail) * np.exp(-duration / lag)
+    return current + min(max(target - current, -slew * duration), slew * duration)
 
 
 @njit

@@ -28,12 +28,12 @@ def answer(diagnosis: dict) -> str:
 def storey_right(result: BuildingScored) -> bool | None:
     """Whether the storey that lost stiffness is named; None where none did or no loss is named."""
     storeys = [fault.storey for fault in result.case.faults if fault.storey is not None]
-    found = [
+    matches = [
         cause["parameters"]["storey"]["value"]
         for cause in result.diagnosis["causes"]
         if cause["name"] == "storey_stiffness_loss"
     ]
-    return storeys[0] in found if storeys and found else None
+    return storeys[0] in matches if storeys and matches else None
 
 
 def all_named(result: BuildingScored) -> bool:

@@ -226,7 +226,7 @@ def make_record(
         response, channels = run([fault], [strength])
         return misfit(nominal, ground, response.current, channels)
 
-    strengths = tuple(_strength(partial(reached, fault), size, fault.limit) for fault in hidden)
+    strengths = tuple(_force_scale(partial(reached, fault), size, fault.limit) for fault in hidden)
     response, channels = run(hidden, strengths)
     rng = np.random.default_rng([seed, 43])
     level = np.sqrt(np.mean(channels**2, axis=1, keepdims=True))
@@ -242,12 +242,14 @@ def make_record(
     )
 
 
-def _strength(reached: Callable[[float], float], size: float, limit: float) -> float:
+def _force_scale(attained: Callable[[float], float], size: float, limit: float) -> float:
     """Smallest strength on a ladder that reaches the size, refined; the limit if none does."""
     ladder = limit * np.geomspace(1e-3, 1.0, 9)
     below = 0.0
     for strength in ladder:
-        if reached(strength) >= size:
-            return float(brentq(lambda s: reached(s) - size, below, strength, xtol=1e-2 * strength))
+        if attained(strength) >= size:
+            return float(
+                brentq(lambda s: attained(s) - size, below, strength, xtol=1e-2 * strength)
+            )
         below = float(strength)
     return limit

@@ -91,28 +91,28 @@ class Case:
     def _calibrated(self) -> tuple[tuple[Hidden, ...], Truth]:
         """Each effect to its size in the device that already has the effects before it."""
         tests = tuple(motions(self.programme, self.seed, 2))
-        found: list[Hidden] = []
+        result: list[Hidden] = []
         sizes, changes = [], []
         for number, (effect, form) in enumerate(self.effects):
             rng = np.random.default_rng([self.seed, 2, number])
             blank = Hidden.draw(effect, rng, form)
-            gauge = Gauge(self.device, tests, tuple(found))
+            gauge = Gauge(self.device, tests, tuple(result))
             hidden = gauge.at_size(blank, self._size(gauge, blank))
-            found.append(hidden)
+            result.append(hidden)
             sizes.append(gauge.visible(hidden))
             changes.append(gauge.change(hidden))
-        forms = [h.form for h in found]
+        forms = [h.form for h in result]
         truth = Truth(
             base=self.base,
             effects=tuple(f.effect for f in forms),
             forms=tuple(f.name for f in forms),
-            strengths=tuple(h.strength for h in found),
+            strengths=tuple(h.strength for h in result),
             sizes=tuple(sizes),
             changes=tuple(changes),
             depends_on=frozenset().union(*(f.depends_on for f in forms)),
             tolerated=frozenset().union(*(f.tolerated for f in forms)),
         )
-        return tuple(found), truth
+        return tuple(result), truth
 
     def _size(self, gauge: Gauge, hidden: Hidden) -> float:
         largest = 0.95 * gauge.largest(hidden)
@@ -213,9 +213,7 @@ def outside(
 
 def wrong_law(count: int, seed: int = 9500, **options) -> Iterator[Case]:
     """Nothing hidden, but the data are of a law that the one to diagnose does not contain."""
-    pairs = [
-        (true, law) for true in BASES for law in BASES if true not in (law, "kelvin_voigt")
-    ]
+    pairs = [(true, law) for true in BASES for law in BASES if true not in (law, "kelvin_voigt")]
     rng = np.random.default_rng([seed, 3])
     for number in range(count):
         true, law = pairs[int(rng.integers(len(pairs)))]

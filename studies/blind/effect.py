@@ -24,7 +24,7 @@ CURRENT, MATERIAL, FORCE, SENSOR = STAGES = ("current", "material", "force", "se
 
 
 @dataclass(frozen=True, eq=False)
-class Situation:
+class RunContext:
     """What a form may look at besides its strength.
 
     ``force`` (N) and ``power`` (dissipated, N mm/s) are those of the device with the effects of
@@ -37,7 +37,7 @@ class Situation:
     power: np.ndarray
 
 
-Action = Callable[[float, Situation], object]
+Action = Callable[[float, RunContext], object]
 Builder = Callable[[np.random.Generator], Action]
 
 

@@ -62,14 +62,14 @@ def _play_stack(rng):
 
 
 @form("magnetic_remanence", CURRENT, limit=0.6)
-def _kept_field(rng):
+def _remanent_field(rng):
     """The yoke keeps part of the largest field that it has seen; strength is that part."""
     saturation = about(rng, 2.5)
 
     def act(s, q):
         largest = np.maximum.accumulate(q.current)
-        kept = s * saturation * np.tanh(largest / saturation)
-        return np.sqrt(q.current**2 + kept**2 * (1 - (q.current / np.maximum(largest, 1e-9)) ** 2))
+        keep = s * saturation * np.tanh(largest / saturation)
+        return np.sqrt(q.current**2 + keep**2 * (1 - (q.current / np.maximum(largest, 1e-9)) ** 2))
 
     return act
 

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from . import effects_added, effects_field, effects_material, outside  # noqa: F401  fill FORMS
 from .devices import Device
-from .effect import CURRENT, FORCE, FORMS, MATERIAL, SENSOR, Action, Form, Situation
+from .effect import CURRENT, FORCE, FORMS, MATERIAL, SENSOR, Action, Form, RunContext
 from .motion import RATE, Motion
 
 HEATING_SWEEPS = 6
@@ -33,16 +33,16 @@ class Hidden:
         chosen = forms[form if form is not None else str(rng.choice(sorted(forms)))]
         return cls(chosen, chosen.build(rng))
 
-    def __call__(self, situation: Situation):
+    def __call__(self, context: RunContext):
         """Apply the effect."""
-        return self.action(self.strength, situation)
+        return self.action(self.strength, context)
 
 
 def respond(device: Device, motion: Motion, hidden: Sequence[Hidden] = ()) -> np.ndarray:
     """Noise-free force on the motion's grid, N."""
     active = [h for h in hidden if h.strength != 0.0]
     nothing = np.zeros(motion.time.size)
-    now = Situation(motion, motion.current, nothing, nothing)
+    now = RunContext(motion, motion.current, nothing, nothing)
     for h in active:
         if h.form.stage == CURRENT:
             now = replace(now, current=h(now))

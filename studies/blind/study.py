@@ -26,17 +26,7 @@ CLEAN, PAIRS, TRIPLES, WRONG = 100, 60, 40, 20
 
 
 def cases(share: float) -> list[blind.Case]:
-    """List the blind cases.
-
-    Parameters
-    ----------
-    share : float
-        Of them all, 0 to 1.
-
-    Returns
-    -------
-    list of Case
-    """
+    """List the blind cases."""
     kinds = (
         blind.singles(), blind.clean(CLEAN), blind.outside(), blind.several(2, PAIRS),
         blind.several(3, TRIPLES), blind.wrong_law(WRONG),
@@ -45,38 +35,12 @@ def cases(share: float) -> list[blind.Case]:
 
 
 def part(kind: Iterable[Any], share: float) -> list[Any]:
-    """Take every so many cases.
-
-    Parameters
-    ----------
-    kind : iterable of object
-        Cases.
-    share : float
-        Of them, 0 to 1.
-
-    Returns
-    -------
-    list of object
-    """
+    """Take every so many cases."""
     return list(kind)[:: max(1, round(1 / share))]
 
 
 def diagnosed(listed: Sequence[Any], scored: Callable[[Any], Any]) -> tuple[list[Any], float]:
-    """Diagnose cases on all processors.
-
-    Parameters
-    ----------
-    listed : sequence of object
-        Cases.
-    scored : callable
-        Diagnoses one.
-
-    Returns
-    -------
-    results : list of object
-    seconds : float
-        Wall time a case.
-    """
+    """Diagnose cases on all processors."""
     from rich.progress import track
 
     begin = time.perf_counter()
@@ -87,17 +51,7 @@ def diagnosed(listed: Sequence[Any], scored: Callable[[Any], Any]) -> tuple[list
 
 
 def scored(case: blind.Case) -> Scored:
-    """Make a case's data, diagnose them, and put the truth beside the outcome.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-
-    Returns
-    -------
-    Scored
-    """
+    """Make a case's data, diagnose them, and put the truth beside the outcome."""
     from isolation_sim.discrepancy.diagnose import diagnose
 
     campaign = case.campaign()
@@ -108,17 +62,7 @@ def scored(case: blind.Case) -> Scored:
 
 
 def leave(lines: Sequence[str], table: str, stem: str = "") -> None:
-    """Print rates and write them beside the confusion matrix.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        The rates.
-    table : str
-        The matrix, as Markdown.
-    stem : str
-        What the files' names begin with.
-    """
+    """Print rates and write them beside the confusion matrix."""
     from isolation_sim.io.atomic_write import write_text
 
     RESULTS.mkdir(parents=True, exist_ok=True)
@@ -129,13 +73,7 @@ def leave(lines: Sequence[str], table: str, stem: str = "") -> None:
 
 
 def main(share: float = 1.0) -> None:
-    """Diagnose all cases and print the rates.
-
-    Parameters
-    ----------
-    share : float
-        Of the cases, 0 to 1.
-    """
+    """Diagnose all cases and print the rates."""
     results, seconds = diagnosed(cases(share), scored)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     ratio = median_held_out_ratio(results)
@@ -145,19 +83,7 @@ def main(share: float = 1.0) -> None:
 
 
 def share_from(module: str, description: str) -> float:
-    """Read the share of the cases from the command line.
-
-    Parameters
-    ----------
-    module : str
-        Name of the module that is run.
-    description : str
-        What the command does, for its help.
-
-    Returns
-    -------
-    float
-    """
+    """Read the share of the cases from the command line."""
     parser = argparse.ArgumentParser(f"python -m {module}", description=description)
     parser.add_argument(
         "share", metavar="SHARE", nargs="?", type=float, default=1.0,
@@ -165,5 +91,5 @@ def share_from(module: str, description: str) -> float:
     )  # fmt: skip
     share: float = parser.parse_args().share
     if not 0 < share <= 1:
-        parser.error(f"SHARE is {share:g}; accepted: above 0, up to 1")
+        parser.error(f"SHARE is {share:g}; expected: above 0, up to 1")
     return share

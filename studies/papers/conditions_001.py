@@ -12,7 +12,7 @@ from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A
 
 from .table import Outlier, Verdict, how, outlier
 
-SETTLED = 2
+STEADY_CYCLES = 2
 POINTS = 1000
 
 _AMPLITUDES_MM = (1.0, 3.0, 5.0)
@@ -22,42 +22,16 @@ ENDS_A = (0.0, 2.0)
 
 @cache
 def table_4(frequency: float, position_mm: float = 0.0) -> Motion:
-    """Move Table 4's model at 1, 3 and 5 mm and at all six currents.
-
-    Parameters
-    ----------
-    frequency : float, Hz
-        Of the motion.
-    position_mm : float, mm
-        Initial position, about which it moves.
-
-    Returns
-    -------
-    Motion
-        Cases by amplitude and current.
-    """
+    """Move Table 4's model at 1, 3 and 5 mm and at all six currents."""
     amplitudes = 1e-3 * np.array(_AMPLITUDES_MM)[:, None]
     currents = np.array(TAO_CURRENTS_A)[None, :]
     device = law("improved_bouc_wen")
-    cycles = SETTLED + 4
+    cycles = STEADY_CYCLES + 4
     return sinusoidal(device, amplitudes, currents, frequency, cycles, POINTS, 1e-3 * position_mm)
 
 
 def peaks(amplitude_mm: float, frequency: float, current_A: float) -> tuple[float, float]:
-    """Largest tensile and compressive force of Table 4's model about the zero position.
-
-    Parameters
-    ----------
-    amplitude_mm : float, mm
-        1, 3 or 5.
-    frequency : float, Hz
-    current_A : float, A
-        One of Table 4's.
-
-    Returns
-    -------
-    tension, compression : float, kN
-    """
+    """Largest tensile and compressive force of Table 4's model about the zero position."""
     case = _AMPLITUDES_MM.index(amplitude_mm), TAO_CURRENTS_A.index(current_A)
     force = table_4(frequency).last_cycle(*case)[2]
     return 1e-3 * float(np.max(force)), -1e-3 * float(np.min(force))
@@ -66,42 +40,14 @@ def peaks(amplitude_mm: float, frequency: float, current_A: float) -> tuple[floa
 def modulus(
     amplitude_mm: float, frequency: float, current_A: float, position_mm: float = 0.0
 ) -> tuple[float, float]:
-    """Complex modulus of Table 4's model.
-
-    Parameters
-    ----------
-    amplitude_mm : float, mm
-        1, 3 or 5.
-    frequency : float, Hz
-    current_A : float, A
-        One of Table 4's.
-    position_mm : float, mm
-        Initial position.
-
-    Returns
-    -------
-    stiffness, damping : float, N/m and N s/m
-    """
+    """Complex modulus of Table 4's model."""
     case = _AMPLITUDES_MM.index(amplitude_mm), TAO_CURRENTS_A.index(current_A)
-    measured = table_4(frequency, position_mm).measured(*case, skip=SETTLED)
+    measured = table_4(frequency, position_mm).measured(*case, skip=STEADY_CYCLES)
     return measured.storage_stiffness.value, measured.loss_damping.value
 
 
 def complex_stiffness(scheme: int, current_A: float, by_table_4: bool = False) -> complex:
-    """Complex stiffness of a scheme.
-
-    Parameters
-    ----------
-    scheme : int
-    current_A : float, A
-        0 or 2.
-    by_table_4 : bool
-        Whether Table 4's model is asked; else it is as Table 3 prints it.
-
-    Returns
-    -------
-    complex, N/m
-    """
+    """Complex stiffness of a scheme."""
     amplitude, frequency, position, k0, k2, c0, c2 = TAO_COMPLEX_MODULUS[scheme]
     stiffness, damping = (k0, c0) if current_A == 0 else (k2, c2)
     if by_table_4:
@@ -110,34 +56,13 @@ def complex_stiffness(scheme: int, current_A: float, by_table_4: bool = False) -
 
 
 def meant(scheme: int) -> tuple[float, float]:
-    """Mean of a 0.5 Hz scheme's neighbours at 2 A, which the corrupt row should be near.
-
-    Parameters
-    ----------
-    scheme : int
-
-    Returns
-    -------
-    stiffness, damping : float, N/m and N s/m
-        Of the mean complex stiffness.
-    """
+    """Mean of a 0.5 Hz scheme's neighbours at 2 A, which the corrupt row should be near."""
     between = sum(complex_stiffness(k, 2.0) for k in (scheme - 1, scheme + 1)) / 2
     return between.real, between.imag / (2 * np.pi * TAO_COMPLEX_MODULUS[scheme][1])
 
 
 def departures(current_A: float) -> dict[int, float]:
-    """Phase of Table 3's 0.5 Hz rows over that between the same series' 0.1 and 1 Hz rows.
-
-    Parameters
-    ----------
-    current_A : float, A
-        0 or 2.
-
-    Returns
-    -------
-    dict of int to float, deg
-        By scheme; the phase between is linear in the logarithm of the frequency.
-    """
+    """Phase of Table 3's 0.5 Hz rows over that between the same series' 0.1 and 1 Hz rows."""
     share = np.log(5) / np.log(10)
     turned = {}
     for scheme, (amplitude, frequency, position, *_) in TAO_COMPLEX_MODULUS.items():
@@ -154,18 +79,7 @@ def departures(current_A: float) -> dict[int, float]:
 
 @cache
 def sources(current_A: float) -> dict[int, Outlier]:
-    """Judge Table 3's 0.5 Hz rows by their departures of phase.
-
-    Parameters
-    ----------
-    current_A : float, A
-        0 or 2.
-
-    Returns
-    -------
-    dict of int to Outlier
-        By scheme.
-    """
+    """Judge Table 3's 0.5 Hz rows by their departures of phase."""
     return {
         scheme: outlier(
             f"departure of phase, scheme {scheme}, {current_A:g} A",

@@ -18,13 +18,7 @@ _SIGNS = {"alpha": r"$\alpha$"}
 
 
 def figures() -> dict[str, Figure]:
-    """Draw the figures that text and tables determine.
-
-    Returns
-    -------
-    dict of str to matplotlib.figure.Figure
-        By file name.
-    """
+    """Draw the figures that text and tables determine."""
     element = changed("four_parameter", k1=0.0)
     x = 1e-3 * STUDY_MM / 2
     drawn = {

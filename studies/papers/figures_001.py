@@ -23,13 +23,7 @@ MODELS = {"complex modulus": complex_modulus, "traditional Bouc-Wen": traditiona
 
 
 def figures() -> dict[str, Figure]:
-    """Draw the loops, their ingredients and the stiffness and damping against the current.
-
-    Returns
-    -------
-    dict of str to matplotlib.figure.Figure
-        By file name.
-    """
+    """Draw the loops, their ingredients and the stiffness and damping against the current."""
     motion = table_4(0.5)
     loops = {f"{current:g} A": motion.last_cycle(0, j) for j, current in enumerate(TAO_CURRENTS_A)}
     rows = [(f"{name} changed", _varied(name, (0.5, 1.0, 1.4))) for name in ("W", "d", "O")]

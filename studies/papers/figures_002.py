@@ -20,13 +20,7 @@ if TYPE_CHECKING:
 
 
 def figures() -> dict[str, Figure]:
-    """Draw the loops, the test function with its searches and the parameters.
-
-    Returns
-    -------
-    dict of str to matplotlib.figure.Figure
-        By file name.
-    """
+    """Draw the loops, the test function with its searches and the parameters."""
     phase = np.linspace(0, 2 * np.pi, 2001)
 
     def loop(device: Device, amplitude: float, frequency: float, current: float) -> tuple:

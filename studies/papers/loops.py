@@ -18,22 +18,7 @@ Loops = Mapping[str, tuple[np.ndarray, ...]]
 
 
 def draw_loops(rows: Sequence[tuple[str, Loops]], force_unit: str = "N", title: str = "") -> Figure:
-    """Draw force against displacement and velocity.
-
-    Parameters
-    ----------
-    rows : sequence of tuple
-        Title of a row of two panels, and displacement (m), velocity (m/s) and force (N) by label;
-        the labels are those of the first row.
-    force_unit : {"N", "kN"}
-        Unit to draw in.
-    title : str
-        Above everything, empty for none.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw force against displacement and velocity."""
     factor = {"N": 1.0, "kN": 1e-3}[force_unit]
     with style():
         figure = new_figure(7.2, 0.7 + 2.5 * len(rows))
@@ -53,17 +38,7 @@ def draw_loops(rows: Sequence[tuple[str, Loops]], force_unit: str = "N", title: 
 
 
 def finish(figure: Figure, explained: Axes, title: str = "") -> None:
-    """Put a figure's title above and the legend of one panel below.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        A figure two columns wide.
-    explained : matplotlib.axes.Axes
-        The panel whose lines are those of all.
-    title : str
-        Empty for none.
-    """
+    """Put a figure's title above and the legend of one panel below."""
     if title:
         figure.suptitle(title, fontsize=9)
     if explained.get_legend_handles_labels()[1]:

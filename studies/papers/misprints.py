@@ -20,12 +20,7 @@ from .table import Check, Verdict, equation, found, read, reading
 
 
 def yu() -> Iterator[Check]:
-    """Equations 1, 3, 21 and 23 of Yu et al.
-
-    Yields
-    ------
-    Check
-    """
+    """Equations 1, 3, 21 and 23 of Yu et al."""
     x = 8e-3 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 257))  # half a cycle of samples
     device = hybrid.condition(8, 4, 1.0)  # the loop of Figure 4
     upper, lower = (device.force(x, v, (), 1.0) for v in (FAST, -FAST))
@@ -47,7 +42,7 @@ def yu() -> Iterator[Check]:
         "%",
         read("1/N and a sum over the samples are printed for 1/2 at every displacement"),
     )
-    printed, meant = lugre_parameters_told_apart()
+    printed, meant = identifiable_lugre_parameters()
     yield equation(
         "LuGre force, parameters lost",
         "Eq 21",
@@ -68,14 +63,8 @@ def yu() -> Iterator[Check]:
     )
 
 
-def lugre_parameters_told_apart() -> tuple[int, int]:
-    """Rank of the force's derivatives by beta and epsilon of the LuGre model over a loop.
-
-    Returns
-    -------
-    printed, meant : int
-        Of Eq 21 as printed, and with a dot on its last y.
-    """
+def identifiable_lugre_parameters() -> tuple[int, int]:
+    """Rank of the force's derivatives by beta and epsilon of the LuGre model over a loop."""
     numbers = {"k0": 2e4, "c0": 300.0, "alpha": 800.0, "beta": 5e4, "epsilon": 40.0, "F0": 0.0}
     device = law("lugre", numbers)
     motion = sinusoidal(device, 4e-3, cycles=2)
@@ -87,12 +76,7 @@ def lugre_parameters_told_apart() -> tuple[int, int]:
 
 
 def linearised_bouc_wen() -> Iterator[Check]:
-    """Equations 2, 7, 9-13 and two sentences of the linearised Bouc-Wen paper.
-
-    Yields
-    ------
-    Check
-    """
+    """Equations 2, 7, 9-13 and two sentences of the linearised Bouc-Wen paper."""
     v, z = 1.0, 1.0  # with A, beta and gamma 1 and n 2
     printed = [
         sign * v - abs(sign * v) * abs(sign * z) - sign * v * (sign * z) ** 2 for sign in (1, -1)

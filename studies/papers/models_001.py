@@ -72,24 +72,7 @@ def complex_modulus(current_A: float) -> Fitted:
 
 
 def hysteresis(x: NDArray, v: NDArray, amplitude: float, slope: float, shape: float) -> NDArray:
-    """Settled hysteretic variable of a Bouc-Wen model with n = 2, in closed form.
-
-    Parameters
-    ----------
-    x, v : numpy.ndarray, m and m/s
-        Of a cycle between -amplitude and amplitude.
-    amplitude : float, m
-    slope : float, 1/m
-        (alpha (beta + gamma))^(1/2).
-    shape : float
-        (gamma - beta) / (gamma + beta), below 1.
-
-    Returns
-    -------
-    numpy.ndarray
-        w = z over (alpha / (beta + gamma))^(1/2): it grows with the displacement by slope (1 - w²)
-        after its zero, and by slope (1 - shape w²) before.
-    """
+    """Settled hysteretic variable of a Bouc-Wen model with n = 2, in closed form."""
     from scipy.optimize import brentq
 
     root = np.sqrt(abs(shape)) or 1.0
@@ -119,15 +102,15 @@ def traditional(current_A: float) -> Fitted:
 
     x, v, reference = improved(current_A)
 
-    def fitted(unknowns: NDArray) -> tuple[NDArray, NDArray]:
-        slope, shape = np.exp(unknowns[0]) / AMPLITUDE, np.tanh(unknowns[1])
+    def fitted(parameterisation: NDArray) -> tuple[NDArray, NDArray]:
+        slope, shape = np.exp(parameterisation[0]) / AMPLITUDE, np.tanh(parameterisation[1])
         columns = np.column_stack([x, v, hysteresis(x, v, AMPLITUDE, slope, shape)])
         scale = np.linalg.norm(columns, axis=0)
         values = nnls(columns / scale, reference)[0] / scale
         return values, columns @ values
 
-    def missed(unknowns: NDArray) -> float:
-        return 100 * half_range_error(reference, fitted(unknowns)[1])
+    def missed(parameterisation: NDArray) -> float:
+        return 100 * half_range_error(reference, fitted(parameterisation)[1])
 
     starts = [(a, b) for a in np.linspace(-1.0, 5.0, 9) for b in (-2.0, 0.0, 2.0)]
     best = minimize(
@@ -142,20 +125,7 @@ def traditional(current_A: float) -> Fitted:
 
 
 def in_millimetres(current_A: float, factor: float = 1e3, points: int = 20_000) -> Loop:
-    """Loop of Table 4's model whose hysteretic equation is fed with millimetres.
-
-    Parameters
-    ----------
-    current_A : float, A
-    factor : float
-        Units of length to a metre in the hysteretic equation.
-    points : int
-        Samples of the cycle.
-
-    Returns
-    -------
-    Loop
-    """
+    """Loop of Table 4's model whose hysteretic equation is fed with millimetres."""
     device = law("improved_bouc_wen")
     alpha, beta, gamma = device.parameters_at(current_A)[:3]
     phase = 2 * np.pi * (np.arange(points) + 0.5) / points
@@ -166,12 +136,7 @@ def in_millimetres(current_A: float, factor: float = 1e3, points: int = 20_000) 
 
 
 def checks() -> Iterator[Check]:
-    """Recompute what the paper says about its three models.
-
-    Yields
-    ------
-    Check
-    """
+    """Recompute what the paper says about its three models."""
     yield from _units()
     yield from _distances()
     yield from _order()
@@ -266,19 +231,7 @@ def _order() -> Iterator[Check]:
 
 
 def first_harmonic_error(scheme: int, current_A: float) -> float:
-    """Error of Table 4's model by the first harmonics of force, measured in Table 3.
-
-    Parameters
-    ----------
-    scheme : int
-    current_A : float, A
-        0 or 2.
-
-    Returns
-    -------
-    float, percent
-        Over the amplitude of the measured harmonic. Higher harmonics only add to it.
-    """
+    """Error of Table 4's model by the first harmonics of force, measured in Table 3."""
     frequency = TAO_COMPLEX_MODULUS[scheme][1]
     if current_A > 0 and scheme in corrupt():
         stiffness, damping = meant(scheme)

@@ -28,7 +28,7 @@ from .table import Check, Verdict, claim, compare, follows, found, how, read, re
 
 TITLE = f"000 {LI_LI}"
 AMPLITUDES_MM = tuple(LI_LI_STIFFNESS_N_PER_MM)
-CYCLES, SETTLED = 20, 15
+CYCLES, STEADY_CYCLES = 20, 15
 """Cycles that are integrated, and those of them that are not measured."""
 
 FIELD_T = 0.588
@@ -50,72 +50,27 @@ which hardly shows at that, 1, 25 and 100 times."""
 
 
 def changed(name: str = "strain_stiffening", /, **values: float) -> Device:
-    """Build the base model of Section 4.1 with some parameters changed.
-
-    Parameters
-    ----------
-    name : str
-        Law that has a base model.
-    **values : float
-        Parameters in the paper's N, mm, s.
-
-    Returns
-    -------
-    Device
-    """
+    """Build the base model of Section 4.1 with some parameters changed."""
     si = {key: SI_LI_LI[key] * value for key, value in values.items()}
     return law(name, "base_model").with_parameters(**si)
 
 
 @cache
 def generalised(frequency: float = 1.0) -> Motion:
-    """Move Table 2's model at all amplitudes and currents of Table 1.
-
-    Parameters
-    ----------
-    frequency : float, Hz
-        Of the motion.
-
-    Returns
-    -------
-    Motion
-        Cases by amplitude and current.
-    """
+    """Move Table 2's model at all amplitudes and currents of Table 1."""
     amplitudes = 1e-3 * np.array(AMPLITUDES_MM)[:, None]
     currents = np.array(CURRENTS_A)[None, :]
     return sinusoidal(law("strain_stiffening"), amplitudes, currents, frequency, CYCLES)
 
 
 def stiffness_and_ratio(motion: Motion, *case: int) -> tuple[float, float]:
-    """Effective stiffness and damping ratio of a case's settled cycles.
-
-    Parameters
-    ----------
-    motion : Motion
-        A test of 20 cycles.
-    *case : int
-        Which.
-
-    Returns
-    -------
-    stiffness, ratio : float, N/mm and dimensionless
-    """
-    measured = motion.measured(*case, skip=SETTLED)
+    """Effective stiffness and damping ratio of a case's settled cycles."""
+    measured = motion.measured(*case, skip=STEADY_CYCLES)
     return 1e-3 * measured.effective_stiffness.value, measured.damping_ratio.value
 
 
 def checks(short: bool = False) -> list[Check]:
-    """Recompute the paper's numbers.
-
-    Parameters
-    ----------
-    short : bool
-        Ignored: all of it takes seconds.
-
-    Returns
-    -------
-    list of Check
-    """
+    """Recompute the paper's numbers."""
     return [
         *_table_1(),
         *_frequency(),
@@ -200,13 +155,7 @@ def _trend(ratio: float) -> str:
 
 
 def yu_frequency_ratios() -> np.ndarray:
-    """Effective stiffness at 4 Hz over that at 1 Hz by Yu et al.'s Tables 1-2, the same device.
-
-    Returns
-    -------
-    numpy.ndarray, shape (3, 4)
-        By amplitude and current.
-    """
+    """Effective stiffness at 4 Hz over that at 1 Hz by Yu et al.'s Tables 1-2, the same device."""
 
     def stiffness(amplitude: float, frequency: float) -> np.ndarray:
         key = amplitude, frequency
@@ -282,7 +231,7 @@ def _section_4_1() -> Iterator[Check]:
             yield follows(f"K_eff, {title}, {at}", "Section 4.1", stiffness, "N/mm", remark)
             yield follows(f"damping ratio, {title}, {at}", "Section 4.1", ratio, "", remark)
         if name == "standard_solid":
-            measured = motion.measured(0, skip=SETTLED)
+            measured = motion.measured(0, skip=STEADY_CYCLES)
             modulus = complex(measured.storage_stiffness.value, measured.loss_stiffness.value)
             yield follows(
                 "integrated over closed complex stiffness",
@@ -294,13 +243,7 @@ def _section_4_1() -> Iterator[Check]:
 
 
 def peak_of_lower_branch() -> float:
-    """Largest effective stiffness of the lower branch over c1 ω, at any amplitude.
-
-    Returns
-    -------
-    float
-        Dimensionless; the stiffness depends on X (alpha / (c1 ω))^(1/2) alone.
-    """
+    """Largest effective stiffness of the lower branch over c1 ω, at any amplitude."""
     device = changed(k1=0.0)
     amplitudes = np.linspace(10e-3, 16e-3, 25)
     motion = sinusoidal(device, amplitudes, 0.0, 1.0, CYCLES)
@@ -309,20 +252,7 @@ def peak_of_lower_branch() -> float:
 
 
 def decay_rate(device: Device, amplitude: float, current: float, frequency: float) -> float:
-    """Largest decay rate 3 alpha z^2 / c1 of the stiffening branch in a settled cycle.
-
-    Parameters
-    ----------
-    device : Device
-        A five-parameter model.
-    amplitude : float, m
-    current : float, A
-    frequency : float, Hz
-
-    Returns
-    -------
-    float, 1/s
-    """
+    """Largest decay rate 3 alpha z^2 / c1 of the stiffening branch in a settled cycle."""
     motion = sinusoidal(device, [amplitude], current, frequency, CYCLES)
     _, _, c1, _, alpha = device.parameters_at(current)
     return float(np.max(3 * alpha * motion.states[-motion.points :, 1] ** 2 / c1))
@@ -372,12 +302,7 @@ def _limits() -> Iterator[Check]:
 
 
 def turning_frequency() -> float:
-    """Frequency above which more k0 lowers the upper branch's peak force.
-
-    Returns
-    -------
-    float, Hz
-    """
+    """Frequency above which more k0 lowers the upper branch's peak force."""
     from scipy.optimize import brentq
 
     k0 = LI_LI_BASE_MODEL["k0"]

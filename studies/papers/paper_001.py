@@ -44,17 +44,7 @@ OTHER = read("Table 4 is of scheme 2 alone")
 
 
 def checks(short: bool = False) -> list[Check]:
-    """Recompute the paper's numbers.
-
-    Parameters
-    ----------
-    short : bool
-        Ignored: all of it takes seconds.
-
-    Returns
-    -------
-    list of Check
-    """
+    """Recompute the paper's numbers."""
     return [
         *_peaks(),
         *_phase(),

@@ -60,20 +60,7 @@ _COMPARED = ("hybrid", "bouc_wen", "lugre", "strain_stiffening")
 
 
 def stiffness_and_energy(device: Device, amplitude: float, current: float) -> tuple[float, float]:
-    """Effective stiffness and energy of a loop of the hybrid law as it is printed.
-
-    Parameters
-    ----------
-    device : Device
-        A hybrid model.
-    amplitude : float, m
-    current : float, A
-
-    Returns
-    -------
-    stiffness, energy : float, N/m and J
-        The stiffness between ends of the same velocity; the energy by quadrature of the thickness.
-    """
+    """Effective stiffness and energy of a loop of the hybrid law as it is printed."""
     ends = [device.force(x, FAST, (), current) for x in (amplitude, -amplitude)]
     nodes, weights = np.polynomial.legendre.leggauss(60)
     x = amplitude * nodes
@@ -82,17 +69,7 @@ def stiffness_and_energy(device: Device, amplitude: float, current: float) -> tu
 
 
 def checks(short: bool = False) -> list[Check]:
-    """Recompute the paper's numbers.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to search by fewer runs.
-
-    Returns
-    -------
-    list of Check
-    """
+    """Recompute the paper's numbers."""
     return [
         *_polynomials(),
         *_against_000(),
@@ -104,34 +81,12 @@ def checks(short: bool = False) -> list[Check]:
 
 
 def means(name: str) -> np.ndarray:
-    """Average a parameter over the nine conditions.
-
-    Parameters
-    ----------
-    name : str
-        Of ``TABLES``.
-
-    Returns
-    -------
-    numpy.ndarray, shape (4,)
-        By current, in the table's unit.
-    """
+    """Average a parameter over the nine conditions."""
     return np.mean(list(TABLES[name][0].values()), axis=0)
 
 
 def refitted(name: str) -> np.ndarray:
-    """Fit a parameter's means by the paper's polynomial.
-
-    Parameters
-    ----------
-    name : str
-        Of ``TABLES``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Ascending powers of the current, in the table's unit.
-    """
+    """Fit a parameter's means by the paper's polynomial."""
     return np.polyfit(CURRENTS_A, means(name), TABLES[name][1])[::-1]
 
 
@@ -166,14 +121,7 @@ def _polynomials() -> Iterator[Check]:
 
 
 def against_000() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compare Tables 1-4 and Eqs 26-29 at 1 Hz with Li & Li's measured loops.
-
-    Returns
-    -------
-    stiffness, energy, generalised : numpy.ndarray, shape (3, 4)
-        By amplitude and current: stiffness and energy of the tables over the measured ones, and
-        stiffness of the equations over the measured one.
-    """
+    """Compare Tables 1-4 and Eqs 26-29 at 1 Hz with Li & Li's measured loops."""
     every = law("hybrid", "generalised_printed")
     ratios = np.empty((3, 3, 4))
     for i, (amplitude, row) in enumerate(LI_LI_STIFFNESS_N_PER_MM.items()):
@@ -227,13 +175,7 @@ def _against_000() -> Iterator[Check]:
 
 
 def loops_of_tables() -> tuple[np.ndarray, np.ndarray]:
-    """Effective stiffness and energy of the loops of Tables 1-4.
-
-    Returns
-    -------
-    stiffness, energy : numpy.ndarray, shape (3, 3, 4), N/m and J
-        By amplitude, frequency and current.
-    """
+    """Effective stiffness and energy of the loops of Tables 1-4."""
     every = [
         stiffness_and_energy(hybrid.condition(amplitude, frequency, i), 1e-3 * amplitude, i)
         for amplitude, frequency in YU_ALPHA_N

@@ -46,9 +46,7 @@ PRINTED = {
 
 TESTS = {
     (B, A, f)
-    for B, A, f in product(
-        LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ
-    )
+    for B, A, f in product(LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ)
     if (B, A, f) != (0.4, 0.2, 20.0)
 }
 """Tests that the section on parameter estimation lists: field (T), amplitude (mm), frequency (Hz).
@@ -77,17 +75,7 @@ _PARTS = {"storage": "G_real", "loss": "G_img"}
 
 
 def checks(short: bool = False) -> list[Check]:
-    """Recompute the paper's numbers.
-
-    Parameters
-    ----------
-    short : bool
-        Ignored: all of it takes no time.
-
-    Returns
-    -------
-    list of Check
-    """
+    """Recompute the paper's numbers."""
     return [
         *_regression(),
         *_causality(),
@@ -199,13 +187,7 @@ def _table_1() -> Iterator[Check]:
 
 
 def fitness_of_regression() -> dict[tuple[float, float], float]:
-    """Fitness of the paper's regression to Table 1 at 20 Hz, as Table 3 has it to measured loops.
-
-    Returns
-    -------
-    dict of tuple to float, %
-        By field (T) and amplitude (mm), where Table 3 has a number.
-    """
+    """Fitness of the paper's regression to Table 1 at 20 Hz, as Table 3 has it to measured loops."""
     table, slopes = lbw.columns(), LINEARISED_REGRESSION_PRINTED
     inputs = {"A": "amplitude_mm", "B": "field_T", "f": "frequency_Hz"}
     fitted = {
@@ -279,25 +261,19 @@ def _uncheckable() -> Iterator[Check]:
 
 
 def figures() -> dict[str, Figure]:
-    """Draw the stiffness against frequency, and the regression.
-
-    Returns
-    -------
-    dict of str to matplotlib.figure.Figure
-        By file name.
-    """
+    """Draw the stiffness against frequency, and the regression."""
     return {"003_stiffness": _stiffness(), "003_regression": _regressed()}
 
 
 def _stiffness() -> Figure:
     table, frequencies = lbw.columns(), np.array(LINEARISED_FREQUENCIES_HZ)
     shape = (len(LINEARISED_FIELDS_T), len(LINEARISED_AMPLITUDES_MM), len(frequencies))
-    found = lbw.regression()
+    result = lbw.regression()
     with style():
         figure = new_figure(7.2, 5.2)
         panels = figure.subplots(2, 3, sharex=True, sharey="row")
         for row, part in zip(panels, PRINTED, strict=True):
-            slopes, _ = found[part]
+            slopes, _ = result[part]
             for j, (panel, amplitude) in enumerate(zip(row, LINEARISED_AMPLITUDES_MM, strict=True)):
                 lines = line_styles(len(LINEARISED_FIELDS_T), markers=True)
                 for i, (field, line) in enumerate(zip(LINEARISED_FIELDS_T, lines, strict=True)):
@@ -328,7 +304,7 @@ def _stiffness() -> Figure:
 
 
 def _regressed() -> Figure:
-    table, found = lbw.columns(), lbw.regression()
+    table, result = lbw.columns(), lbw.regression()
     inputs = {"A": "amplitude_mm", "B": "field_T", "f": "frequency_Hz"}
     corrupt = np.all(
         [
@@ -343,7 +319,7 @@ def _regressed() -> Figure:
         figure = new_figure(7.2, 3.6)
         panels = figure.subplots(1, 2)
         for panel, part in zip(panels, PRINTED, strict=True):
-            slopes, share = found[part]
+            slopes, share = result[part]
             fitted = slopes["constant"] + np.sum(
                 [slopes[k] * table[n] for k, n in inputs.items()], axis=0
             )

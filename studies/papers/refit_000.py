@@ -38,11 +38,6 @@ def lower_branch() -> CubicSpline:
 
     The branch depends only on s = X (alpha / (c1 ω))^(1/2): its state over the amplitude obeys
     dζ/dτ = cos τ - s² ζ³, and its force over c1 ω X is s² ζ³.
-
-    Returns
-    -------
-    scipy.interpolate.CubicSpline
-        Of ln s: force at the largest displacement, and first-harmonic loss.
     """
     from scipy.interpolate import CubicSpline
 
@@ -76,18 +71,7 @@ def lower_branch() -> CubicSpline:
 
 
 def loops(c0: NDArray, k0: NDArray, c1: NDArray, k1: NDArray, alpha: NDArray) -> NDArray:
-    """Steady loops at Table 1's amplitudes and currents.
-
-    Parameters
-    ----------
-    c0, k0, c1, k1, alpha : array_like, broadcast to shape (3, 4)
-        By amplitude and current; N, mm, s.
-
-    Returns
-    -------
-    numpy.ndarray, shape (2, 3, 4)
-        Effective stiffness (N/mm) and damping ratio.
-    """
+    """Steady loops at Table 1's amplitudes and currents."""
     series = k0 + 1j * OMEGA * c0
     upper = k1 * series / (k1 + series)
     x = np.array(list(LI_LI_STIFFNESS_N_PER_MM))[:, None]
@@ -119,20 +103,7 @@ class Refit:
 
 @cache
 def refit(degree: int, softening: bool = False) -> Refit:
-    """Fit the five-parameter model to Table 1 by least squares of all 24 relative errors.
-
-    Parameters
-    ----------
-    degree : int
-        Of the parameters' polynomials of the current; 3 passes through any four values.
-    softening : bool
-        Whether every parameter is multiplied by (X / 4 mm)^-(e0 + e1 I).
-
-    Returns
-    -------
-    Refit
-        Best of ``STARTS`` random starts.
-    """
+    """Fit the five-parameter model to Table 1 by least squares of all 24 relative errors."""
     from scipy.optimize import least_squares
 
     measured = np.array(
@@ -146,11 +117,11 @@ def refit(degree: int, softening: bool = False) -> Refit:
     amplitudes = np.array(list(LI_LI_STIFFNESS_N_PER_MM))[:, None] / REFERENCE_MM
     count = len(NAMES) * (degree + 1)
 
-    def errors(unknowns: NDArray) -> NDArray:
-        at_nodes = np.exp(np.clip(unknowns[:count].reshape(len(NAMES), -1), -20, 20))
+    def errors(parameterisation: NDArray) -> NDArray:
+        at_nodes = np.exp(np.clip(parameterisation[:count].reshape(len(NAMES), -1), -20, 20))
         parameters = np.maximum((values @ at_nodes.T).T, 1e-9)[:, None, :]
         if softening:
-            e0, e1 = unknowns[count:]
+            e0, e1 = parameterisation[count:]
             parameters = parameters * amplitudes ** -(e0 + e1 * currents)
         return (loops(*parameters) / measured - 1).ravel()
 

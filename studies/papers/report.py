@@ -11,18 +11,7 @@ from .table import COLUMNS, Check, Claim, Comparison, Verdict, tally, texts
 
 
 def report(papers: Sequence[tuple[str, list[Check], list[Path]]]) -> Page:
-    """Page of the study.
-
-    Parameters
-    ----------
-    papers : sequence of tuple
-        Title, checks and figures' files (SVG) of each paper.
-
-    Returns
-    -------
-    Page
-        A section a paper; the reader chooses numbers by their verdict.
-    """
+    """Page of the study."""
     every = [check for _, checks, _ in papers for check in checks]
     printed = [check for check in every if isinstance(check, Comparison | Claim)]
     good = sum(check.verdict in (Verdict.REPRODUCED, Verdict.WITHIN) for check in printed)

@@ -29,17 +29,7 @@ FAST = 1.0
 
 
 def cosine(smell: np.ndarray) -> np.ndarray:
-    """Test function cos(20 π x) / x (Eq 18).
-
-    Parameters
-    ----------
-    smell : numpy.ndarray, shape (..., 1)
-        x, above 0.
-
-    Returns
-    -------
-    numpy.ndarray, shape (...)
-    """
+    """Test function cos(20 π x) / x (Eq 18)."""
     x = smell[..., 0]
     return np.cos(20 * np.pi * x) / x
 
@@ -47,23 +37,7 @@ def cosine(smell: np.ndarray) -> np.ndarray:
 def flights(
     step: float, adaptive: bool, starts: np.ndarray | None = None, runs: int = RUNS
 ) -> Flight:
-    """Search the test function by many independent swarms, as the paper does (Section 4.3).
-
-    Parameters
-    ----------
-    step : float
-        Fixed or initial step.
-    adaptive : bool
-        Whether the step falls.
-    starts : numpy.ndarray, optional, shape (runs, 1, 2)
-        Within 10 of the origin by default.
-    runs : int
-        How many.
-
-    Returns
-    -------
-    Flight
-    """
+    """Search the test function by many independent swarms, as the paper does (Section 4.3)."""
     rng = np.random.default_rng(2)
     if starts is None:
         starts = rng.uniform(-START, START, (runs, 1, 2))
@@ -71,33 +45,13 @@ def flights(
 
 
 def shown(values: np.ndarray, number: float) -> float:
-    """Share of runs that print a number to three decimals.
-
-    Parameters
-    ----------
-    values : numpy.ndarray
-        What the runs found.
-    number : float
-
-    Returns
-    -------
-    float
-    """
+    """Share of runs that print a number to three decimals."""
     return float(np.mean(np.round(values, 3) == number))
 
 
 @cache
 def minimum(low: float, high: float) -> tuple[float, float]:
-    """Least value of the test function between two points, and where.
-
-    Parameters
-    ----------
-    low, high : float
-
-    Returns
-    -------
-    value, at : float
-    """
+    """Least value of the test function between two points, and where."""
     from scipy.optimize import minimize_scalar
 
     least = minimize_scalar(
@@ -107,17 +61,7 @@ def minimum(low: float, high: float) -> tuple[float, float]:
 
 
 def checks(short: bool = False) -> list[Check]:
-    """Recompute Section 4's numbers.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to search by fewer runs.
-
-    Returns
-    -------
-    list of Check
-    """
+    """Recompute Section 4's numbers."""
     return [*_function(), *_searches(short), *_identification(short)]
 
 

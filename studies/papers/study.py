@@ -29,29 +29,7 @@ def reproduce(
     short: bool = False,
     show: Callable[[str, list[Check]], None] = lambda title, checks: None,
 ) -> Path:
-    """Recompute every checkable number of the papers and draw their figures.
-
-    Parameters
-    ----------
-    out : str or pathlib.Path
-        Folder to make; one that holds something is left alone and a number is put after its name.
-    figures : bool
-        Whether to draw figures, each as SVG and PNG.
-    short : bool
-        Whether to search by fewer runs.
-    show : callable
-        Is given each paper's title and checks as soon as they are there.
-
-    Returns
-    -------
-    pathlib.Path
-        The folder: ``report.html``, a CSV a paper, ``figures/``, and ``README.txt``.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    """
+    """Recompute every checkable number of the papers and draw their figures."""
     parts: list[tuple[str, list[Check], list[Path]]] = []
     with ResultsFolder(out) as folder:
         for name, (paper, drawings) in PAPERS.items():

@@ -58,13 +58,7 @@ def how(method: str) -> Remark:
 
 
 def found(template: str, *values: object) -> Remark:
-    """Tell further computed numbers, which fill the template's braces.
-
-    Raises
-    ------
-    ValueError
-        If there are none: such a remark would be written by hand.
-    """
+    """Tell further computed numbers, which fill the template's braces."""
     if not values:
         raise ValueError(f"a computed remark needs computed values: {template!r}")
     return Remark(template.format(*values), Basis.COMPUTED, values)
@@ -81,21 +75,7 @@ _LEVELS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 11.0)
 
 
 def agree(published: str, computed: float, within: float = 0.0) -> bool:
-    """Whether a number agrees with a printed one.
-
-    Parameters
-    ----------
-    published : str
-        As printed, whose last digit says how it was rounded.
-    computed : float
-        In the same unit.
-    within : float, percent
-        Largest difference that still counts, beyond the rounding.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a number agrees with a printed one."""
     mantissa, _, exponent = published.lower().partition("e")
     decimals = len(mantissa.partition(".")[2]) - int(exponent or 0)
     off = abs(computed - float(published))
@@ -396,27 +376,14 @@ def alternatives(
 
 
 def reading(
-    what: str, where: str, judged: Verdict, text: str, quote: str, published: str = ""
+    what: str, where: str, evaluated: Verdict, text: str, quote: str, published: str = ""
 ) -> Reading:
     """Tell what only the paper's text shows, with the words that show it."""
-    return Reading(what, where, published, None, "", read(text), judged, quote)
+    return Reading(what, where, published, None, "", read(text), evaluated, quote)
 
 
 def layout(title: str, checks: Iterable[Check]) -> Table:
-    """Lay out a paper's checks for the terminal.
-
-    Parameters
-    ----------
-    title : str
-        The paper.
-    checks : iterable of Check
-        Its numbers.
-
-    Returns
-    -------
-    rich.table.Table
-        A row a number, and how often each verdict was given below.
-    """
+    """Lay out a paper's checks for the terminal."""
     from rich.table import Table
 
     checks = list(checks)
@@ -442,18 +409,7 @@ COLUMNS = {
 
 
 def texts(check: Check) -> tuple[str, ...]:
-    """Print a check.
-
-    Parameters
-    ----------
-    check : Check
-        A number of a paper.
-
-    Returns
-    -------
-    tuple of str
-        A text a column.
-    """
+    """Print a check."""
     read_only = check.basis is Basis.READING
     return (
         check.what,
@@ -468,17 +424,6 @@ def texts(check: Check) -> tuple[str, ...]:
 
 
 def tally(checks: Iterable[Check]) -> str:
-    """Count verdicts.
-
-    Parameters
-    ----------
-    checks : iterable of Check
-        Numbers of one paper or of several.
-
-    Returns
-    -------
-    str
-        How often each verdict was given.
-    """
+    """Count verdicts."""
     counts = Counter(check.verdict for check in checks)
     return "; ".join(f"{verdict.value} {counts[verdict]}" for verdict in Verdict if counts[verdict])

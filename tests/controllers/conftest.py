@@ -7,7 +7,7 @@ import pytest
 
 from controllers import CONTROLLERS, available_controllers, controller
 from ground_motions import el_centro_1940
-from isolation_sim.simulation.control import Sensors, Situation
+from isolation_sim.simulation.control import RunContext, Sensors
 from isolation_sim.structures import reference_building, reference_isolators
 
 # settings without which a controller cannot be built, or takes longer than its contract needs
@@ -59,26 +59,26 @@ def record(el_centro):
     return el_centro.cut(0.0, 8.0)
 
 
-def situation_of(controller, belief, period=0.02, duration=8.0, high=3.0):
-    n = belief.n_channels
-    outputs = (*controller.measures(belief), *(f"coil{c}_current_A" for c in range(n)))
-    tested = np.array([belief.tested_current(c) for c in range(n)])
-    return Situation(
-        belief, period, duration, np.zeros(n), np.full(n, high), np.minimum(tested, high), outputs
+def context_of(controller, nominal, period=0.02, duration=8.0, high=3.0):
+    n = nominal.n_channels
+    outputs = (*controller.measures(nominal), *(f"coil{c}_current_A" for c in range(n)))
+    tested = np.array([nominal.tested_current(c) for c in range(n)])
+    return RunContext(
+        nominal, period, duration, np.zeros(n), np.full(n, high), np.minimum(tested, high), outputs
     )
 
 
-def both_forms(controller, situation, measurements):
+def both_forms(controller, context, measurements):
     """Commands of the plain and the compiled form for measurements one after another."""
-    controller.reset(situation)
-    compiled = controller.compiled(situation)
-    memory, command = compiled.memory.copy(), np.zeros(len(situation.low))
+    controller.reset(context)
+    compiled = controller.compiled(context)
+    memory, command = compiled.memory.copy(), np.zeros(len(context.low))
     pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
     kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
     function = kind(compiled.address)
     plain, fast = [], []
     for k, measured in enumerate(measurements):
-        t = k * situation.period
+        t = k * context.period
         plain.append(controller.current(t, measured))
         arrays = [np.ascontiguousarray(measured), compiled.settings, memory, command]
         sizes = np.array([len(a) for a in arrays])

@@ -9,7 +9,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 
-from .conftest import situation_of
+from .conftest import context_of
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
@@ -28,17 +28,17 @@ def test_no_other_constant_is_better(isolated, record, criterion):
 
 def test_finds_a_minimum_that_a_local_search_would_miss(isolated, monkeypatch):
     best = controller("best_constant", criterion="peak_base_displacement_m")
-    situation = situation_of(best, isolated)
+    context = context_of(best, isolated)
 
     def trial(one):
         """Stands for a run: the current is all that the criterion below looks at."""
-        return one.held(situation)
+        return one.held(context)
 
     def two_valleys(i, off):
         return (i - 0.6) ** 2 - 6.0 * np.exp(-(((i - 2.53) / 0.2) ** 2))
 
     monkeypatch.setitem(CRITERIA, "peak_base_displacement_m", two_valleys)
-    best.prepare(situation, trial)
+    best.prepare(context, trial)
     grid = np.linspace(0, 3, 30001)
     assert best.found == pytest.approx(grid[np.argmin(two_valleys(grid, None))], abs=2e-3)
 
@@ -52,9 +52,9 @@ def test_stays_within_the_limits(isolated, record):
 def test_refusals(isolated):
     best = controller("best_constant")
     with pytest.raises(InputError, match="has not searched yet"):
-        best.reset(situation_of(best, isolated))
-    with pytest.raises(InputError, match="criterion is 'peak'; accepted: 'weighted_peak' or"):
+        best.reset(context_of(best, isolated))
+    with pytest.raises(InputError, match="criterion is 'peak'; expected: 'weighted_peak' or"):
         controller("best_constant", criterion="peak")
     narrow = controller("best_constant", lowest=2, highest=1)
     with pytest.raises(InputError, match="currents from 2 to 1 A"):
-        narrow.prepare(situation_of(narrow, isolated), None)
+        narrow.prepare(context_of(narrow, isolated), None)

@@ -18,7 +18,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 
-from .conftest import situation_of
+from .conftest import context_of
 
 LAGGING = CoilDriver(lag=0.05, high=3.0)
 
@@ -118,11 +118,11 @@ def test_controller_replays_the_bound_in_a_run(plant, optimum):
 def test_what_cannot_be_solved_is_refused(isolated, plant):
     with pytest.raises(InputError, match="every weight is 0"):
         bound(plant, {DISPLACEMENT: 0.0})
-    with pytest.raises(InputError, match="n is 1; accepted: 2 or more"):
+    with pytest.raises(InputError, match="n is 1; expected: 2 or more"):
         pareto(plant, n=1)
     with pytest.raises(InputError, match="call prepare"):
         one = Clairvoyant()
-        one.commands(situation_of(one, isolated))
+        one.commands(context_of(one, isolated))
 
 
 def test_share_of_the_gap():

@@ -12,7 +12,7 @@ from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building
 
-from .conftest import both_forms, situation_of
+from .conftest import both_forms, context_of
 
 OBSERVERS = {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}
 
@@ -30,16 +30,16 @@ def test_wanted_forces_are_the_regulators_on_the_estimate(isolated, record, whic
     seen, _ = seen_in(isolated, record, filter=which)
     seen = seen[: 25 if which == "extended" else 100]
     one = controller("clipped_lqg", filter=which)
-    situation = situation_of(one, isolated)
-    one.reset(situation)
+    context = context_of(one, isolated)
+    one.reset(context)
     observer = OBSERVERS[which](
-        isolated, situation.period, GroundNoise(0.1), Noise(0.02, 2e-4),
-        limits=(situation.low, situation.high),
+        isolated, context.period, GroundNoise(0.1), Noise(0.02, 2e-4),
+        limits=(context.low, context.high),
     )  # fmt: skip
     found = observer.run(seen)
     gains = one.force_gains(isolated, np.array([1.5]))
     for k, row in enumerate(seen):
-        one.current(k * situation.period, row)
+        one.current(k * context.period, row)
         first = len(one._memory) - len(observer.tracking.memory)
         z = np.concatenate([found.displacement[k], found.velocity[k]])
         wanted = one._memory[first + MOTION + 2]
@@ -49,7 +49,7 @@ def test_wanted_forces_are_the_regulators_on_the_estimate(isolated, record, whic
 def test_both_forms_agree_with_the_extended_filter(isolated, record):
     seen, _ = seen_in(isolated, record)
     one = controller("clipped_lqg", filter="extended")
-    plain, fast = both_forms(one, situation_of(one, isolated), seen[60:80])
+    plain, fast = both_forms(one, context_of(one, isolated), seen[60:80])
     assert np.abs(plain - fast).max() <= 1e-7 and np.ptp(fast) > 0.5
 
 
@@ -67,6 +67,8 @@ def test_commands_come_near_those_of_measured_states(isolated, record, which):
 
 
 def test_needs_a_coil(record):
-    belief = reference_building().on(law("linear", {"k": 1e7}))
-    with pytest.raises(InputError, match="clipped_lqg: no element of the belief is driven by a"):
-        simulate(belief, record, controller("clipped_lqg"))
+    nominal = reference_building().on(law("linear", {"k": 1e7}))
+    with pytest.raises(
+        InputError, match="clipped_lqg: no element of the nominal model is driven by a"
+    ):
+        simulate(nominal, record, controller("clipped_lqg"))

@@ -15,17 +15,17 @@ from isolation_sim.laws.hybrid import condition
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
 
-from .conftest import both_forms, situation_of
+from .conftest import both_forms, context_of
 
 
-def smooth_measurements(belief, n_steps, period, seed=0):
+def smooth_measurements(nominal, n_steps, period, seed=0):
     """Displacements that sway, their velocities, and coil currents."""
     rng = np.random.default_rng(seed)
-    n, t = belief.structure.n_dofs, np.arange(n_steps) * period
+    n, t = nominal.structure.n_dofs, np.arange(n_steps) * period
     size, omega, phase = rng.uniform(0.01, 0.1, n), rng.uniform(2, 8, n), rng.uniform(0, 6, n)
     q = size * (np.sin(omega * t[:, None] + phase) - np.sin(phase))
     p = size * omega * np.cos(omega * t[:, None] + phase)
-    return np.hstack([q, p, rng.uniform(0, 3, (n_steps, belief.n_channels))])
+    return np.hstack([q, p, rng.uniform(0, 3, (n_steps, nominal.n_channels))])
 
 
 def mixed():
@@ -48,13 +48,13 @@ BELIEFS = {
 
 @pytest.mark.parametrize("which", BELIEFS)
 def test_both_forms_agree_for_other_laws(which):
-    belief = BELIEFS[which]()
+    nominal = BELIEFS[which]()
     one = controller("clipped_lqr")
-    situation = situation_of(one, belief)
-    plain, fast = both_forms(one, situation, smooth_measurements(belief, 60, 0.02))
+    context = context_of(one, nominal)
+    plain, fast = both_forms(one, context, smooth_measurements(nominal, 60, 0.02))
     # where the nearest force is an extremum, the current there is found to the root of rounding
     assert np.abs(plain - fast).max() <= (1e-9 if which in ("linear", "mixed") else 1e-7)
-    assert plain.shape == (60, belief.n_channels)
+    assert plain.shape == (60, nominal.n_channels)
     assert np.all((plain >= 0) & (plain <= 3)) and np.ptp(plain) > 1
 
 
@@ -113,11 +113,11 @@ def test_device_states_follow_the_plant(isolated, record):
 
 def test_wanted_force_is_mapped_by_the_belief(isolated):
     one = controller("clipped_lqr")
-    situation = situation_of(one, isolated)
+    context = context_of(one, isolated)
     measured = smooth_measurements(isolated, 30, 0.02)
     device = isolated.elements[0].device
     gains = one.force_gains(isolated, np.array([1.5]))
-    one.reset(situation)
+    one.reset(context)
     for k, row in enumerate(measured):
         command = one.current(0.02 * k, row)[0]
         states = one._memory[6:8].tolist()
@@ -182,7 +182,7 @@ def test_an_unlimited_supply_is_used_from_0_A_to_what_was_tested(name, record):
 
 
 def test_needs_a_coil():
-    belief = reference_building().on(law("linear", {"k": 1e7}))
+    nominal = reference_building().on(law("linear", {"k": 1e7}))
     one = controller("clipped_lqr")
-    with pytest.raises(InputError, match="no element of the belief is driven by a coil"):
-        one.reset(situation_of(one, belief))
+    with pytest.raises(InputError, match="no element of the nominal model is driven by a coil"):
+        one.reset(context_of(one, nominal))

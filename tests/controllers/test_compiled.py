@@ -51,15 +51,15 @@ class Counting(Fuzzy):
 
     designs = 0
 
-    def decision(self, situation):
+    def decision(self, context):
         self.designs += 1
-        return super().decision(situation)
+        return super().decision(context)
 
 
 class Learning(Counting):
     """Learns from a trial before it is designed."""
 
-    def prepare(self, situation, trial):
+    def prepare(self, context, trial):
         self.large_deformation = 0.1
 
 

@@ -7,7 +7,7 @@ from scipy.optimize import brentq, minimize_scalar
 from controllers import CurrentMap
 from controllers.device_model import DeviceModel
 from isolation_sim.errors import InputError
-from isolation_sim.identification.magnitudes import magnitude
+from isolation_sim.identification.characteristic_scales import magnitude
 from isolation_sim.laws import (
     LAWS,
     CurrentDependence,

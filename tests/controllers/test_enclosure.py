@@ -8,7 +8,7 @@ import pytest
 
 from controllers.device_model import DeviceModel
 from isolation_sim.effects import EFFECTS, extend
-from isolation_sim.identification.magnitudes import magnitude
+from isolation_sim.identification.characteristic_scales import magnitude
 from isolation_sim.laws import CurrentDependence, Device, law
 from isolation_sim.laws.emit import NotTraceable
 from isolation_sim.laws.law import Law, Quantity

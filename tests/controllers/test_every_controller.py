@@ -16,7 +16,7 @@ from isolation_sim.structures import reference_building, reference_isolators
 
 from .conftest import build, noisy_sensors
 
-# controllers whose belief shows in these commands; that of frequency_tracking moves the frequency
+# controllers whose nominal model shows in these commands; that of frequency_tracking moves the frequency
 # at which it switches, which this motion's leaps over
 REASONING = {
     "clipped_lqr", "clipped_lqg", "h2", "lyapunov", "sliding_mode", "mpc",
@@ -49,8 +49,8 @@ def test_plain_python_decides_the_same(name, isolated, record):
 
 
 def test_belief_is_apart_from_the_plant(name, isolated, record):
-    belief = reference_building().on(reference_isolators().scaled(force=1.3))
-    run = simulate(isolated, record, build(name), belief=belief)
+    nominal = reference_building().on(reference_isolators().scaled(force=1.3))
+    run = simulate(isolated, record, build(name), nominal=nominal)
     assert run.isolated is isolated
     same = simulate(isolated, record, build(name))
     changes = np.abs(run.command - same.command).max() > 1e-3
@@ -76,13 +76,13 @@ def test_noise_of_its_sensors_reaches_it_and_costs_little(name, isolated, record
 
 
 def test_without_a_coil_it_runs_or_says_so_in_one_line(name, record):
-    belief = reference_building().on(law("linear", {"k": 1.5e7}))
+    nominal = reference_building().on(law("linear", {"k": 1.5e7}))
     if name in COMMANDING:
-        assert simulate(belief, record.cut(0.0, 1.0), build(name)).command.shape[1] == 0
+        assert simulate(nominal, record.cut(0.0, 1.0), build(name)).command.shape[1] == 0
     else:
-        message = rf"{name}: no element of the (belief|structure) is driven by a coil"
+        message = rf"{name}: no element of the (nominal model|structure) is driven by a coil"
         with pytest.raises(InputError, match=f"^{message}$"):
-            simulate(belief, record.cut(0.0, 1.0), build(name))
+            simulate(nominal, record.cut(0.0, 1.0), build(name))
 
 
 def test_a_current_without_effect_changes_nothing(name, record):
@@ -103,7 +103,7 @@ def test_unknown_setting_is_refused_with_the_nearest(name):
 def test_unusable_setting_is_refused_in_one_line(name):
     with pytest.raises(InputError) as refused:
         controller(name, period=-1)
-    assert str(refused.value) == (f"{name}: period is -1; accepted: a number above 0 or None, in s")
+    assert str(refused.value) == (f"{name}: period is -1; expected: a number above 0 or None, in s")
 
 
 def test_settings_are_described_and_come_back(name):

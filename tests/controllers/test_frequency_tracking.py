@@ -15,7 +15,7 @@ from controllers.frequency_tracking import (
 )
 from isolation_sim.structures import reference_building, reference_isolators
 
-from .conftest import situation_of
+from .conftest import context_of
 
 MEASUREMENT = namedtuple("Measurement", "ground coil")
 FREQUENCIES = np.geomspace(SLOWEST, FASTEST, N_FREQUENCIES)
@@ -35,8 +35,8 @@ def test_peak_of_the_spectrum(frequency):
 @pytest.mark.parametrize("frequency", [0.25, 0.5, 0.9])
 def test_follows_a_changing_tone_in_noise(isolated, frequency):
     one = controller("frequency_tracking", corner=2.0, forgetting=2.0)
-    situation = situation_of(one, isolated)
-    one.reset(situation)
+    context = context_of(one, isolated)
+    one.reset(context)
     rng, phase = np.random.default_rng(0), 0.0
     for k in range(3000):
         phase += 2 * np.pi * 0.02 * (1.5 if k < 1000 else frequency)
@@ -52,7 +52,7 @@ def test_follows_a_changing_tone_in_noise(isolated, frequency):
 
 def test_current_amplifies_the_tone_least(isolated):
     one = controller("frequency_tracking")
-    currents = one.best_currents(situation_of(one, isolated), 0)
+    currents = one.best_currents(context_of(one, isolated), 0)
     device, mass = isolated.elements[0].device, isolated.structure.total_mass
     for frequency in (0.2, 0.45, 0.55, 2.0):
         k = int(np.argmin(np.abs(FREQUENCIES - frequency)))
@@ -65,7 +65,7 @@ def test_current_amplifies_the_tone_least(isolated):
         tried = [amplification(i) for i in np.linspace(0, 3, 301)]
         assert amplification(currents[k]) <= min(tried) * 1.01
     stiffer = reference_building().on(reference_isolators().scaled(force=2))
-    believed = one.best_currents(situation_of(one, stiffer), 0)
+    believed = one.best_currents(context_of(one, stiffer), 0)
     assert FREQUENCIES[believed == 3].max() > 1.3 * FREQUENCIES[currents == 3].max()
     # below the isolators' frequencies stiff, above them soft
     assert currents[FREQUENCIES < 0.3].min() == 3 and currents[FREQUENCIES > 1].max() == 0
@@ -73,7 +73,7 @@ def test_current_amplifies_the_tone_least(isolated):
 
 def test_a_quiet_ground_leaves_the_coil_alone(isolated):
     one = controller("frequency_tracking", threshold=0.5)
-    one.reset(situation_of(one, isolated))
+    one.reset(context_of(one, isolated))
     t = np.arange(1500) * 0.02
     slow = [one.current(s, MEASUREMENT(0.3 * np.sin(1.2 * s), 0.0))[0] for s in t]
     assert set(slow) == {0.0}
@@ -93,5 +93,5 @@ def test_in_two_directions_it_listens_to_the_first():
     assert one.measures(reference_building().on(reference_isolators())) == (
         "ground_acceleration_m_s2",
     )
-    one.reset(situation_of(one, plane))
+    one.reset(context_of(one, plane))
     assert 0 <= one.current(0.0, MEASUREMENT(1.0, 0.0))[0] <= 3

@@ -9,7 +9,7 @@ from controllers import controller
 from controllers.fuzzy import RULES, share
 from isolation_sim.structures import reference_building, reference_isolators
 
-from .conftest import both_forms, situation_of
+from .conftest import both_forms, context_of
 
 MEASUREMENT = namedtuple("Measurement", "x v coil")
 
@@ -34,7 +34,7 @@ def test_is_the_weighted_mean_of_the_rules(seed):
 
 def test_both_sides_are_alike_and_turning_round_is_soft(isolated):
     one = controller("fuzzy", large_deformation=0.1, fast=0.3)
-    one.reset(situation_of(one, isolated))
+    one.reset(context_of(one, isolated))
 
     def current(x, v):
         return one.current(0.0, MEASUREMENT(x, v, 0.0))[0]
@@ -50,12 +50,12 @@ def test_both_sides_are_alike_and_turning_round_is_soft(isolated):
 
 def test_a_coil_takes_what_its_elements_ask_for_most():
     device = reference_isolators().scaled(force=1 / 3)
-    belief = reference_building().with_element(device, "base", 0, "a")
-    belief = belief.with_element(device, "base", 1, "b").with_element(device, "base", 0, "c")
+    nominal = reference_building().with_element(device, "base", 0, "a")
+    nominal = nominal.with_element(device, "base", 1, "b").with_element(device, "base", 0, "c")
     one = controller("fuzzy")
     rng = np.random.default_rng(0)
     given = np.hstack([rng.uniform(-0.2, 0.2, (40, 6)), np.zeros((40, 2))])
-    plain, fast = both_forms(one, situation_of(one, belief), given)
+    plain, fast = both_forms(one, context_of(one, nominal), given)
     assert np.array_equal(plain, fast)
     alone = [
         [3 * share(abs(x) / one.large_deformation, np.sign(x) * v / one.fast)

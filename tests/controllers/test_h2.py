@@ -8,7 +8,7 @@ from scipy.signal import cont2discrete
 
 from controllers import CurrentMap, controller
 
-from .conftest import situation_of
+from .conftest import context_of
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +70,8 @@ def test_feedback_helps_the_linear_structure(design):
 def test_wanted_force_is_the_sampled_controllers(isolated, design):
     _, unit, linear, k = design
     one = controller("h2", preset="published")
-    situation = situation_of(one, isolated)
-    one.reset(situation)
+    context = context_of(one, isolated)
+    one.reset(context)
     a, b, c, d, _ = cont2discrete((k.A, k.B, k.C, k.D), 0.02, "bilinear")
     rng, device = np.random.default_rng(2), isolated.elements[0].device
     state, t = np.zeros(len(a)), np.arange(30) * 0.02

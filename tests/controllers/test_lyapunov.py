@@ -8,7 +8,7 @@ from controllers.clipped_lqr import linear_model
 from controllers.observers import KalmanFilter
 from isolation_sim.simulation.run import simulate
 
-from .conftest import situation_of
+from .conftest import context_of
 
 
 def state_matrix(isolated):
@@ -23,7 +23,7 @@ def test_energy_falls_as_the_squared_outputs_do(isolated):
     from scipy.linalg import expm
 
     one = controller("lyapunov", largest_displacement=0.1, largest_acceleration=np.inf)
-    rows = one.energy_rows(situation_of(one, isolated), np.array([1.5]))
+    rows = one.energy_rows(context_of(one, isolated), np.array([1.5]))
     a, inverse = state_matrix(isolated)
     # energy's derivative along the base's velocity, from the energy left to come
     h, z, push = 1e-3, np.zeros(12), np.zeros(12)
@@ -44,7 +44,7 @@ def test_energy_falls_as_the_squared_outputs_do(isolated):
 def test_current_is_whichever_lets_the_energy_fall_faster(isolated, record):
     one = controller("lyapunov", softening=0.0)
     run = simulate(isolated, record, one)
-    situation = situation_of(one, isolated)
+    context = context_of(one, isolated)
     names = one.measures(isolated)
     # the currents before each decision, as the sensors give them
     before = np.vstack([[[0.0]], run.command[:-1]])
@@ -55,12 +55,10 @@ def test_current_is_whichever_lets_the_energy_fall_faster(isolated, record):
     forces = [jump.force(x, v, tuple(states), i) for i in (before[:, 0], run.current[:, 0])]
     # outputs at a sample are those just after the command; the sensors' are just before
     seen[:, 0] += (forces[1] - forces[0]) / isolated.structure.mass[0, 0]
-    found = KalmanFilter(isolated, 0.02, limits=(situation.low, [3.0])).run(
-        np.hstack([seen, before])
-    )
+    found = KalmanFilter(isolated, 0.02, limits=(context.low, [3.0])).run(np.hstack([seen, before]))
     rise = (
         np.hstack([found.displacement, found.velocity])
-        @ one.energy_rows(situation, np.array([1.5]))[0]
+        @ one.energy_rows(context, np.array([1.5]))[0]
     )
     followed = tuple(found.device_states[:, 0].T)
     change = rise * (jump.force(x, v, followed, 3.0) - jump.force(x, v, followed, 0.0))

@@ -12,20 +12,20 @@ from controllers import controller
 from controllers.best_constant import weighted_peak
 from controllers.clairvoyant import coil_table
 from controllers.mpc import MPC
-from controllers.predictive.ground_ahead import GroundAhead
+from controllers.predictive.force_scale import ForceScale
+from controllers.predictive.ground_forecast import GroundForecast
 from controllers.predictive.ground_kernel import (
     DRIFT,
     FORGETTING,
     RECENT,
     drive,
-    foresee,
+    forecast,
+    forecast_deviation,
     learn,
-    stray,
 )
-from controllers.predictive.linear_belief import spring_and_dashpot
+from controllers.predictive.nominal_linear_model import spring_and_dashpot
 from controllers.predictive.prediction import Prediction, growing_blocks
 from controllers.predictive.slow_ground import SlowGround
-from controllers.predictive.strength import Strength
 from controllers.predictive.uncontrolled import Uncontrolled
 from ground_motions import Record, mavroeidis_papageorgiou_pulse
 from isolation_sim.errors import InputError
@@ -376,7 +376,7 @@ def test_autoregressive_model_is_the_weighted_least_squares():
 
     past[0] = 1.0
     ground = np.array([1.0, 0.5, 0.0, 0.0])
-    foresee(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0, 0.9), np.zeros(4))
+    forecast(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0, 0.9), np.zeros(4))
     # every forecast keeps 0.9 of what the model expects
     expected = 0.9 * np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
     assert ground[2] == pytest.approx(expected)
@@ -388,7 +388,7 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     h, steps, settling = 0.02, 400, 0.8
     returning = (1.0 / settling, h, 1.0, 1.0)
     ground, motion = np.zeros(steps + 1), np.array([0.0, 0.3])
-    foresee(1, np.zeros(0), np.zeros(0), ground, motion.copy(), returning, np.zeros(steps + 1))
+    forecast(1, np.zeros(0), np.zeros(0), ground, motion.copy(), returning, np.zeros(steps + 1))
     velocity = 0.3 + cumulative_trapezoid(ground, dx=h, initial=0.0)
     # the acceleration starts from 0, not from the pull
     expected = velocity[1] * np.exp(-np.arange(steps) * h / settling)
@@ -403,7 +403,7 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     np.testing.assert_allclose(drives, acceleration + velocity / settling, atol=1e-12)
     # known samples give the same
     found = np.zeros(steps + 1)
-    foresee(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
+    forecast(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
     np.testing.assert_allclose(found[1:], drives[1:], atol=1e-12)
 
 
@@ -436,7 +436,7 @@ def test_a_random_motion_is_foreseen_better_by_its_velocity():
                 if k >= 500 and k % 5 == 0:
                     ground = np.zeros(ahead + 1)
                     ground[0] = series[k]
-                    foresee(
+                    forecast(
                         1, coefficients, past, ground, motion.copy(), returning,
                         np.zeros(ahead + 1),
                     )  # fmt: skip
@@ -461,7 +461,7 @@ def test_accelerations_stray_as_drawn_from_the_model(isolated):
     prediction = Prediction(isolated, COILS, 0.02, np.arange(8))
     pulses = np.stack([prediction.pulses(np.array([i]), reach) for i in (0.0, 3.0)], axis=1)
     strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
-    stray(coefficients, np.array([[noise]]), pulses, np.zeros(reach), strays)
+    forecast_deviation(coefficients, np.array([[noise]]), pulses, np.zeros(reach), strays)
     for k, current in enumerate((0.0, 3.0)):
         drawn = np.empty((n_draws, reach + 1, prediction.n_accelerations))
         for draw in drawn:
@@ -562,9 +562,7 @@ def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
     curvature = 2 * 0.7 * by_command.T @ square @ by_command
     for added in (np.zeros(2), np.array([-0.03, 0.2])):
         resting = np.array([added[0], *np.zeros(6), added[1]])
-        (hessian, gradient, *_), _ = condensed(
-            predicted(started), 100.0, unseen, weights, resting
-        )
+        (hessian, gradient, *_), _ = condensed(predicted(started), 100.0, unseen, weights, resting)
         hessian, gradient = hessian[:-3, :-3], gradient[:-3]
         np.testing.assert_allclose(gradient, 2 * 0.7 * by_command.T @ square @ (end + added))
         np.testing.assert_allclose(hessian, curvature, atol=1e-12 * np.abs(curvature).max())
@@ -573,7 +571,7 @@ def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
 def test_the_ground_s_velocity_at_the_end_is_that_of_the_motion_ahead(isolated, record):
     h, n_steps, told, keep = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
     prediction = Prediction(isolated, COILS, h, np.arange(n_steps))
-    ahead = GroundAhead(prediction, COILS, h, n_steps, 0, None, None, (record,))
+    ahead = GroundForecast(prediction, COILS, h, n_steps, 0, None, None, (record,))
     for k in range(100):
         ahead.look(record.acceleration[k : k + 1], (k + np.arange(1, told + 1)) * h)
     # what is not known is expected to be at rest
@@ -589,7 +587,7 @@ def test_what_is_known_of_the_ground_is_known_between_the_decisions(isolated, to
     prediction = Prediction(isolated, COILS, h, np.arange(n_steps), 0.005)
     n, rng = prediction.n_sub, np.random.default_rng(2)
     motion = Record(rng.normal(size=400), 0.005)
-    ahead = GroundAhead(prediction, COILS, h, n_steps, 3, 1.0, None, (motion,))
+    ahead = GroundForecast(prediction, COILS, h, n_steps, 3, 1.0, None, (motion,))
     for k in range(5):
         ahead.look(motion.acceleration[4 * k : 4 * k + 1], (k + np.arange(1, told + 1)) * h)
     exact = motion.acceleration[16 : 16 + told * n + 1]
@@ -682,7 +680,7 @@ def test_a_believed_delay_makes_up_for_the_sensors(isolated, record):
 
 def test_a_factor_on_the_force_is_learnt(isolated):
     structure, step, factor = isolated.structure, 0.02, 0.7
-    strength = Strength(isolated, step, memory=10.0)
+    strength = ForceScale(isolated, step, memory=10.0)
     rng = np.random.default_rng(3)
     for _ in range(1000):
         force = 3e6 * rng.standard_normal(1)
@@ -695,7 +693,7 @@ def test_a_factor_on_the_force_is_learnt(isolated):
 
 
 def test_at_rest_the_belief_is_kept(isolated):
-    strength = Strength(isolated, 0.02, memory=10.0)
+    strength = ForceScale(isolated, 0.02, memory=10.0)
     for _ in range(1000):
         strength.learn(np.zeros(isolated.structure.n_dofs), np.zeros(1))
     assert strength.factor == pytest.approx(1.0)
@@ -705,17 +703,17 @@ def test_at_rest_the_belief_is_kept(isolated):
 def test_learning_makes_up_for_a_wrong_belief(isolated, record, observer, left):
     element = isolated.elements[0]
     wrong = replace(element, device=element.device.scaled(force=0.7))
-    belief = replace(isolated, elements=(wrong,))
+    nominal = replace(isolated, elements=(wrong,))
 
     def score(learning=None, believed=None):
         law = controller("mpc", filter=observer, learning=learning)
-        run = simulate(isolated, record, law, driver=LAGGING, belief=believed)
+        run = simulate(isolated, record, law, driver=LAGGING, nominal=believed)
         off = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
         names = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
         return sum(run.criteria[n] / off.criteria[n] for n in names), law.report.strength
 
-    (right, _), (misled, _) = score(), score(believed=belief)
-    learnt, strength = score(20.0, belief)
+    (right, _), (misled, _) = score(), score(believed=nominal)
+    learnt, strength = score(20.0, nominal)
     assert strength == pytest.approx(1 / 0.7, rel=0.05)
     assert learnt - right < left * (misled - right)
 
@@ -732,12 +730,14 @@ def test_devices_without_coil_join_the_prediction(record):
 
 def test_structure_without_a_coil_is_refused(record):
     plain = shear_building([1e5], [1e7], base_mass=1e5).on(kelvin_voigt(k=1e6, c=1e4))
-    with pytest.raises(InputError, match="mpc: no element of the belief is driven by a coil"):
+    with pytest.raises(
+        InputError, match="mpc: no element of the nominal model is driven by a coil"
+    ):
         simulate(plain, record, MPC())
 
 
 def test_coils_are_limited_to_tested_currents(isolated):
-    from .conftest import situation_of
+    from .conftest import context_of
 
-    table = coil_table(situation_of(MPC(), isolated, high=9.0))
+    table = coil_table(context_of(MPC(), isolated, high=9.0))
     assert table.tolist() == [[0.0, np.inf, 0.0, 3.0, 0.0]]

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from controllers import controller
 from controllers.observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
-from controllers.observers.linear_belief import sampled, structure_and_ground
+from controllers.observers.nominal_linear_model import sampled, structure_and_ground
 from controllers.observers.small_matrices import step_matrices
 from controllers.observers.tangent import TangentModel
 from ground_motions import kanai_tajimi_motion
@@ -137,8 +137,8 @@ def test_tangent_is_the_derivative(which):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_plain_and_compiled_form_agree_for_several_laws_and_coils(kind):
-    belief = mixed()
-    observer = kind(belief, PERIOD)
+    nominal = mixed()
+    observer = kind(nominal, PERIOD)
     rng = np.random.default_rng(3)
     size = np.array([*[0.5] * 6, *[0.02] * 4])
     currents = rng.uniform(0.0, 3.0, (12, 2))
@@ -159,13 +159,13 @@ def test_plain_and_compiled_form_agree_for_several_laws_and_coils(kind):
 
 def test_on_linear_equations_the_extended_filter_is_the_kalman_filter():
     """Against a filter written out with SciPy's matrix exponential."""
-    belief = reference_building().on(law("linear", {"k": 1.5e7}))
-    seen, _ = measured(belief, 0, duration=4.0)
-    found = ExtendedKalmanFilter(belief, PERIOD, GROUND, NOISE).run(seen)
+    nominal = reference_building().on(law("linear", {"k": 1.5e7}))
+    seen, _ = measured(nominal, 0, duration=4.0)
+    found = ExtendedKalmanFilter(nominal, PERIOD, GROUND, NOISE).run(seen)
     held = replace(
-        belief.structure, stiffness=belief.structure.stiffness + np.diag([1.5e7, *[0] * 5])
+        nominal.structure, stiffness=nominal.structure.stiffness + np.diag([1.5e7, *[0] * 5])
     )
-    a, b, g, c, _ = structure_and_ground(held, belief.element_rows, GROUND)
+    a, b, g, c, _ = structure_and_ground(held, nominal.element_rows, GROUND)
     transition, _, _, added = sampled(a, b, GROUND.density * g @ g.T, PERIOD)
     rows = np.vstack([c, np.eye(1, len(a))])
     noise = np.diag([NOISE.acceleration**2] * 6 + [NOISE.deformation**2])
@@ -222,9 +222,9 @@ def test_mismatch_is_seen_in_the_innovations_and_survived(isolated, kind, factor
 
 
 def test_bad_input_is_refused_in_one_line(isolated):
-    with pytest.raises(InputError, match=r"observer: period is 0\.0 s; accepted: above 0"):
+    with pytest.raises(InputError, match=r"observer: period is 0\.0 s; expected: above 0"):
         KalmanFilter(isolated, 0.0)
-    with pytest.raises(InputError, match=r"shape \(3, 2\); accepted: .* isolator_deformation_m, c"):
+    with pytest.raises(InputError, match=r"shape \(3, 2\); expected: .* isolator_deformation_m, c"):
         KalmanFilter(isolated, PERIOD).run(np.zeros((3, 2)))
     with pytest.raises(InputError, match="ground noise: intensity is -1; accepted"):
         GroundNoise(-1)

@@ -10,7 +10,7 @@ from controllers import controller
 from controllers.on_off import RULES
 from isolation_sim.simulation.run import simulate
 
-from .conftest import both_forms, situation_of
+from .conftest import both_forms, context_of
 
 
 def test_switches_as_an_independent_integration_does(isolated, el_centro):
@@ -66,7 +66,7 @@ def test_every_command_follows_the_rule(isolated, record, rule):
 
 def test_dead_band_keeps_the_last_current(isolated):
     one = controller("on_off", on=2, off=0.5, dead_band=0.1)
-    one.reset(situation_of(one, isolated))
+    one.reset(context_of(one, isolated))
     measured = namedtuple("Measurement", "x v coil")
     products = [0.05, 0.2, 0.05, -0.05, -0.2, 0.05]
     given = [one.current(0.02 * k, measured(1.0, p, 0.0))[0] for k, p in enumerate(products)]
@@ -78,11 +78,11 @@ def test_two_coils_and_two_isolators_on_one(rule):
     from isolation_sim.structures import reference_building, reference_isolators
 
     device = reference_isolators().scaled(force=1 / 3)
-    belief = reference_building().with_element(device, "base", 0, "a")
-    belief = belief.with_element(device, "base", 1, "b").with_element(device, "base", 0, "c")
+    nominal = reference_building().with_element(device, "base", 0, "a")
+    nominal = nominal.with_element(device, "base", 1, "b").with_element(device, "base", 0, "c")
     one = controller("on_off", rule=rule)
-    situation = situation_of(one, belief)
+    context = context_of(one, nominal)
     rng = np.random.default_rng(0)
-    plain, fast = both_forms(one, situation, rng.standard_normal((50, len(situation.outputs))))
+    plain, fast = both_forms(one, context, rng.standard_normal((50, len(context.outputs))))
     assert plain.shape == (50, 2) and np.array_equal(plain, fast)
     assert set(plain.ravel()) == {0.0, 3.0} and np.any(plain[:, 0] != plain[:, 1])

@@ -91,7 +91,7 @@ def test_the_highest_tested_current_is_the_devices(plant, driver, expected, reco
 def test_a_belief_does_not_change_what_was_tested(record):
     """How far the devices were tested is a fact of theirs, whatever law is believed of them."""
     run = simulate(
-        springs(tested=1.25), record.cut(0.0, 0.5), controller("passive_on"), belief=springs()
+        springs(tested=1.25), record.cut(0.0, 0.5), controller("passive_on"), nominal=springs()
     )
     assert set(run.current.ravel().tolist()) == {1.25}
 
@@ -127,10 +127,10 @@ def test_a_current_that_is_asked_for_is_not_quietly_changed(isolated, record):
         ({}, "time and amperes together, or a file"),
         ({"time": [0, 1]}, "time and amperes together, or a file"),
         ({"time": [0, 1], "amperes": [1]}, "2 instants for 1 commands"),
-        ({"time": [0.5, 1], "amperes": [1, 2]}, "first instant is 0.5 s; accepted: 0"),
+        ({"time": [0.5, 1], "amperes": [1, 2]}, "first instant is 0.5 s; expected: 0"),
         ({"time": [0, 1, 1], "amperes": [1, 2, 3]}, "instant 1 s follows 1 s"),
-        ({"time": [0, np.nan], "amperes": [1, 2]}, "time is .*; accepted: finite numbers"),
-        ({"file": "nowhere.csv"}, "file is 'nowhere.csv'; accepted: the path of an existing file"),
+        ({"time": [0, np.nan], "amperes": [1, 2]}, "time is .*; expected: finite numbers"),
+        ({"file": "nowhere.csv"}, "file is 'nowhere.csv'; expected: the path of an existing file"),
     ],
 )
 def test_bad_tables_are_refused(settings, message):
@@ -142,9 +142,9 @@ def test_bad_tables_are_refused(settings, message):
     ("text", "message"),
     [
         ("", "columns are missing"),
-        ("time_s,current_mA\n0,1\n", "columns are time_s, current_mA; accepted: time_s and"),
+        ("time_s,current_mA\n0,1\n", "columns are time_s, current_mA; expected: time_s and"),
         ("time_s,current_A\n", "no rows"),
-        ("time_s,current_A\n0,1\n1,x\n", "line 3: '1,x'; accepted: finite numbers"),
+        ("time_s,current_A\n0,1\n1,x\n", "line 3: '1,x'; expected: finite numbers"),
         ("time_s,current_A\n0,1\n1\n", "line 3: '1'"),
         ("time_s,current_A\n1,1\n", "first instant is 1 s"),
     ],

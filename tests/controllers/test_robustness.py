@@ -1,4 +1,4 @@
-"""Every controller under noise, delay and a wrong belief."""
+"""Every controller under noise, delay and a wrong nominal model."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def test_stays_bounded(name, isolated, record, factor):
     one, driver = build(name), CoilDriver(lag=0.05)
     ground = record.padded(after=8.0)
     run, off, on = (
-        simulate(isolated, ground, each, belief=believed, driver=driver, sensors=given)
+        simulate(isolated, ground, each, nominal=believed, driver=driver, sensors=given)
         for each, given in (
             (one, noisy_sensors(one, isolated)),
             (build("passive_off"), None),

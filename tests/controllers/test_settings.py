@@ -58,7 +58,7 @@ def test_a_search_range_stays_with_a_new_default():
 
 
 def test_a_bad_default_is_refused_where_the_class_is_written():
-    with pytest.raises(InputError, match="Bad: gain is -1; accepted: a number, 0 or more, in A/m"):
+    with pytest.raises(InputError, match="Bad: gain is -1; expected: a number, 0 or more, in A/m"):
         type("Bad", (Tuned,), {"gain": -1})
 
 

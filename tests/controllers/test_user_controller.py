@@ -10,7 +10,7 @@ from controllers.compiled import CompiledController, Decision
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.run import simulate
 
-from .conftest import both_forms, situation_of
+from .conftest import both_forms, context_of
 from .test_open_loop import check_against
 
 
@@ -18,7 +18,7 @@ class Outwards(Controller):
     name = "outwards"
     period = 0.02
 
-    def measures(self, belief):
+    def measures(self, nominal):
         return ("base_displacement_m", "base_velocity_m_s")
 
     def current(self, t, m):
@@ -30,7 +30,7 @@ class Replay(Controller):
 
     period = 0.1
 
-    def reset(self, situation):
+    def reset(self, context):
         # the sequence behind the switching reference
         self._on = iter(np.random.default_rng(1).random(312) > 0.5)
 
@@ -61,10 +61,10 @@ def one_over(k):
 
 
 class Proportional(CompiledController):
-    def measures(self, belief):
+    def measures(self, nominal):
         return ("base_displacement_m",)
 
-    def decision(self, situation):
+    def decision(self, context):
         return Decision(decide, np.array([2.5]), np.zeros(1))
 
 
@@ -93,14 +93,14 @@ def test_a_compiled_one_of_their_own(isolated, record):
     expected = np.minimum(40 * np.abs(base), 2.5)
     assert np.allclose(run.command[:-1, 0], expected[:-1], atol=1e-9)
     one = Proportional()
-    plain, fast = both_forms(one, situation_of(one, isolated), np.eye(20, 2))
+    plain, fast = both_forms(one, context_of(one, isolated), np.eye(20, 2))
     assert np.array_equal(plain, fast)
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_an_error_in_compiled_code_does_not_pass_unseen(isolated, record):
     class Broken(Proportional):
-        def decision(self, situation):
+        def decision(self, context):
             return Decision(broken, np.zeros(1), np.zeros(1))
 
     with pytest.raises(InputError, match=r"current nan A at t = 0\.5 s"):
@@ -109,19 +109,19 @@ def test_an_error_in_compiled_code_does_not_pass_unseen(isolated, record):
 
 def test_what_cannot_be_compiled_is_said(isolated):
     class Odd(Proportional):
-        def decision(self, situation):
+        def decision(self, context):
             space = {}
             exec("def decide(t, measured, settings, memory, command): command[0] = 1.0", space)
             return Decision(space["decide"], np.zeros(1), np.zeros(1))
 
     class Worse(Proportional):
-        def decision(self, situation):
+        def decision(self, context):
             return Decision(uses_a_class, np.zeros(1), np.zeros(1))
 
     for one, message in ((Odd(), "not in a file"), (Worse(), "it uses Outwards, a type")):
-        situation = situation_of(one, isolated)
+        context = context_of(one, isolated)
         with pytest.raises(InputError, match=message):
-            one.compiled(situation)
+            one.compiled(context)
 
 
 def uses_a_class(t, measured, settings, memory, command):

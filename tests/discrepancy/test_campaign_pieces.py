@@ -59,8 +59,7 @@ def test_a_current_lag_follows_a_step_as_in_the_textbook():
     lag = 0.05
     data = measured_runs([a_run(current=lambda t: 2.0 * (t >= 1.0))])
     seen = evaluate(
-        effect("current_lag", "first_order"),
-        data, np.zeros(len(data.x)), np.array([lag])
+        effect("current_lag", "first_order"), data, np.zeros(len(data.x)), np.array([lag])
     )["current"]
     time = np.arange(len(data.x)) / RATE
     exact = 2.0 * (1 - np.exp(-np.maximum(time - 1.0, 0.0) / lag))
@@ -119,8 +118,8 @@ def test_a_clipped_channel_is_told_of():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("a,b\n1,2\n", "accepted: a campaign folder"),
-        ("", "accepted: a campaign folder"),
+        ("a,b\n1,2\n", "expected: a campaign folder"),
+        ("", "expected: a campaign folder"),
     ],
 )
 def test_a_file_of_another_kind_is_refused(tmp_path, text, message):
@@ -136,8 +135,8 @@ LOOPS = "amplitude_mm,frequency_Hz,current_A,effective_stiffness_N_per_mm,dampin
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (LOOPS + "2,1,0,5,0.2\n" * 3, "3 rows; accepted: 6 or more"),
-        (LOOPS + "2,1,0,5,0.2\n" * 5 + "2,1,0,-5,0.2\n", "stiffness -5000; accepted: above 0"),
+        (LOOPS + "2,1,0,5,0.2\n" * 3, "3 rows; expected: 6 or more"),
+        (LOOPS + "2,1,0,5,0.2\n" * 5 + "2,1,0,-5,0.2\n", "stiffness -5000; expected: above 0"),
         (LOOPS + "2,1,0,x,0.2\n" * 6, "line 2, column effective_stiffness_N_per_mm"),
         (LOOPS.replace("damping_ratio", "damping"), "damping"),
     ],
@@ -167,5 +166,5 @@ def test_a_law_that_reproduces_its_loops_is_adequate(tmp_path):
 def test_numbers_of_another_law_are_refused():
     from isolation_sim.laws import law
 
-    with pytest.raises(InputError, match="accepted: of bouc_wen"):
+    with pytest.raises(InputError, match="expected: of bouc_wen"):
         diagnose("anywhere", "bouc_wen", law("linear", {"k": 1.0}))

@@ -66,14 +66,14 @@ def test_a_law_that_is_right_costs_nothing(before, ground):
     assert "+0 %" in same.finding and "ranks the controllers as they are" in same.finding
 
 
-@pytest.mark.parametrize(("case", "plant", "belief"),
+@pytest.mark.parametrize(("case", "plant", "nominal"),
                          [("predicted", "before", "before"), ("actual", "after", "before"),
                           ("redesigned", "after", "after")])  # fmt: skip
 def test_a_model_based_controller_runs_with_plant_and_belief(
-    found, request, ground, case, plant, belief
+    found, request, ground, case, plant, nominal
 ):
-    plant, belief = request.getfixturevalue(plant), request.getfixturevalue(belief)
-    run = iso.simulate(plant, ground, "clipped_lqr", belief=belief)
+    plant, nominal = request.getfixturevalue(plant), request.getfixturevalue(nominal)
+    run = iso.simulate(plant, ground, "clipped_lqr", nominal=nominal)
     off = iso.simulate(plant, ground)
     one = found.performance["clipped_lqr"][case]
     assert one.peak_base_displacement_m == run.criteria["peak_base_displacement_m"]

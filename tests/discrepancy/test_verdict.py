@@ -67,5 +67,5 @@ def test_explained_means_down_to_the_noise():
 
 
 def test_a_significance_that_is_no_share_is_refused():
-    with pytest.raises(InputError, match="significance is 2; accepted: 0 to 1"):
+    with pytest.raises(InputError, match="significance is 2; expected: 0 to 1"):
         diagnose(campaign(), "kelvin_voigt", significance=2.0)

@@ -214,7 +214,7 @@ def test_refusals(isolator):
     with pytest.raises(InputError, match="given twice"):
         extend(isolator, [(lag, {"lag": 0.1}), (effect("current_lag", "second_order"),
                                                 {"lag": 0.1})])  # fmt: skip
-    with pytest.raises(InputError, match="accepted: 0 to 5"):
+    with pytest.raises(InputError, match="expected: 0 to 5"):
         extend(isolator, [(lag, {"lag": -0.1})])
     with pytest.raises(InputError, match="has effects already"):
         extend(extend(isolator, [(lag, {"lag": 0.1})]), [])

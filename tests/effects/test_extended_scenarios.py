@@ -1,4 +1,4 @@
-"""Extended laws where laws are used: scenarios, beliefs, elements, simulation and its ledger."""
+"""Extended laws where laws are used: scenarios, assumptions, elements, simulation and its ledger."""
 
 import numpy as np
 import pytest
@@ -59,19 +59,19 @@ def test_scenario_keeps_its_effects(comments):
 
 
 @pytest.mark.parametrize(
-    "belief, expected",
+    "nominal model, expected",
     [
         ("length_factor = 1.1", ["current_lag.first_order", "end_stop.exponential"]),
         ("effect = []", []),
-        ('[[belief.effect]]\nname = "force_offset"\nlevel = 3.0', ["force_offset.constant"]),
+        ('[[nominal.effect]]\nname = "force_offset"\nlevel = 3.0', ["force_offset.constant"]),
         ('law = "hybrid"', []),
     ],
 )
-def test_controllers_believe_in_effects_or_not(belief, expected):
-    scenario = Scenario.from_toml(f"{TEXT}\n[belief]\n{belief}\n")
+def test_controllers_believe_in_effects_or_not(nominal, expected):
+    scenario = Scenario.from_toml(f"{TEXT}\n[nominal]\n{nominal}\n")
     assert Scenario.from_toml(scenario.to_toml()) == scenario
     job = scenario.build()
-    assert causes(job.options["belief"])[0] == expected
+    assert causes(job.options["nominal"])[0] == expected
     assert len(causes(job.isolated)[0]) == 2
 
 
@@ -82,7 +82,7 @@ def test_controllers_believe_in_effects_or_not(belief, expected):
         ("gap =", "gapp =", "did you mean 'gap'"),
         ("exponential", "exponental", "did you mean 'exponential'"),
         ("lag = 0.05", 'lag = "short"', r"isolator.effect\[0\].lag is 'short'"),
-        ("lag = 0.05", "lag = -1", "accepted: 0 to 5"),
+        ("lag = 0.05", "lag = -1", "expected: 0 to 5"),
         ("level = 10\n", "", "'level' is missing"),
     ],
 )
@@ -152,7 +152,7 @@ def test_energy_closes_with_effects_that_store_it(short):
 
 
 def test_a_controlled_building_on_an_extended_law(short):
-    """Softened, with a lag: it runs, moves further, and an extended belief is followed."""
+    """Softened, with a lag: it runs, moves further, and an extended nominal model is followed."""
     plain = iso.law("strain_stiffening")
     softened = extend(
         plain,

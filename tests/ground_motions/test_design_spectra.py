@@ -56,7 +56,7 @@ def test_en1998_1_2004(spectrum_type, ground, a_g, points):
 
 
 def test_en1998_1_2004_type_2_ends_at_4_s():
-    with pytest.raises(InputError, match=r"4.5; accepted: 0 to 4"):
+    with pytest.raises(InputError, match=r"4.5; expected: 0 to 4"):
         en1998_1_2004(1.0, "A", 2).psa([4.5])
 
 

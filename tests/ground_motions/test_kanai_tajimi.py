@@ -88,9 +88,9 @@ def test_one_stationary_motion_has_the_target_variance(motion, psd):
 def test_the_envelope_multiplies_the_stationary_motion():
     envelope = Trapezoid(2.0, 8.0, 10.0)
     plain = kanai_tajimi_motion("soft", 10.0, seed=1, intensity=0.1, envelope=None)
-    shaped = kanai_tajimi_motion("soft", 10.0, seed=1, intensity=0.1, envelope=envelope)
+    refined = kanai_tajimi_motion("soft", 10.0, seed=1, intensity=0.1, envelope=envelope)
     np.testing.assert_allclose(
-        shaped.acceleration, plain.acceleration * envelope(plain.time), rtol=1e-14
+        refined.acceleration, plain.acceleration * envelope(plain.time), rtol=1e-14
     )
 
 

@@ -40,5 +40,5 @@ def test_the_kinds_have_the_strength_that_they_should():
 
 @pytest.mark.parametrize("given", [{"count": 0}, {"count": 1.5}, {"count": 1, "seed": -1}])
 def test_a_mixture_that_cannot_be_drawn_is_refused(given):
-    with pytest.raises(InputError, match="accepted: a whole number"):
+    with pytest.raises(InputError, match="expected: a whole number"):
         motion_mixture(**given)

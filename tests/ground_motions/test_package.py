@@ -56,7 +56,7 @@ def test_examples_run(module):
 
 def test_the_error_is_one_line_and_survives_pickling():
     error = InputError("a\nfile", "x\r\ny", "z")
-    assert str(error) == "a file: given x y; accepted: z"
+    assert str(error) == "a file: given x y; expected: z"
     assert isinstance(error, ValueError)
     again = pickle.loads(pickle.dumps(error))
     assert (again.place, again.given, again.accepted) == ("a file", "x y", "z")

@@ -72,7 +72,13 @@ HELD = {
     "linearised_bouc_wen": {"C_e": 250.0},
     # the motion stays beyond the amplitudes between which this law tells one from another
     "dynamic_stiffness": {
-        "k_A": -3e6, "k_B": 5e3, "k_f": 60.0, "l_A": -1e6, "l_B": 1e3, "l_f": 8.0, "tau": 0.3,
+        "k_A": -3e6,
+        "k_B": 5e3,
+        "k_f": 60.0,
+        "l_A": -1e6,
+        "l_B": 1e3,
+        "l_f": 8.0,
+        "tau": 0.3,
         "B": 0.15,
     },
 }
@@ -107,12 +113,19 @@ def integrated(law, parameters, displacement, velocity, time, rtol=1e-8):
     parameters = tuple(parameters)
     states = np.zeros((0, len(time)))
     if law.states:
+
         def rates(t, s):
             return law.rates(displacement(t), velocity(t), tuple(s), parameters)
 
         solution = solve_ivp(
-            rates, (time[0], time[-1]), np.zeros(len(law.states)), "LSODA", time, rtol=rtol,
-            atol=1e-14, max_step=0.02,
+            rates,
+            (time[0], time[-1]),
+            np.zeros(len(law.states)),
+            "LSODA",
+            time,
+            rtol=rtol,
+            atol=1e-14,
+            max_step=0.02,
         )
         assert solution.success
         states = solution.y

@@ -16,16 +16,16 @@ from isolation_sim.laws import LAWS, Device
 def test_rounding_makes_no_divisor_zero():
     law = LAWS["strain_stiffening"]
     currents = np.array([0.0, 1.0, 2.0, 3.0])
-    unknowns = Parameterisation(law, currents, sizes=(100.0, 4e-3, 0.16))
+    parameterisation = Parameterisation(law, currents, sizes=(100.0, 4e-3, 0.16))
     n = len(currents)
     for k in range(n):  # as large as a fit may make it, but for one current
-        values = np.minimum(unknowns.upper, 1e30)
-        values[k::n] = unknowns.lower[k::n]
-        found = unknowns.dependence(values).at(currents)
+        values = np.minimum(parameterisation.upper, 1e30)
+        values[k::n] = parameterisation.lower[k::n]
+        found = parameterisation.dependence(values).at(currents)
         for quantity, row in zip(law.parameters, found, strict=True):
             if quantity.divides:
                 assert np.all(row > 0), (quantity.name, k)
-        device = Device(law, unknowns.dependence(values), (0.0, 3.0))
+        device = Device(law, parameterisation.dependence(values), (0.0, 3.0))
         assert np.all(np.isfinite(device.parameters_at(currents)))
 
 

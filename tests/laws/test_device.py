@@ -122,7 +122,7 @@ NUMBERS = {"c0": 1e4, "k0": 1e4, "c1": 1e3, "k1": 1e4, "alpha": 1e8}
         ({"force_scale": -1.0}, "force_scale"),
         ({"force_scale": np.inf}, "finite"),
         ({"tested_deformation": 0.0}, "tested_deformation"),
-        ({"tested_current": np.nan}, "tested_current is nan; accepted: a number of amperes"),
+        ({"tested_current": np.nan}, "tested_current is nan; expected: a number of amperes"),
         ({"tested_current": "high"}, "tested_current"),
         ({"current_range": (3.0, 0.0)}, "current_range"),
         ({"current_range": (0.0, np.nan)}, "current_range"),
@@ -136,7 +136,7 @@ NUMBERS = {"c0": 1e4, "k0": 1e4, "c1": 1e3, "k1": 1e4, "alpha": 1e8}
                 "current": CurrentDependence.polynomial(NUMBERS | {"k1": (1.0, -1.0)}),
                 "current_range": (0.0, 2.0),
             },
-            "accepted: 0 to inf",
+            "expected: 0 to inf",
         ),
     ],
 )

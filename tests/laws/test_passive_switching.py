@@ -123,6 +123,7 @@ def test_no_change_of_current_adds_energy(device):
 
 def follow(device, current, stretch, end):
     """Force and states while a device is stretched at its own velocity."""
+
     def rate(t, y):
         x, v = stretch(t)
         return device.rates(x, v, y, current(t))
@@ -143,9 +144,7 @@ def test_stiffening_acts_on_further_deformation_and_softening_in_proportion(powe
         stiffness = lambda i: K[0] + K[1] * i  # noqa: E731
     else:
         numbers = {"c0": 1e9, "k0": 0.0, "k1": 0.0, "alpha": (3e8, 5e7)}
-        spring = Device(
-            LAWS["four_parameter"], CurrentDependence.polynomial(numbers), (0.0, 3.0)
-        )
+        spring = Device(LAWS["four_parameter"], CurrentDependence.polynomial(numbers), (0.0, 3.0))
         stiffness = lambda i: 3e8 + 5e7 * i  # noqa: E731
     device = passive(spring, field_lag=2e-3)
 
@@ -208,7 +207,7 @@ def test_there_and_back(device, plain):
 
 
 def test_same_law_for_other_numbers(plain):
-    """So that belief and truth share compiled code, which is found again in a later process."""
+    """So that nominal model and truth share compiled code, which is found again in a later process."""
     one, two = passive(plain), passive(plain.scaled(length=3.0, force=2.0), field_lag=0.01)
     assert one.law is two.law
     assert fingerprint(one.law) is not None and fingerprint(one.law) != fingerprint(plain.law)
@@ -258,5 +257,5 @@ def test_what_does_not_allow_the_rule_is_refused_with_the_reason(case):
 
 
 def test_field_lag_must_be_positive():
-    with pytest.raises(InputError, match="field_lag is 0 s; accepted: above 0"):
+    with pytest.raises(InputError, match="field_lag is 0 s; expected: above 0"):
         passive(law("strain_stiffening"), field_lag=0)

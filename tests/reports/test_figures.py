@@ -54,7 +54,8 @@ def drawn_texts(figure):
             low, high = sorted(axis.get_view_interval())
             texts += [axis.label, axis.offsetText]
             texts += [
-                tick.label1 for tick in axis.get_major_ticks()
+                tick.label1
+                for tick in axis.get_major_ticks()
                 if low - 1e-9 <= tick.get_loc() <= high + 1e-9
             ]
     shown = [text for text in texts if text.get_visible() and text.get_text().strip()]
@@ -69,8 +70,12 @@ def check_texts(figure):
         along = min(a.y1, b.y1) - max(a.y0, b.y0)
         assert across < 0.5 or along < 0.5, f"{one!r} overlaps {other!r}"
     for text, box in texts:
-        inside = (-0.5 <= box.x0 and -0.5 <= box.y0
-                  and box.x1 <= figure.bbox.x1 + 0.5 and box.y1 <= figure.bbox.y1 + 0.5)
+        inside = (
+            -0.5 <= box.x0
+            and -0.5 <= box.y0
+            and box.x1 <= figure.bbox.x1 + 0.5
+            and box.y1 <= figure.bbox.y1 + 0.5
+        )
         assert inside, f"{text!r} is cut off"
 
 
@@ -78,15 +83,19 @@ def check(figure):
     """Everything that holds for all figures."""
     check_texts(figure)
     for axes in figure.axes:
-        for axis, siblings in ((axes.xaxis, axes.get_shared_x_axes()),
-                               (axes.yaxis, axes.get_shared_y_axes())):
+        for axis, siblings in (
+            (axes.xaxis, axes.get_shared_x_axes()),
+            (axes.yaxis, axes.get_shared_y_axes()),
+        ):
             labels = [
                 getattr(other, f"get_{axis.axis_name}label")()
                 for other in siblings.get_siblings(axes)
             ]
             assert any(UNIT.search(label) for label in labels), f"no unit in {labels}"
-        looks = [(line.get_linestyle(), line._unscaled_dash_pattern, line.get_marker())
-                 for line in axes.lines]
+        looks = [
+            (line.get_linestyle(), line._unscaled_dash_pattern, line.get_marker())
+            for line in axes.lines
+        ]
         assert len(set(map(str, looks))) == len(looks), "lines that only their colour tells apart"
     assert figure.get_figwidth() == DOUBLE_COLUMN
 
@@ -122,8 +131,13 @@ def test_a_structure_without_elements(ground):
     names, n = output_names(isolated), len(ground)
     values = np.sin(np.arange(n))[:, None] * np.arange(1, len(names) + 1)
     run = SimpleNamespace(
-        isolated=isolated, records=(ground,), time=ground.time, controller="none", values=values,
-        outputs=SimpleNamespace(names=names), current=np.zeros((n, 0)),
+        isolated=isolated,
+        records=(ground,),
+        time=ground.time,
+        controller="none",
+        values=values,
+        outputs=SimpleNamespace(names=names),
+        current=np.zeros((n, 0)),
         energy=Ledger(ground.time, *np.zeros((9, n)), closure_error=0.0),
     )
     response = response_of(run)

@@ -231,8 +231,11 @@ def test_the_first_screen_shows_the_trade_off_and_the_navigation_stays(report, o
         assert page.locator("nav").bounding_box()["height"] < 60
         page.evaluate("document.querySelector('nav a[href=\"#energy\"]').click()")
         # the heading is below the navigation, not behind it
-        until(page, "document.querySelector('#energy').getBoundingClientRect().top >= 40"
-                    " && document.querySelector('#energy').getBoundingClientRect().top < 120")
+        until(
+            page,
+            "document.querySelector('#energy').getBoundingClientRect().top >= 40"
+            " && document.querySelector('#energy').getBoundingClientRect().top < 120",
+        )
 
 
 def test_the_points_of_the_trade_off_are_the_runs_criteria(report, opened, runs):

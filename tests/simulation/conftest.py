@@ -22,16 +22,16 @@ class Scheduled:
         self.time = np.atleast_1d(np.asarray(time, float))
         self.amperes = np.asarray(current, float).reshape(len(self.time), -1)
 
-    def measures(self, belief):
+    def measures(self, nominal):
         return ()
 
-    def prepare(self, situation, trial):
+    def prepare(self, context, trial):
         pass
 
-    def schedule(self, situation):
+    def schedule(self, context):
         return Schedule(self.time, self.amperes)
 
-    def reset(self, situation):
+    def reset(self, context):
         pass
 
 
@@ -43,19 +43,19 @@ class Rule:
     def __init__(self, function, period, measured=("base_displacement_m", "base_velocity_m_s")):
         self.function, self.period, self.measured = function, period, measured
 
-    def measures(self, belief):
+    def measures(self, nominal):
         return self.measured
 
-    def prepare(self, situation, trial):
+    def prepare(self, context, trial):
         pass
 
-    def schedule(self, situation):
+    def schedule(self, context):
         return None
 
-    def compiled(self, situation):
+    def compiled(self, context):
         return None
 
-    def reset(self, situation):
+    def reset(self, context):
         self.times, self.seen, self.commands = [], [], []
 
     def current(self, t, measurement):

@@ -98,9 +98,7 @@ def test_small_motion_is_as_accurate_as_large_motion(
     assert worst(motion(small), motion(exact)) < 5e-6
 
 
-@pytest.mark.parametrize(
-    "quiet", [0.02, 0.04, 1.0]
-)
+@pytest.mark.parametrize("quiet", [0.02, 0.04, 1.0])
 @pytest.mark.parametrize("plant", ["stiffening", "hybrid"])
 def test_quiet_start_changes_nothing(plant, quiet, strong_motion, held, motion, worst, request):
     plant = request.getfixturevalue(plant)

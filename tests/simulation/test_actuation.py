@@ -72,6 +72,7 @@ def test_a_lost_sample_is_replaced_by_the_last_that_arrived(
     sensors, stiffening, strong_motion, rule
 ):
     """Against the run without losses: what was seen is one of its samples, held while lost."""
+
     def seen(**more):
         watcher = rule(lambda t, m: 1.5, 0.01, MOTION)
         simulate(stiffening, strong_motion, watcher, sensors=Sensors(**sensors, **more))
@@ -132,16 +133,12 @@ def test_compensation_extrapolates_at_constant_acceleration(stiffening, strong_m
             assert np.abs(now[inner] - exact[inner]).max() > 20 * error, name
 
 
-def test_compensation_brings_the_noise_of_the_sensors_that_it_uses(
-    stiffening, strong_motion, rule
-):
+def test_compensation_brings_the_noise_of_the_sensors_that_it_uses(stiffening, strong_motion, rule):
     tau, noise = 0.03, {"displacement_m": 1e-4, "velocity_m_s": 0.02, "acceleration_m_s2": 0.5}
 
     def seen(**options):
         watcher = rule(lambda t, m: 1.5, 0.005)
-        simulate(
-            stiffening, strong_motion, watcher, sensors=Sensors(compensation=tau, **options)
-        )
+        simulate(stiffening, strong_motion, watcher, sensors=Sensors(compensation=tau, **options))
         return np.array(watcher.seen)
 
     error = seen(noise=noise, seed=3) - seen()
@@ -157,6 +154,7 @@ def test_compensation_brings_the_noise_of_the_sensors_that_it_uses(
 
 def test_compensation_undoes_most_of_a_delay_of_20_ms(stiffening, el_centro, rule, motion):
     """In the commands and in the response, for controllers of displacement and of velocity."""
+
     def run(follow, delay, computing=0.0, **options):
         return simulate(
             stiffening, el_centro, rule(follow, 0.01),
@@ -181,6 +179,7 @@ def test_compensation_undoes_most_of_a_delay_of_20_ms(stiffening, el_centro, rul
 
 def test_compensation_mends_the_decisions_of_on_off(stiffening, el_centro):
     """Share of instants at which the current is not what the motion at that instant asks for."""
+
     def wrong(**options):
         run = simulate(
             stiffening, el_centro, controller("on_off"), sensors=Sensors(delay=0.02, **options)
@@ -224,6 +223,7 @@ def test_batch_and_single_runs_are_the_same(together, stiffening, strong_motion)
 
 def test_all_effects_together_have_an_effect(together, stiffening, strong_motion):
     """Each by itself changes the run: none is lost on the way."""
+
     def without(**changes):
         options = {**EVERYTHING, **changes}
         return simulate(stiffening, strong_motion, controller("on_off"), **options).current

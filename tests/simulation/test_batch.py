@@ -35,19 +35,19 @@ class Compiled:
     def __init__(self, gain, period=0.04, python=False):
         self.gain, self.period, self.python = gain, period, python
 
-    def prepare(self, situation, trial):
+    def prepare(self, context, trial):
         pass
 
-    def measures(self, belief):
+    def measures(self, nominal):
         return ("base_displacement_m",)
 
-    def schedule(self, situation):
+    def schedule(self, context):
         return None
 
-    def reset(self, situation):
+    def reset(self, context):
         self.memory = 0.0
 
-    def compiled(self, situation):
+    def compiled(self, context):
         if self.python:
             return None
         numbers = np.array([self.gain, 0.9])

@@ -25,8 +25,8 @@ def situations(draw):
 
 @given(situations())
 @settings(deadline=None)
-def test_windows_cover_the_record_in_powers_of_two(situation):
-    n, dt, kinds = situation
+def test_windows_cover_the_record_in_powers_of_two(context):
+    n, dt, kinds = context
     grid = make_grid(n, dt, *kinds)
     first, kind, count = grid.windows.T
     np.testing.assert_array_equal(first[1:], first[:-1] + count[:-1])
@@ -41,8 +41,8 @@ def test_windows_cover_the_record_in_powers_of_two(situation):
 
 @given(situations())
 @settings(deadline=None)
-def test_intervals_of_a_window_are_equal(situation):
-    n, dt, kinds = situation
+def test_intervals_of_a_window_are_equal(context):
+    n, dt, kinds = context
     grid = make_grid(n, dt, *kinds)
     for k, (first, _, count) in enumerate(grid.windows[:-1]):
         lengths = np.diff(grid.time[first : first + count + 1])
@@ -51,8 +51,8 @@ def test_intervals_of_a_window_are_equal(situation):
 
 @given(situations())
 @settings(deadline=None)
-def test_every_instant_begins_a_window_and_every_sample_is_a_point(situation):
-    n, dt, kinds = situation
+def test_every_instant_begins_a_window_and_every_sample_is_a_point(context):
+    n, dt, kinds = context
     grid = make_grid(n, dt, *kinds)
     np.testing.assert_allclose(grid.time[grid.samples], np.arange(n) * dt, atol=1e-9 * dt)
     assert np.all(np.diff(grid.time) > 0)
@@ -66,8 +66,8 @@ def test_every_instant_begins_a_window_and_every_sample_is_a_point(situation):
 
 @given(situations())
 @settings(deadline=None)
-def test_without_instants_windows_are_as_long_as_they_may_be(situation):
-    n, dt, _ = situation
+def test_without_instants_windows_are_as_long_as_they_may_be(context):
+    n, dt, _ = context
     grid = make_grid(n, dt)
     left = (n - 1) % MOST_INTERVALS
     assert len(grid.windows) - 1 == (n - 1) // MOST_INTERVALS + bin(left).count("1")

@@ -19,10 +19,10 @@ from isolation_sim.structures import reference_building
 
 class Nothing:
     name, period = "nothing", None
-    def prepare(self, situation, trial): pass
-    def measures(self, belief): return ()
-    def schedule(self, situation): return Schedule(np.zeros(1), np.zeros((1, 0)))
-    def reset(self, situation): pass
+    def prepare(self, context, trial): pass
+    def measures(self, nominal): return ()
+    def schedule(self, context): return Schedule(np.zeros(1), np.zeros((1, 0)))
+    def reset(self, context): pass
 
 plant = reference_building().on(law("linear", parameters={"k": 1.5e7}))
 for k in range(2):

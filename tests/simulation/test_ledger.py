@@ -36,9 +36,7 @@ def test_closes_under_a_held_current(plant, request, el_centro, held, no_coil):
     assert energy.device_dissipation_J[-1] > 0.5 * energy.input_J[-1] > 0
 
 
-@pytest.mark.parametrize(
-    "case", [*CASES, "slew that ends between samples"]
-)
+@pytest.mark.parametrize("case", [*CASES, "slew that ends between samples"])
 @pytest.mark.parametrize("plant", ["stiffening", "hybrid"])
 def test_closes_while_the_current_changes(plant, case, request, strong_motion, rule):
     run = simulate(

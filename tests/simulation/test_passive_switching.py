@@ -74,9 +74,7 @@ def test_both_rules_under_el_centro(passive_plant, stiffening, el_centro):
         row = next(line for line in str(comparison).splitlines() if "field work" in line)
         work = comparison.energy["on_off"]["field_work_J"]
         assert f"{work / 1e3:#.4g}" in row
-    gains = [
-        np.diff(c.runs["on_off"].energy.field_work_J).max() for c in (papers, passive)
-    ]
+    gains = [np.diff(c.runs["on_off"].energy.field_work_J).max() for c in (papers, passive)]
     assert gains[0] > 1e4 and abs(gains[1]) < 1.0  # J in one sample
 
 
@@ -98,16 +96,16 @@ def test_controllers_believe_the_papers_rule_unless_told(
     passive_plant, stiffening, strong_motion, rule
 ):
     class Curious(rule):
-        def reset(self, situation):
-            super().reset(situation)
-            self.belief = situation.belief
+        def reset(self, context):
+            super().reset(context)
+            self.nominal = context.nominal
 
     curious = Curious(lambda t, m: 1.5, 0.5)
     simulate(passive_plant, strong_motion, curious)
-    told = curious.belief.elements[0].device
+    told = curious.nominal.elements[0].device
     assert told.law is stiffening.elements[0].device.law
     assert told.current == stiffening.elements[0].device.current
-    simulate(passive_plant, strong_motion, curious, belief=passive_plant)
-    assert curious.belief is passive_plant
+    simulate(passive_plant, strong_motion, curious, nominal=passive_plant)
+    assert curious.nominal is passive_plant
     simulate(stiffening, strong_motion, curious)
-    assert curious.belief is stiffening
+    assert curious.nominal is stiffening

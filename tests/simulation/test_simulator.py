@@ -56,9 +56,7 @@ def test_the_same_bits_as_a_run(case, stiffening, strong_motion, rule):
     period, options = CASES[case]
     controller = rule(switching, period, MEASURED)
     simulate(stiffening, strong_motion, controller, **options)
-    simulator = Simulator(
-        stiffening, strong_motion, period=period, measures=MEASURED, **options
-    )
+    simulator = Simulator(stiffening, strong_motion, period=period, measures=MEASURED, **options)
     seen, given = stepped(simulator)
     assert simulator.measures == (*MEASURED, "coil0_current_A")
     assert len(given) == simulator.n_steps == len(controller.commands)
@@ -154,15 +152,15 @@ def test_what_is_refused(stiffening, strong_motion):
     with pytest.raises(InputError, match=r"current 9 A at t = 0 s is outside 0 to 5\.203 A"):
         simulator.step(9.0)
     simulator.reset()
-    with pytest.raises(InputError, match=r"current is \[1, 2\] A; accepted: one number, or 1"):
+    with pytest.raises(InputError, match=r"current is \[1, 2\] A; expected: one number, or 1"):
         simulator.step([1, 2])
-    with pytest.raises(InputError, match="accepted: none beside a record"):
+    with pytest.raises(InputError, match="expected: none beside a record"):
         simulator.step(1.0, 0.0)
-    with pytest.raises(InputError, match="accepted: none beside a record"):
+    with pytest.raises(InputError, match="expected: none beside a record"):
         Simulator(stiffening, strong_motion, duration=1.0)
     with pytest.raises(InputError, match="period is None; accepted without a record"):
         Simulator(stiffening, duration=1.0)
-    with pytest.raises(InputError, match=r"dt is 0.03 s; accepted: a whole part"):
+    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: a whole part"):
         Simulator(stiffening, period=0.1, duration=1.0, dt=0.03)
     with pytest.raises(InputError, match="base_displacment_m"):
         Simulator(stiffening, strong_motion, measures=["base_displacment_m"])

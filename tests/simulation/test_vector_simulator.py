@@ -18,9 +18,7 @@ def test_each_has_the_bits_of_a_plant_alone(parts, driver, stiffening):
     """20 plants, two blocks; some are put to rest on the way, under other motions."""
     dt, n, n_steps = 0.02, 20, 60
     period = parts * dt
-    vector = VectorSimulator(
-        stiffening, n, period=period, dt=dt, measures=MEASURED, driver=driver
-    )
+    vector = VectorSimulator(stiffening, n, period=period, dt=dt, measures=MEASURED, driver=driver)
     rng = np.random.default_rng(7)
     motions = rng.normal(0, 2, (n, n_steps * parts + 1, 1))
     currents = rng.choice([0.0, 1.0, 3.0], (n, n_steps, 1))
@@ -34,7 +32,11 @@ def test_each_has_the_bits_of_a_plant_alone(parts, driver, stiffening):
     seen = np.array(seen)
     for lane in (0, 1, 2, 15, 17, 18):
         alone = Simulator(
-            stiffening, period=period, dt=dt, duration=n_steps * period, measures=MEASURED,
+            stiffening,
+            period=period,
+            dt=dt,
+            duration=n_steps * period,
+            measures=MEASURED,
             driver=driver,
         )
         start = begun[lane]
@@ -60,9 +62,9 @@ def test_a_plant_that_diverges_leaves_the_others_alone(stiffening):
 
 
 def test_what_is_refused(stiffening):
-    with pytest.raises(InputError, match="n is 0; accepted: 1 or more"):
+    with pytest.raises(InputError, match="n is 0; expected: 1 or more"):
         VectorSimulator(stiffening, 0, period=0.02)
-    with pytest.raises(InputError, match=r"dt is 0.03 s; accepted: a whole part"):
+    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: a whole part"):
         VectorSimulator(stiffening, 2, period=0.02, dt=0.03)
     vector = VectorSimulator(stiffening, 2, period=0.02)
     with pytest.raises(InputError, match="currents hold what is not a number"):

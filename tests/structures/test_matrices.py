@@ -92,7 +92,7 @@ def test_several_directions_of_ground_motion():
         ({"stiffness": np.array([[1.0, -1.0], [0.0, 1.0]])}, "stiffness is not symmetric"),
         ({"influence": np.ones(3)}, "influence has shape"),
         ({"influence": "x"}, "influence must be numbers"),
-        ({"base": 2}, "accepted: different dofs, 0 to 1"),
+        ({"base": 2}, "expected: different dofs, 0 to 1"),
         ({"base": (0, 0)}, "different dofs"),
         ({"base": "bottom"}, "base must be numbers"),
         ({"names": ["a", "a"]}, "twice"),

@@ -76,8 +76,8 @@ def test_noise_delay_and_a_wrong_belief_reach_the_controllers(short):
 
 
 def test_every_controller_that_decides_something_is_judged():
-    judged = study.entrants(False)
-    assert set(available_controllers()) - set(judged) == set(study.NOT_JUDGED)
+    judged = study.candidates(False)
+    assert set(available_controllers()) - set(judged) == set(study.NOT_EVALUATED)
     assert [one.preview for one in judged.values() if one.name == "mpc"] == [
         0.0, study.PREVIEW, 0.0, study.PREVIEW,
     ]  # fmt: skip
@@ -91,7 +91,7 @@ class Outwards(Controller):
     name = "outwards"
     period = 0.1
 
-    def measures(self, belief):
+    def measures(self, nominal):
         return ("base_displacement_m", "base_velocity_m_s")
 
     def current(self, t, measurement):
@@ -114,7 +114,7 @@ def own():
     """Two controllers of one's own beside constants, with a bound for a cut motion."""
     record = study.motions(True)["El Centro"].cut(0.5, 3.0)
     given = {"outwards": Outwards(), "off": controller("passive_off")}
-    return study.judge(given, {"El Centro": record, "again": record}, n_bounds=1)
+    return study.evaluate(given, {"El Centro": record, "again": record}, n_bounds=1)
 
 
 def test_a_controller_of_ones_own_is_judged_against_the_bound(own):
@@ -164,7 +164,7 @@ def test_the_figure_shows_every_controller_and_the_bound(own):
 
 
 def test_no_two_controllers_of_the_figure_look_the_same():
-    names, line = list(study.entrants(short=False)), [{"base": 1.0, "floor": 1.0}] * 2
+    names, line = list(study.candidates(short=False)), [{"base": 1.0, "floor": 1.0}] * 2
     rows = [{"controller": name, "base": 1.0, "floor": 1.0, "J": 2.0} for name in names]
     found = study.Judgement(
         {("nominal", m): rows for m in ("El Centro", "a")}, {"El Centro": line, "a": line}, {}

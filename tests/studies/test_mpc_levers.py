@@ -20,11 +20,11 @@ def short(tmp_path_factory):
 def test_each_lever_is_one_change_of_settings_that_changes_something():
     standard = controller("mpc")
     for preview in (0.0, PREVIEW):
-        for changes in study.LEVERS.values():
+        for changes in study.ABLATIONS.values():
             one = controller("mpc", preview=preview, **changes)
             assert all(getattr(one, key) != getattr(standard, key) for key in changes)
-    given = study.entrants(False)
-    assert len(given) == 2 * len(study.LEVERS) + len(study.PREVIEWS)
+    given = study.candidates(False)
+    assert len(given) == 2 * len(study.ABLATIONS) + len(study.PREVIEWS)
     assert given[study.label(study.WHOLE, PREVIEW)].preview == PREVIEW
 
 
@@ -48,7 +48,7 @@ def test_losses_are_paired_and_the_whole_loses_nothing(short):
 def test_scores_are_those_of_the_controller_study(short):
     found, _ = short
     records = [record for name, record in motions(True).items() if name != "El Centro"]
-    one = {"mpc": controller("mpc", preview=PREVIEW, **study.LEVERS[study.SHORT[0]])}
+    one = {"mpc": controller("mpc", preview=PREVIEW, **study.ABLATIONS[study.SHORT[0]])}
     rows = [runs.judged(one, record, runs.Case())[0] for record in records]
     (row,) = [
         row for row in found.table

@@ -113,7 +113,7 @@ def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
 def test_the_measured_damper_is_one_current_of_the_campaign(shared_data):
     problem = searches.measured_damper(shared_data / "mr_damper")
     assert np.unique(problem.simulator.motion.current).tolist() == [1.0]
-    assert problem.unknowns.fixed == {"A": 200.0, "n": 2.0}
+    assert problem.parameterisation.fixed == {"A": 200.0, "n": 2.0}
     # one start in four ends in a poorer minimum
     reached = [searched(problem, LEAST_SQUARES, 1500, seed).best() for seed in range(3)]
     assert np.median(reached) < 0.13

@@ -190,11 +190,11 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('folder = "records"', "", "accepted: one of folder, files, peer"),
+        ('folder = "records"', "", "expected: one of folder, files, peer"),
         ('"records"', '"missing"', "given no folder"),
         ('rule = "en1998_1_2004"', 'rule = "en1998"', "unknown rule 'en1998'"),
         ('ground = "B"', 'ground = "F"', "ground"),
-        ("a_g_m_s2 = 1.0", "a_g_m_s2 = 50.0", "accepted: a higher limit"),
+        ("a_g_m_s2 = 1.0", "a_g_m_s2 = 50.0", "expected: a higher limit"),
     ],
 )
 def test_bad_input_is_one_line(folder, tmp_path, capsys, old, new, said):

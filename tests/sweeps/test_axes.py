@@ -106,10 +106,13 @@ def test_a_file_of_cases_that_cannot_be_used(tmp_path, text, said):
 
 
 def test_tables_are_shown_by_their_names():
-    values = [{"name": "el_centro_1940_ns"}, {"kind": "ricker_pulse", "peak_velocity_m_s": 0.1,
-                                              "pulse_period_s": 1.0}]
+    values = [
+        {"name": "el_centro_1940_ns"},
+        {"kind": "ricker_pulse", "peak_velocity_m_s": 0.1, "pulse_period_s": 1.0},
+    ]
     assert points_of(vary=[{"field": "ground", "values": values}])[:, 0].tolist() == [
-        "el_centro_1940_ns", "ricker_pulse"
+        "el_centro_1940_ns",
+        "ricker_pulse",
     ]
     named = {"field": "ground", "label": "motion", "values": values, "names": ["a", "b"]}
     assert points_of(vary=[named])[:, 0].tolist() == ["a", "b"]

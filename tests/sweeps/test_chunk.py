@@ -67,7 +67,7 @@ def test_company_does_not_matter(mixed, together, places):
 OPTIONS = {
     "scenario": {
         "controller": [{"name": "passive_on"}, {"name": "on_off"}],
-        "belief": {"force_factor": 1.1},
+        "nominal": {"force_factor": 1.1},
         "sensors": {"noise": {"velocity_m_s": 1e-3}},
     },
     "vary": [
@@ -103,8 +103,16 @@ FAILING = {
 
 def test_a_failing_case_is_a_row_with_its_reason_and_leaves_the_others_alone():
     rows, finished = rows_of(design_of(**FAILING))
-    assert rows["status"].tolist() == ["ok", "ok", "diverged", "diverged", "ok", "refused",
-                                       "diverged", "refused"]
+    assert rows["status"].tolist() == [
+        "ok",
+        "ok",
+        "diverged",
+        "diverged",
+        "ok",
+        "refused",
+        "diverged",
+        "refused",
+    ]
     assert (finished.n_runs, finished.n_failed) == (8, 5)
     assert "50 times further than they were tested; the ground motion peaks" in rows["reason"][2]
     assert rows["reason"][5].startswith("current 99 A at t = 0 s is outside")

@@ -53,9 +53,7 @@ def test_controllers_as_values():
 
 
 def test_whole_sections_by_name_or_table_and_their_keys(tmp_path):
-    (tmp_path / "motion.csv").write_text(
-        "time_s,ground_acceleration_m_s2\n0,0\n0.02,1\n0.04,0\n"
-    )
+    (tmp_path / "motion.csv").write_text("time_s,ground_acceleration_m_s2\n0,0\n0.02,1\n0.04,0\n")
     path = tmp_path / "plan.toml"
     path.write_text(
         '[[vary]]\nfield = "ground"\n'
@@ -105,11 +103,11 @@ def test_seeds_follow_from_the_case_not_from_its_place():
         ({"vary": [{"field": "isolator.cuont", "values": [1.0]}]},
          "did you mean 'isolator.count'?"),
         ({"vary": [{"field": "isolator.count", "values": [1.0, -2.0]}]},
-         "isolator.count = -2.0: isolator.count is -2.0; accepted: a number above 0"),
+         "isolator.count = -2.0: isolator.count is -2.0; expected: a number above 0"),
         ({"vary": [{"field": "isolator.count", "low": 1.0, "high": 2.0}]},
          "count or step, or a [sample]"),
         ({"vary": [{"field": "isolator.count", "low": 3.0, "high": 2.0, "count": 2}]}, "low below"),
-        ({"vary": [{"field": "isolator.count", "low": 1.0}]}, "accepted: values, or low and high"),
+        ({"vary": [{"field": "isolator.count", "low": 1.0}]}, "expected: values, or low and high"),
         ({"vary": [{"field": "isolator.count", "valus": [1.0]}]}, "did you mean 'values'?"),
         ({"sample": {"count": 4}}, "no quantity is sampled"),
         ({"vry": []}, "did you mean 'vary'?"),
@@ -127,7 +125,7 @@ def test_what_is_refused(keys, said):
 def test_a_file_is_named_in_its_errors(tmp_path):
     path = tmp_path / "plan.toml"
     for text, said in (
-        ("vary = 3\n", "vary is 3; accepted: a list"),
+        ("vary = 3\n", "vary is 3; expected: a list"),
         ('[[vary]]\nfield = "isolator.cuont"\nvalues = [1.0]\n', "did you mean"),
         ("name =", "not TOML"),
     ):
@@ -152,7 +150,8 @@ def test_the_content_names_what_differs(tmp_path):
     assert list(differences(kept, content(vary=vary))) == []
     changed = content(vary=[{**vary[0], "values": [1.0, 3.0]}], energy=True)
     assert set(differences(kept, changed)) == {
-        "vary[0].values[1] was 2.0, is 3.0", "energy was false, is true"
+        "vary[0].values[1] was 2.0, is 3.0",
+        "energy was false, is true",
     }
     file.write_text(file.read_text().replace("0.02,1", "0.02,2"))
     (line,) = differences(kept, content(vary=vary))

@@ -98,7 +98,9 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
     assert kills
     assert (folder / "table.parquet").read_bytes() == uninterrupted
     assert sorted(path.name for path in folder.iterdir()) == [
-        ".lock", "manifest.json", "table.parquet"
+        ".lock",
+        "manifest.json",
+        "table.parquet",
     ]
 
 
@@ -213,9 +215,7 @@ def test_runs_that_ended_in_an_error_are_run_again(
             sweep(plan(), folder, workers=1)
     assert run.Sweep(folder).counts["error"] == 12
     counted = []
-    again = sweep(
-        plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n)
-    )
+    again = sweep(plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n))
     # the four chunks in which it happened, and what had not been reached
     assert counted == ([63] + [9] * 5 if stopped else [72] + [9] * 4)
     assert again.counts == {"ok": 108}

@@ -75,10 +75,10 @@ def test_one_number_of_a_published_set():
 
 def test_belief_and_noise_that_the_scenario_leaves_out():
     new = changed(data_of(), [
-        Change("belief.force_factor", 1.2), Change("sensors.noise.displacement_m", 1e-3),
+        Change("nominal.force_factor", 1.2), Change("sensors.noise.displacement_m", 1e-3),
     ])  # fmt: skip
     scenario = Scenario.model_validate(new)
-    assert scenario.belief.force_factor == 1.2
+    assert scenario.nominal.force_factor == 1.2
     assert scenario.sensors.noise == {"displacement_m": 1e-3}
 
 

@@ -55,7 +55,7 @@ def test_the_best_runs(mixed):
     np.testing.assert_array_equal(best["rms_drift_m"], lowest)
     with pytest.raises(InputError, match="did you mean 'rms_drift_m'"):
         mixed.best("rms_drift")
-    with pytest.raises(InputError, match="best is 0; accepted: 1 or more"):
+    with pytest.raises(InputError, match="best is 0; expected: 1 or more"):
         mixed.best("rms_drift_m", 0)
 
 
@@ -188,8 +188,9 @@ def test_a_map_of_scattered_points_takes_intervals(tmp_path):
     mesh = figure.axes[0].collections[0]
     assert mesh.get_array().shape == (12, 12)
     table = result.table
-    first = table[(table["isolator.count"] < 0.7 + 0.7 / 12) & (table["ground.scale_factor"]
-                                                              < 0.2 + 0.8 / 12)]
+    first = table[
+        (table["isolator.count"] < 0.7 + 0.7 / 12) & (table["ground.scale_factor"] < 0.2 + 0.8 / 12)
+    ]
     assert len(first) > 0
     assert mesh.get_array()[0, 0] == pytest.approx(first["peak_floor_acceleration_m_s2"].median())
 

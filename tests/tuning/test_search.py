@@ -81,7 +81,7 @@ def test_places_and_values_of_a_range_belong_together(one):
 
 @pytest.mark.parametrize("bounds", [(0.0, 1.0), (2.0, 1.0), (1.0, np.inf), (1.0, 2.0, "cubic")])
 def test_a_range_that_cannot_be_searched_is_refused(bounds):
-    with pytest.raises(InputError, match="accepted: finite bounds that increase"):
+    with pytest.raises(InputError, match="expected: finite bounds that increase"):
         SearchRange(*bounds)
 
 

@@ -60,10 +60,10 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def search(self, base: FittedBuilding) -> Found[FittedBuilding]:
         """Search for causes, and fit what is left without each of them."""
-        self.space, found = search_causes(self.first, self.most_causes, self.progress)
+        self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
-        self.without = self.space.without_each(found.best) if found.best.found else []
-        return found
+        self.without = self.space.without_each(result.best) if result.best.found else []
+        return result
 
     def dependences(self, base: FittedBuilding) -> list[Dependence]:
         """Analyse the residual of the acceleration of the whole, the isolation layer's force."""
@@ -72,9 +72,9 @@ class BuildingRecords(Problem[FittedBuilding]):
             [_variables(record) for record in self.records],
         )
 
-    def evaluate(self, found: Found[FittedBuilding]) -> Evaluation:
+    def evaluate(self, result: Found[FittedBuilding]) -> Evaluation:
         """Compare all channels before and after, and test both for noise alone."""
-        comparison, before, after = self.space.comparison, self.space.before, found.best
+        comparison, before, after = self.space.comparison, self.space.before, result.best
         segments = comparison.fitted + comparison.held_out
         chance = {
             label: adequacy(segments, outcome.fitted + outcome.held_out)
@@ -96,9 +96,9 @@ class BuildingRecords(Problem[FittedBuilding]):
             {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
         )
 
-    def causes(self, found: Found[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: Found[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
         """Causes with their shares of what all of them remove."""
-        best, space = found.best, self.space
+        best, space = result.best, self.space
         split = inference.shares(
             [one.held_out_cost for one in self.without], best.held_out_cost,
             space.removed_share(best),
@@ -144,11 +144,11 @@ class BuildingRecords(Problem[FittedBuilding]):
             named = (*named, _cell(segment, int(np.argmax(excess))))
         return named
 
-    def next_test(self, found: Found[FittedBuilding], causes: Sequence[Cause]) -> str | None:
+    def next_test(self, result: Found[FittedBuilding], causes: Sequence[Cause]) -> str | None:
         """The ground motion scaled, or another current, where the first rivals differ most."""
         doubts = [
             (cause.label, self.space.rivals[cause.label][0])
-            for cause, _ in found.best.found
+            for cause, _ in result.best.found
             if self.space.rivals[cause.label]
         ]
         if not doubts:
@@ -156,7 +156,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         label, rival = doubts[0]
         comparison = self.space.comparison
         segment = comparison.fitted[0]
-        models = [with_causes(comparison.model, one.found) for one in (found.best, rival)]
+        models = [with_causes(comparison.model, one.found) for one in (result.best, rival)]
         best, most = "", -1.0
         for test, record in _tests(segment.record, comparison):
             apart = models[0].simulated(record) - models[1].simulated(record)
@@ -168,18 +168,18 @@ class BuildingRecords(Problem[FittedBuilding]):
             "noise"
         )
 
-    def devices(self, found: Found[FittedBuilding]) -> tuple[None, Device | None]:
+    def devices(self, result: Found[FittedBuilding]) -> tuple[None, Device | None]:
         """The isolators' device, if a cause changes it."""
-        model = with_causes(self._model, found.best.found)
+        model = with_causes(self._model, result.best.found)
         return None, model.device if model.effects else None
 
-    def building(self, found: Found[FittedBuilding]) -> IsolatedStructure:
+    def building(self, result: Found[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
-        return with_causes(self._model, found.best.found).assembled()
+        return with_causes(self._model, result.best.found).assembled()
 
-    def traces(self, found: Found[FittedBuilding]) -> tuple[Trace, ...]:
+    def traces(self, result: Found[FittedBuilding]) -> tuple[Trace, ...]:
         """Each channel in each segment of a record."""
-        comparison, outcomes = self.space.comparison, (self.space.before, found.best)
+        comparison, outcomes = self.space.comparison, (self.space.before, result.best)
         return worst_first(
             trace
             for segments, held_out in ((comparison.fitted, False), (comparison.held_out, True))
@@ -251,13 +251,13 @@ class BuildingRecords(Problem[FittedBuilding]):
         )  # fmt: skip
 
     def outcome_text(
-        self, found: Found[FittedBuilding], evaluation: Evaluation, causes: Sequence[Cause]
+        self, result: Found[FittedBuilding], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Chance of what remains, and the errors on data not fitted, channel by channel."""
         chance = evaluation.details["adequacy_p_value"]["after"]
         comparison = self.space.comparison
         before, after = (
-            relative_errors(comparison, one, True) for one in (self.space.before, found.best)
+            relative_errors(comparison, one, True) for one in (self.space.before, result.best)
         )
         return Text(
             f"What remains has the chance {chance:.2g} if there is noise alone.",
@@ -316,7 +316,7 @@ def _variables(record: BuildingRecord) -> dict[str, NDArray]:
     size = np.abs(x)
     padded = np.pad(size, half, mode="edge")
     amplitude = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1)
-    found = {
+    result = {
         "isolator displacement": x,
         "isolator velocity": np.gradient(x, dt),
         "present amplitude times displacement": amplitude * x,
@@ -324,9 +324,9 @@ def _variables(record: BuildingRecord) -> dict[str, NDArray]:
         "time": record.ground.time,
     }
     if record.current is not None and np.ptp(record.current) > 0:
-        found["coil current"] = record.current
-        found["coil current times displacement"] = record.current * x
-    return found
+        result["coil current"] = record.current
+        result["coil current times displacement"] = record.current * x
+    return result
 
 
 def _cell(segment: Segment, k: int) -> str:

@@ -130,11 +130,11 @@ class DeviceTests(Problem[FittedModel]):
 
     def search(self, base: FittedModel) -> Found[FittedModel]:
         """Search for effects, then fit them to all samples."""
-        found = search(self.space, base)
+        result = search(self.space, base)
         self.progress("fitting all samples")
         # effects that do not hold on held-out data are dropped, the last one found first
-        earlier = (one.base for one in reversed(found.rounds))
-        for best in dict.fromkeys((found.best, *earlier)):
+        earlier = (one.base for one in reversed(result.rounds))
+        for best in dict.fromkeys((result.best, *earlier)):
             self._extend(best)
             if not best.effects or self._holds():
                 break
@@ -148,7 +148,7 @@ class DeviceTests(Problem[FittedModel]):
             )
             best = self.space.without(best, least)
             self._extend(best)
-        return replace(found, best=best)
+        return replace(result, best=best)
 
     def _extend(self, best: FittedModel) -> None:
         """Take the effects of a searched model, and fit them to all samples."""
@@ -180,9 +180,9 @@ class DeviceTests(Problem[FittedModel]):
         """RMS force that one effect corrects on the samples that judge, over that of the force."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
-        data, judged = self.data, self.judged
+        data, evaluated = self.data, self.judged
         errors = [
-            data.relative(data.bounded(one.force) - data.force, judged)
+            data.relative(data.bounded(one.force) - data.force, evaluated)
             for one in (without, self.final)
         ]
         return float(np.sqrt(max(errors[0] ** 2 - errors[1] ** 2, 0.0)))
@@ -213,7 +213,7 @@ class DeviceTests(Problem[FittedModel]):
         before = self._misfit(self.before, chosen)
         return self._misfit(self.after, chosen) / before if before > 0 else 0.0
 
-    def evaluate(self, found: Found[FittedModel]) -> Evaluation:
+    def evaluate(self, result: Found[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
         data, left = self.data, self._left()
         residuals = self.before - data.force, self.after - data.force
@@ -245,12 +245,12 @@ class DeviceTests(Problem[FittedModel]):
         floor = float(np.sum(noise / data.weight[chosen] ** 2)) / size
         return bool(error**2 - floor < self.significance**2)
 
-    def causes(self, found: Found[FittedModel], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: Found[FittedModel], evaluation: Evaluation) -> list[Cause]:
         """Interference, the effects found, and given parameter values that are wrong."""
         misfit = self._misfit(self.before)
         causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
         if self.final.effects:
-            causes += self._effects(found.best, 1 - min(evaluation.unexplained, 1.0))
+            causes += self._effects(result.best, 1 - min(evaluation.unexplained, 1.0))
         if self.given is not None:
             causes += self._numbers_wrong(self.given, misfit)
         return causes
@@ -336,11 +336,11 @@ class DeviceTests(Problem[FittedModel]):
         share = 1 - self._misfit(refitted) / misfit
         if share < NUMBERS_WRONG:
             return []
-        evidence = (
+        indications = (
             f"Fitting the law's own {n} numbers to the data, without any effect, removes "
             f"{100 * share:.0f} % of the misfit."
         )
-        return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, evidence)]
+        return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, indications)]
 
     def _periodic(self, one: Interference, misfit: float) -> Cause:
         size = float(np.sum((one.force * self.data.weight)[self.judged] ** 2))
@@ -370,16 +370,16 @@ class DeviceTests(Problem[FittedModel]):
         term = next((c for c in causes if c.name == OUTSIDE), None)
         return smallest_set(dependences) if term is None else variables(term.form)
 
-    def next_test(self, found: Found[FittedModel], causes: Sequence[Cause]) -> str | None:
+    def next_test(self, result: Found[FittedModel], causes: Sequence[Cause]) -> str | None:
         """Propose a sinusoid under which the first rival causes differ most."""
         confusable = {c.name: c.confusable_with for c in causes if c.confusable_with}
-        return next_test(self.final, self.space, found.best, confusable)
+        return next_test(self.final, self.space, result.best, confusable)
 
-    def devices(self, found: Found[FittedModel]) -> tuple[Device, Device]:
+    def devices(self, result: Found[FittedModel]) -> tuple[Device, Device]:
         """The law as it was judged, and with the effects found."""
         data, law, final = self.data, self.law, self.final
         low, high = float(data.current.min()), float(data.current.max())
-        judged = Device(
+        evaluated = Device(
             law=law.model.parameterisation.law,
             current=law.model.parameterisation.dependence(law.values),
             current_range=(low, high) if high > low else (-np.inf, np.inf),
@@ -390,11 +390,11 @@ class DeviceTests(Problem[FittedModel]):
         current = final.model.parameterisation.dependence(final.values[: final.model.n_law])
         applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
         extended = extend(
-            replace(judged, current=current), [one for one in applied if one[0] is not EACH_RUN]
+            replace(evaluated, current=current), [one for one in applied if one[0] is not EACH_RUN]
         )
-        return judged if self.device is None else self.device, extended
+        return evaluated if self.device is None else self.device, extended
 
-    def traces(self, found: Found[FittedModel]) -> tuple[Trace, ...]:
+    def traces(self, result: Found[FittedModel]) -> tuple[Trace, ...]:
         """Force against deformation, run by run."""
         data = self.data
         return worst_first(
@@ -472,7 +472,7 @@ class DeviceTests(Problem[FittedModel]):
         )
 
     def outcome_text(
-        self, found: Found[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
+        self, result: Found[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Why nothing was found, and effects that are too small to matter."""
         if self.negligible:

@@ -59,7 +59,7 @@ class LoopTableTests(Problem[FittedLoops]):
     def search(self, base: FittedLoops) -> Found[FittedLoops]:
         """Search with each degree, and keep the better outcome."""
         outcomes = [search(self.space, one) for one in self._bases]
-        return min(outcomes, key=lambda found: found.best.left_out)
+        return min(outcomes, key=lambda result: result.best.left_out)
 
     def dependences(self, base: FittedLoops) -> list[Dependence]:
         """Correlate the errors with the conditions of the tests."""
@@ -73,9 +73,9 @@ class LoopTableTests(Problem[FittedLoops]):
     def _before(self, base: FittedLoops) -> NDArray:
         return base.model.loops(self._start(base))[0]
 
-    def evaluate(self, found: Found[FittedLoops]) -> Evaluation:
+    def evaluate(self, result: Found[FittedLoops]) -> Evaluation:
         """Compare stiffness and damping before and after on fitted rows and on rows left out."""
-        base, best = found.base, found.best
+        base, best = result.base, result.best
         before, after = self._before(base), best.ratios
         fitted = np.tile(~self.table.held_out, 2)
         errors = (
@@ -94,12 +94,12 @@ class LoopTableTests(Problem[FittedLoops]):
             details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
         )  # fmt: skip
 
-    def causes(self, found: Found[FittedLoops], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: Found[FittedLoops], evaluation: Evaluation) -> list[Cause]:
         """Effects in the order in which they were found, each by what it added."""
-        best, where = found.best, found.best.optimum.x
+        best, where = result.best, result.best.optimum.x
         if not best.causes:
             return []
-        taken = [(tried.base, tried.taken, tried.tried) for tried in found.rounds if tried.taken]
+        taken = [(tried.base, tried.taken, tried.tried) for tried in result.rounds if tried.taken]
         split = inference.shares(
             [without.left_out**2 - given.left_out**2 for without, given, _ in taken],
             0.0,
@@ -140,11 +140,11 @@ class LoopTableTests(Problem[FittedLoops]):
         """Conditions whose ranks go with the errors."""
         return significant(dependences, LOOP_CORRELATION)
 
-    def devices(self, found: Found[FittedLoops]) -> tuple[Device, Device]:
+    def devices(self, result: Found[FittedLoops]) -> tuple[Device, Device]:
         """The law as it was judged, and with the effects found."""
-        table, base, best = self.table, found.base, found.best
+        table, base, best = self.table, result.base, result.best
         varies = np.ptp(table.current) > 0
-        judged = Device(
+        evaluated = Device(
             self.law,
             base.model.parameterisation.dependence(self._start(base)),
             (float(table.current.min()), float(table.current.max()))
@@ -157,12 +157,12 @@ class LoopTableTests(Problem[FittedLoops]):
         model, values = best.model, best.optimum.x
         current = model.parameterisation.dependence(values[: model.n_law])
         applied = zip(model.effects, model.parameters_of(values), strict=True)
-        extended = extend(replace(judged, current=current), list(applied))
-        return judged if self.device is None else self.device, extended
+        extended = extend(replace(evaluated, current=current), list(applied))
+        return evaluated if self.device is None else self.device, extended
 
-    def traces(self, found: Found[FittedLoops]) -> tuple[Trace, ...]:
+    def traces(self, result: Found[FittedLoops]) -> tuple[Trace, ...]:
         """Simulated loops; of the measured ones a table keeps only ellipses."""
-        table, base, best = self.table, found.base, found.best
+        table, base, best = self.table, result.base, result.best
         data = base.model.data
         before = base.model.forces(self._start(base), False)[0]
         after = best.model.forces(best.optimum.x, False)[0]

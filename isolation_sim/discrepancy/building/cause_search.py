@@ -79,7 +79,7 @@ class CauseSearch:
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
     ) -> FittedBuilding | None:
         """Select the best cause on which all three views agree."""
-        accepted = [one for one in tried if self._is_found(current, one)]
+        accepted = [one for one in tried if self._is_significant(current, one)]
         if not accepted:
             return None
         best = accepted[0]
@@ -115,7 +115,7 @@ class CauseSearch:
         misfit, left = (max(one.held_out_cost - noise, 0.0) for one in (self.before, after))
         return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
 
-    def _is_found(self, current: FittedBuilding, one: FittedBuilding) -> bool:
+    def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
         misfit = self.before.cost - sum(s.noise_cost for s in self.comparison.fitted)
         return (
@@ -132,16 +132,16 @@ class CauseSearch:
         )
 
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
-        found = current.found
-        return [self.comparison.fit((), found[:k] + found[k + 1 :]) for k in range(len(found))]
+        result = current.found
+        return [self.comparison.fit((), result[:k] + result[k + 1 :]) for k in range(len(result))]
 
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
         for k in range(len(current.found)):
             cause = current.found[k][0]
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
-                    found = (*current.found[:k], (other, other.starts[0]), *current.found[k + 1 :])
-                    trial = self.comparison.fit((), found)
+                    result = (*current.found[:k], (other, other.starts[0]), *current.found[k + 1 :])
+                    trial = self.comparison.fit((), result)
                     n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
                     if trial.criterion(n) < current.criterion(n):
                         current = trial
@@ -157,10 +157,10 @@ def search_causes(
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
         space = CauseSearch(comparison.expecting(expected), most_causes, progress)
-        found = search(space, space.before)
-        left = excess_error(space.comparison, found.best)
+        result = search(space, space.before)
+        left = excess_error(space.comparison, result.best)
         if left < max(2 * expected, relative_noise(space.comparison)):
-            return space, found
+            return space, result
         expected = left
 
 

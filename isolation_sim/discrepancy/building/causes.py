@@ -17,6 +17,7 @@ Values = tuple[float, ...]
 TYPICAL_PERIOD = 2.0
 """s: of isolated buildings, for the orders of magnitude that fits start from."""
 
+
 @dataclass(frozen=True)
 class Parameter:
     """A number of a cause.
@@ -92,13 +93,13 @@ class Candidate:
 
 def candidates(model: BuildingModel, records: Sequence[BuildingRecord]) -> tuple[Candidate, ...]:
     """All causes that could be behind what a building's records show."""
-    found = [*_storeys(model), _base_mass(model), _damping(model)]
-    found += [_soil(model, False), _soil(model, True)]
-    found += _isolators(model, records)
+    result = [*_storeys(model), _base_mass(model), _damping(model)]
+    result += [_soil(model, False), _soil(model, True)]
+    result += _isolators(model, records)
     if model.device.depends_on_current and all(r.current is not None for r in records):
-        found += [*_actuation(), *_limit(records)]
-    found += _biases(records)
-    return tuple(found)
+        result += [*_actuation(), *_limit(records)]
+    result += _biases(records)
+    return tuple(result)
 
 
 def _storeys(model: BuildingModel) -> Iterator[Candidate]:

@@ -118,13 +118,13 @@ class Comparison:
     _cache: dict = field(default_factory=dict)
 
     def residual(
-        self, found: CauseValues, record: BuildingRecord, end: int | None = None
+        self, result: CauseValues, record: BuildingRecord, end: int | None = None
     ) -> NDArray:
         """Measured less predicted, (n, n_channels), in the channels' units."""
-        model = with_causes(self.model, found)
+        model = with_causes(self.model, result)
         end = len(record.ground) if end is None else end
         # most of what changes between two calls is a sensor's error, which needs no simulation
-        key = (record.name, end, *((c, v) for c, v in found if not c.of_sensor))
+        key = (record.name, end, *((c, v) for c, v in result if not c.of_sensor))
         if key not in self._cache:
             if len(self._cache) > 64:
                 self._cache.clear()
@@ -143,12 +143,12 @@ class Comparison:
         )
         return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
 
-    def evaluate(self, found: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
+    def evaluate(self, result: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
         """Weigh the residuals of all segments, with given causes in the model."""
         fitted, held_out = (
-            self._weighted_residuals(found, segments) for segments in (self.fitted, self.held_out)
+            self._weighted_residuals(result, segments) for segments in (self.fitted, self.held_out)
         )
-        return FittedBuilding(found, fitted, held_out, optimum)
+        return FittedBuilding(result, fitted, held_out, optimum)
 
     def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
         """Fit the numbers of the free causes, from the values given with them."""
@@ -184,12 +184,12 @@ class Comparison:
         return self.evaluate(put(optimum.x), optimum)
 
     def _weighted_residuals(
-        self, found: CauseValues, segments: Sequence[Segment]
+        self, result: CauseValues, segments: Sequence[Segment]
     ) -> tuple[NDArray, ...]:
         # a lone record's later segment is not simulated while its earlier one is fitted
         ends = {s.record.name: s.samples.indices(len(s.record.ground))[1] for s in segments}
         residuals = {
-            s.record.name: self.residual(found, s.record, ends[s.record.name]) for s in segments
+            s.record.name: self.residual(result, s.record, ends[s.record.name]) for s in segments
         }
         return tuple(s.whiten(residuals[s.record.name]) for s in segments)
 
@@ -197,23 +197,23 @@ class Comparison:
 def compare_records(
     model: BuildingModel,
     records: Sequence[BuildingRecord],
-    found: CauseValues = (),
+    result: CauseValues = (),
     model_error: float = 0.0,
 ) -> Comparison:
     """Estimate the noise of records and divide them into what is fitted and what judges."""
     records = tuple(records)
     if not records or all(record.hold_out for record in records):
-        raise InputError("no building record to fit; accepted: one or more that is not held out")
+        raise InputError("no building record to fit; expected: one or more that is not held out")
     names = [record.name for record in records]
     if len(set(names)) < len(names):
         raise InputError(f"two building records share a name: {', '.join(names)}")
     for record in records:
         if record.channels != records[0].channels:
             raise InputError(
-                f"{record.name} has channels {', '.join(record.channels)}; accepted: those of "
+                f"{record.name} has channels {', '.join(record.channels)}; expected: those of "
                 f"{records[0].name}, {', '.join(records[0].channels)}"
             )
-    known = with_causes(model, found)
+    known = with_causes(model, result)
     floors = tuple(noise_floor(known, record) for record in records)
     fitted, held_out = [], []
     out = {record.name for record in records if record.hold_out}
@@ -241,9 +241,9 @@ def split(record: BuildingRecord) -> int:
     return int(np.clip(middle, n // 4, 3 * n // 4))
 
 
-def with_causes(model: BuildingModel, found: Iterable[tuple[Candidate, Values]]) -> BuildingModel:
+def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:
     """Put causes into a model."""
-    for cause, values in found:
+    for cause, values in result:
         model = cause.apply(model, values)
     return model
 

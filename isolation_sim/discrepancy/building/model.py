@@ -16,7 +16,7 @@ from ...effects import Effect, extend
 from ...errors import Diverged, InputError
 from ...laws import Device
 from ...registry import controller
-from ...simulation.control import CoilDriver, Control, Schedule, Situation
+from ...simulation.control import CoilDriver, Control, RunContext, Schedule
 from ...simulation.run import simulate
 from ...structures import IsolatedStructure, Structure
 from .isolator_effects import ISOLATOR_EFFECTS, absent
@@ -130,7 +130,11 @@ class BuildingModel:
             driver = CoilDriver(lag=self.lag, slew=self.slew, initial=start)
         try:
             run = simulate(
-                isolated, motion, self._control(record), driver=driver, tolerance=TOLERANCE,
+                isolated,
+                motion,
+                self._control(record),
+                driver=driver,
+                tolerance=TOLERANCE,
                 current_outside="clamp",
             )
         except Diverged:
@@ -163,7 +167,7 @@ class RecordedCurrent:
 
     name = "recorded"
     period: float | None = None
-    foresight = 0.0
+    preview_time = 0.0
 
     def __init__(self, time: NDArray, current: NDArray, delay: float) -> None:
         between = (current[1:] + current[:-1]) / 2
@@ -173,34 +177,32 @@ class RecordedCurrent:
         changes = np.append(False, np.diff(values) != 0)
         self._table = np.append(0.0, starts[changes]), np.append(values[0], values[changes])
 
-    def prepare(self, situation: Situation, trial: Any) -> None:
+    def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
 
-    def measures(self, belief: IsolatedStructure) -> tuple[str, ...]:
+    def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Nothing."""
         return ()
 
-    def compiled(self, situation: Situation) -> None:
+    def compiled(self, context: RunContext) -> None:
         """Nothing to decide."""
 
-    def reset(self, situation: Situation) -> None:
+    def reset(self, context: RunContext) -> None:
         """Nothing to forget."""
 
     def current(self, t: float, measurement: Any) -> Any:
         """Nothing: the schedule holds every command."""
         raise NotImplementedError
 
-    def schedule(self, situation: Situation) -> Schedule:
+    def schedule(self, context: RunContext) -> Schedule:
         """Return what falls within the run."""
         time, current = self._table
-        within = time < situation.duration
-        channels = len(situation.low)
+        within = time < context.duration
+        channels = len(context.low)
         return Schedule(time[within], np.repeat(current[within, np.newaxis], channels, axis=1))
 
 
-def building_model(
-    isolated: IsolatedStructure, records: Sequence[BuildingRecord]
-) -> BuildingModel:
+def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) -> BuildingModel:
     """Check that a structure can stand for the building of some records."""
     structure = isolated.structure
     if len(structure.directions) != 1 or len(structure.base) != 1:
@@ -243,8 +245,8 @@ def _founded(structure: Structure, soil: Soil) -> tuple[Structure, NDArray]:
     what ``carried`` leaves: displacements less those with which the foundation carries it.
     """
     n = structure.n_dofs
-    lever = _levels(structure) if soil.rocking else structure.influence[:, 0]
-    carried = np.column_stack([np.eye(n), -lever])
+    arm = _levels(structure) if soil.rocking else structure.influence[:, 0]
+    carried = np.column_stack([np.eye(n), -arm])
     corner = np.zeros((n + 1, n + 1))
     corner[-1, -1] = 1.0
     shaken = 0.0 if soil.rocking else 1.0
@@ -276,17 +278,17 @@ def _columns(
     structure = isolated.structure
     base = structure.base[0]
     above = [i for i in structure.superstructure if structure.names[i] != FOUNDATION]
-    wanted = []
+    target = []
     for channel in channels:
         where = channel.split("_")[0]
         if channel == DISPLACEMENT:
-            wanted.append(f"{isolated.elements[0].name}_deformation_m")
+            target.append(f"{isolated.elements[0].name}_deformation_m")
         elif where == "base":
-            wanted.append(f"{structure.names[base]}_acceleration_m_s2")
+            target.append(f"{structure.names[base]}_acceleration_m_s2")
         else:
             floor = int(where.removeprefix("floor"))
-            wanted.append(f"{structure.names[above[floor - 1]]}_acceleration_m_s2")
-    return [names.index(name) for name in wanted]
+            target.append(f"{structure.names[above[floor - 1]]}_acceleration_m_s2")
+    return [names.index(name) for name in target]
 
 
 def _legendre(coefficients: NDArray, n: int) -> NDArray:

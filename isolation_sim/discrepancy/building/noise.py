@@ -104,9 +104,7 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     residual = measured - predicted if np.isfinite(predicted).all() else measured
     least = LEAST_SENSOR_NOISE * np.sqrt(np.mean(measured**2, axis=0))
     # where the simulation misses more up there than it explains, the signal itself is no worse
-    sensors = np.minimum(
-        white_noise(residual, dt, band, 0.5), white_noise(measured, dt, band, 0.5)
-    )
+    sensors = np.minimum(white_noise(residual, dt, band, 0.5), white_noise(measured, dt, band, 0.5))
     sensors = np.maximum(sensors, least)
     shaking = record.ground.acceleration[:, np.newaxis]
     most = float(white_noise(shaking, dt, band, 0.1)[0])
@@ -152,9 +150,7 @@ def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
     return strength, direction
 
 
-def _ground_share(
-    residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]
-) -> float:
+def _ground_share(residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> float:
     """Noise of the ground's sensor over the most that it can be, from what channels share.
 
     Strong shaking is never without fast motion, so that what lies above the band bounds the noise
@@ -163,7 +159,7 @@ def _ground_share(
     """
     strength, direction = felt
     spectrum = spectra(residual[np.newaxis], len(strength))[0] / sensors
-    found = np.abs((direction.conj() * spectrum).sum(1)) ** 2
+    result = np.abs((direction.conj() * spectrum).sum(1)) ** 2
     used = strength > 1.0
     if used.sum() < 16:
         return 1.0
@@ -171,7 +167,7 @@ def _ground_share(
     for _ in range(30):
         middle = (low + high) / 2
         # half of what is distributed exponentially with mean 2 lies below 2 ln 2
-        if np.median(found[used] / (1 + middle * strength[used])) > 2 * np.log(2):
+        if np.median(result[used] / (1 + middle * strength[used])) > 2 * np.log(2):
             low = middle
         else:
             high = middle
@@ -184,9 +180,9 @@ def spectra(values: NDArray, n_frequencies: int) -> NDArray:
     Real and imaginary parts have the variance of white noise.
     """
     n = values.shape[1]
-    found = np.fft.rfft(values, axis=1)[:, :n_frequencies] / np.sqrt(n / 2)
-    found[:, 0] /= np.sqrt(2)
-    return found
+    result = np.fft.rfft(values, axis=1)[:, :n_frequencies] / np.sqrt(n / 2)
+    result[:, 0] /= np.sqrt(2)
+    return result
 
 
 def covariance(examples: NDArray) -> NDArray:

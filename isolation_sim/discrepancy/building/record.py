@@ -66,11 +66,11 @@ class BuildingRecord:
     def __post_init__(self) -> None:
         n = len(self.ground.acceleration)
         if n < MINIMUM_SAMPLES:
-            raise InputError(f"{self.name}: {n} samples; accepted: {MINIMUM_SAMPLES} or more")
+            raise InputError(f"{self.name}: {n} samples; expected: {MINIMUM_SAMPLES} or more")
         for name in self.response:
             if not (name in _NEEDED[2:] or _FLOOR.fullmatch(name)):
                 raise InputError(
-                    f"{self.name}: unknown channel {name!r}; accepted: {', '.join(_NEEDED[2:])}, "
+                    f"{self.name}: unknown channel {name!r}; expected: {', '.join(_NEEDED[2:])}, "
                     "floor2_acceleration_m_s2, ..."
                 )
         for name in (_NEEDED[2], DISPLACEMENT):
@@ -87,19 +87,19 @@ class BuildingRecord:
         array = np.array(given, dtype=float)
         if array.shape != (n,):
             raise InputError(
-                f"{self.name}, {name}: shape {array.shape}; accepted: ({n},), as the ground motion"
+                f"{self.name}, {name}: shape {array.shape}; expected: ({n},), as the ground motion"
             )
         largest = next(value for unit, value in _LARGEST.items() if name.endswith(unit))
         bad = ~(np.abs(array) <= largest)
         if bad.any():
             k = int(np.argmax(bad))
             raise InputError(
-                f"{self.name}, {name}: sample {k} is {array[k]:.6g}; accepted: finite numbers up "
+                f"{self.name}, {name}: sample {k} is {array[k]:.6g}; expected: finite numbers up "
                 f"to {largest:g} {_unit(name)} (is the column in the unit that its name says?)"
             )
         if name != "current_A" and not np.ptp(array) > 0:
             raise InputError(
-                f"{self.name}, {name}: the same number throughout; accepted: a channel that moves"
+                f"{self.name}, {name}: the same number throughout; expected: a channel that moves"
             )
         array.flags.writeable = False
         return array
@@ -112,8 +112,8 @@ class BuildingRecord:
     @property
     def floors(self) -> tuple[int, ...]:
         """Numbers of the floors that were measured, from below."""
-        found = [_FLOOR.fullmatch(name) for name in self.response]
-        return tuple(int(match[1]) for match in found if match)
+        result = [_FLOOR.fullmatch(name) for name in self.response]
+        return tuple(int(match[1]) for match in result if match)
 
     @property
     def values(self) -> NDArray:
@@ -122,33 +122,12 @@ class BuildingRecord:
 
 
 def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRecord:
-    """Read one building record from a CSV file.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        Comma-separated UTF-8 text: a line of names, then numbers; ``#`` and blank lines are
-        skipped. Needed: ``time_s``, ``ground_acceleration_m_s2``, ``base_acceleration_m_s2``,
-        ``floor1_acceleration_m_s2``, ``isolator_displacement_m``. Optional: further floors,
-        ``current_A``. Accelerations of base and floors are absolute, the displacement is across
-        the isolators.
-    hold_out : bool
-        Whether the record is kept from fitting.
-
-    Returns
-    -------
-    BuildingRecord
-
-    Raises
-    ------
-    InputError
-        Naming the file, the place, what was given and what is accepted.
-    """
+    """Read one building record from a CSV file."""
     cells = read_csv_table(path)
     _check_names(cells.names, cells.head)
     table = cells.numbers(range(len(cells.names)))
     if len(table) < MINIMUM_SAMPLES:
-        raise InputError(f"{path}: {len(table)} samples; accepted: {MINIMUM_SAMPLES} or more")
+        raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
     columns = dict(zip(cells.names, table.T, strict=True))
     times = columns.pop("time_s").tolist()
     dt = uniform_step(times, cells.lines[1:], f"{path}, column time_s")
@@ -172,7 +151,7 @@ def _check_names(names: list[str], place: str) -> None:
                 "floor2_acceleration_m_s2, ..."
             )
         if names.count(name) > 1:
-            raise InputError(f"{place}: column {name!r} given twice; accepted: once")
+            raise InputError(f"{place}: column {name!r} given twice; expected: once")
     for name in _NEEDED:
         if name not in names:
             raise InputError(

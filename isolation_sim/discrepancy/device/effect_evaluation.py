@@ -62,14 +62,14 @@ def evaluate(
 
 def _at_once(effect: Effect, signals: Signals, parameters: tuple) -> dict[str, Any]:
     """An effect without states, at all samples."""
-    found = {}
+    result = {}
     with np.errstate(all="ignore"):
         for hook in HOOKS:
             function = getattr(effect, hook)
             if function is not None:
                 value = function(signals, (), parameters)
-                found[hook] = value if hook == "motion" else value + np.zeros_like(signals.x)
-    return found
+                result[hook] = value if hook == "motion" else value + np.zeros_like(signals.x)
+    return result
 
 
 def _width(effect: Effect, hook: str) -> int:

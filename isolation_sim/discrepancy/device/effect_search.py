@@ -123,9 +123,9 @@ class EffectSearch:
 
     def _fit_effects(self, current: FittedModel, most: int = TRIED) -> list[FittedModel]:
         left = [e for e in self.effects if e.cause not in current.causes]
-        found = screen(current, left, self.noise, self.pool)
+        result = screen(current, left, self.noise, self.pool)
         threshold = max(SIGNIFICANT / 4, LEAST_PART * current.cost / 4)
-        chosen = [d for d in found if d.gain / max(d.noise_gain, 1.0) > threshold][:most]
+        chosen = [d for d in result if d.gain / max(d.noise_gain, 1.0) > threshold][:most]
         chosen = list(self.pool.map(lambda d: refine(current, d, self.noise), chosen))
         return fit_directions(current, chosen, self.pool, self.advance)
 
@@ -136,12 +136,12 @@ class EffectSearch:
         left = best.cost - self.noise_cost
         if left < WELL_EXPLAINED * self.misfit:
             return None
-        found = screen(current, self.terms, self.noise, self.pool)[:1]
-        if not found:
+        result = screen(current, self.terms, self.noise, self.pool)[:1]
+        if not result:
             return None
-        if current.cost - found[0].gain - self.noise_cost > CLEARLY_BETTER * left:
+        if current.cost - result[0].gain - self.noise_cost > CLEARLY_BETTER * left:
             return None
-        term = fit_directions(current, found, self.pool, self.advance)[0]
+        term = fit_directions(current, result, self.pool, self.advance)[0]
         return term if term.cost - self.noise_cost < CLEARLY_BETTER * left else None
 
     def _penalised(self, one: FittedModel) -> float:
@@ -164,9 +164,9 @@ class EffectSearch:
             return known[0]
         gone = model.model.slices()[place]
         values = np.delete(model.values, np.arange(gone.start, gone.stop))
-        found = fit_model(model.model.without(place), values)
+        result = fit_model(model.model.without(place), values)
         # a law that depends on the effect may fail without it
-        return found if np.isfinite(found.cost) else refit(found)
+        return result if np.isfinite(result.cost) else refit(result)
 
 
 def _other_effects(model: FittedModel, place: int) -> tuple[Effect, ...]:

@@ -22,5 +22,20 @@ def trajectory(starts, dt, x, v, a, current, force, temperature, parameters, fir
             # a current that has changed by the next sample is taken to have changed at once, so
             # that a law without lag is a lag of zero
             n = k + 1
-            step(x[k], v[k], a[k], current[n], force[k], temperature[k],
-                 x[n], v[n], a[n], current[n], force[n], temperature[n], h, s, parameters)
+            step(
+                x[k],
+                v[k],
+                a[k],
+                current[n],
+                force[k],
+                temperature[k],
+                x[n],
+                v[n],
+                a[n],
+                current[n],
+                force[n],
+                temperature[n],
+                h,
+                s,
+                parameters,
+            )

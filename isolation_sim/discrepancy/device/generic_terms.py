@@ -103,9 +103,7 @@ def _term(
     current: bool = False,
 ) -> Effect:
     used = {"acceleration": acceleration, "temperature": temperature, "current": current}
-    coefficient = EffectParameter(
-        "coefficient", unit, f"of {text}", strength=True, starts=(0.1,)
-    )
+    coefficient = EffectParameter("coefficient", unit, f"of {text}", strength=True, starts=(0.1,))
     return Effect(
         cause=OUTSIDE,
         form=text,
@@ -171,22 +169,22 @@ def _with_play(gap: float) -> Effect:
 def generic_terms(largest: float, has_current: bool, has_temperature: bool) -> tuple[Effect, ...]:
     """Dictionary of terms."""
     by_current = _BY_I if has_current else _BY_I[:1]
-    found = [
+    result = [
         _written(tuple(f for f in factors if f is not _NOTHING))
         for factors in product(_BY_X, _BY_V, by_current)
         if any(f is not _NOTHING for f in factors)
     ]
-    found += [
+    result += [
         _written(tuple(f for f in factors if f is not _NOTHING))
         for factors in product(_BY_A[1:], by_current)
     ]
-    found += [_written((a, x)) for a, x in product(_BY_A[1:], _BY_X[1:3])]
+    result += [_written((a, x)) for a, x in product(_BY_A[1:], _BY_X[1:3])]
     if has_temperature:
         warmth = _Factor("temperature", "T", {"degC": 1}, lambda s: s.temperature)
-        found += [_written((warmth, f)) for f in (_BY_V[1], _BY_X[5])]
-    found += list(_with_time())
-    found += [_with_play(round(part * largest, 6)) for part in (0.02, 0.06, 0.2)]
-    return tuple(found)
+        result += [_written((warmth, f)) for f in (_BY_V[1], _BY_X[5])]
+    result += list(_with_time())
+    result += [_with_play(round(part * largest, 6)) for part in (0.02, 0.06, 0.2)]
+    return tuple(result)
 
 
 def variables(text: str) -> tuple[str, ...]:

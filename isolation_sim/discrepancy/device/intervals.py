@@ -54,11 +54,11 @@ def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
     smoothing.
     """
     full, model = final.model.data, final.model
-    kept, part = full.places(SEARCHED), full.thinned(SEARCHED)
+    keep, part = full.places(SEARCHED), full.thinned(SEARCHED)
     clean = replace(model, data=part).forces(final.values, False)[0]
     errors = []
     for shift in shifts:
-        dx, dv, da = shift[:, kept]
+        dx, dv, da = shift[:, keep]
         data = replace(part, x=part.x + dx, v=part.v + dv, a=part.a + da, force=clean)
         residual, jacobian = replace(model, data=data).residuals(final.values, True)
         if not np.isfinite(residual).all():

@@ -48,11 +48,11 @@ class Model(LawModel):
 
     def slices(self) -> list[slice]:
         """Place of each effect's parameters among the values."""
-        found, at = [], self.n_law
+        result, at = [], self.n_law
         for effect in self.effects:
-            found.append(slice(at, at + len(effect.parameters)))
-            at = found[-1].stop
-        return found
+            result.append(slice(at, at + len(effect.parameters)))
+            at = result[-1].stop
+        return result
 
     def parameters_of(self, values: NDArray) -> list[dict[str, float]]:
         """Parameters of each effect by name, SI."""
@@ -262,8 +262,6 @@ class FittedModel:
         return fit_model(model.with_effects(*self.effects), self.values, 30, 1e-7)
 
 
-def fit_model(
-    model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5
-) -> FittedModel:
+def fit_model(model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5) -> FittedModel:
     """Fit a model from given values, with ``most`` steps at most."""
     return FittedModel.of(model, model.minimise(start, most, tolerance))

@@ -20,22 +20,21 @@ _SAMPLING = 256.0
 def next_test(
     final: FittedModel,
     search: EffectSearch,
-    found: FittedModel,
+    result: FittedModel,
     confusable: Mapping[str, Sequence[str]],
 ) -> str | None:
     """Propose the test that best tells the first confusable cause from its nearest rival."""
     if not confusable:
         return None
     cause, others = next(iter(confusable.items()))
-    place = found.causes.index(cause)
-    rivals = [f for f in search.rivals(found, place)[1] if f.causes[-1] == others[0]]
+    place = result.causes.index(cause)
+    rivals = [f for f in search.rivals(result, place)[1] if f.causes[-1] == others[0]]
     if not rivals:
         return None
     best, words = 0.0, ""
     for test, description in _tests(final.model.data):
         forces = [
-            replace(f.model, data=test).forces(f.values, False)[0]
-            for f in (found, rivals[0])
+            replace(f.model, data=test).forces(f.values, False)[0] for f in (result, rivals[0])
         ]
         difference = float(np.sqrt(np.mean((forces[0] - forces[1]) ** 2)))
         noise = float(np.median(final.model.data.force_noise)) or 1e-12
@@ -54,7 +53,7 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
     largest = float(np.max(np.abs(data.x)))
     low, high = float(data.current.min()), float(data.current.max())
     fastest = float(np.max(np.abs(data.v))) / largest / (2 * np.pi)
-    found = []
+    result = []
     time = np.arange(0.0, DURATION, 1 / _SAMPLING)
     schedules = [(np.full(len(time), high), f"{high:.3g} A")]
     if high > low:
@@ -87,8 +86,8 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
             sigma=np.ones(1),
             velocity_measured=np.ones(1, bool),
         )
-        found.append(
+        result.append(
             (test, f"a sinusoid of {1e3 * part * largest:.3g} mm ({size}) at {frequency:.2g} Hz, "
                    f"{words}")
         )  # fmt: skip
-    return found
+    return result

@@ -72,8 +72,8 @@ class _Probe:
         """Parameters to look at: one strength, and some of each other's first values."""
         choices = []
         for q, size in zip(self.effect.parameters, self.sizes, strict=True):
-            found = [min(max(s * size, q.lower), q.upper) for s in q.starts]
-            choices.append(found[:1] if q.strength else found)
+            result = [min(max(s * size, q.lower), q.upper) for s in q.starts]
+            choices.append(result[:1] if q.strength else result)
         return [np.array(numbers) for numbers in product(*choices)][:SCREEN_STARTS]
 
     def problem(self, parameters: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
@@ -117,27 +117,27 @@ def screen_effect(base: FittedModel, effect: Effect, noise: NDArray) -> Directio
 def refine(base: FittedModel, given: Direction, noise: NDArray) -> Direction:
     """Fit an effect's own parameters while the model's other values follow to first order."""
     probe = _Probe(base, given.effect)
-    found = levenberg_marquardt(
+    result = levenberg_marquardt(
         probe.problem, given.start, probe.lower, probe.upper, REFINE_STEPS, 1e-3, eager=False
     )
-    gain = float(probe.before @ probe.before) - 2 * found.cost
+    gain = float(probe.before @ probe.before) - 2 * result.cost
     if not gain > given.gain:
         return given
-    step = found.residual - probe.before
-    return Direction(given.effect, gain, noise_gain(step, noise), found.x)
+    step = result.residual - probe.before
+    return Direction(given.effect, gain, noise_gain(step, noise), result.x)
 
 
 def screen(
     base: FittedModel, effects: Sequence[Effect], noise: NDArray, pool: ThreadPoolExecutor
 ) -> list[Direction]:
     """Look at several effects, the most helpful first."""
-    found = pool.map(lambda effect: screen_effect(base, effect, noise), effects)
-    return sorted((d for d in found if d is not None), key=lambda d: -d.gain)
+    result = pool.map(lambda effect: screen_effect(base, effect, noise), effects)
+    return sorted((d for d in result if d is not None), key=lambda d: -d.gain)
 
 
 def fit_directions(
     base: FittedModel,
-    found: Sequence[Direction],
+    matches: Sequence[Direction],
     pool: ThreadPoolExecutor,
     advance: Callable[[], None],
 ) -> list[FittedModel]:
@@ -149,7 +149,7 @@ def fit_directions(
         advance()
         return result
 
-    first = sorted(pool.map(fit, found), key=lambda f: f.cost)
+    first = sorted(pool.map(fit, matches), key=lambda f: f.cost)
     gains = [base.cost - f.cost for f in first[:REFITTED]]
     # a gain that is not a number counts
     count = sum(not gain < WORTH_REFITTING * gains[0] for gain in gains)

@@ -195,10 +195,10 @@ class LoopSearch:
         starts = parameterisation.starts(_LAW_STARTS, self.seed)
         if device is not None:
             starts.insert(0, parameterisation.of(device))
-        found = sorted(self.pool.map(lambda s: self._fit(model, s), starts), key=lambda o: o.cost)
+        result = sorted(self.pool.map(lambda s: self._fit(model, s), starts), key=lambda o: o.cost)
         # the same law is sought when rows are left out or effects are added
-        judged = self._leave_out(replace(model, expected=found[0].x), found[0])
-        return replace(judged, others=tuple(o.x for o in distinct(found)[1:LOOP_LAWS]))
+        evaluated = self._leave_out(replace(model, expected=result[0].x), result[0])
+        return replace(evaluated, others=tuple(o.x for o in distinct(result)[1:LOOP_LAWS]))
 
     def is_explained(self, current: FittedLoops) -> bool:
         """Whether the table is reproduced."""
@@ -213,10 +213,10 @@ class LoopSearch:
             for effect in forms
             if np.ptp(self.table.current) > 0 or effect.current is None
         ]
-        found = list(self.pool.map(lambda e: self._fit_effect(current, e), left))
-        found.sort(key=lambda pair: pair[1].cost)
-        judged = self.pool.map(lambda pair: self._settle(current, *pair), found[:LOOP_JUDGED])
-        return sorted(judged, key=lambda f: f.left_out)
+        result = list(self.pool.map(lambda e: self._fit_effect(current, e), left))
+        result.sort(key=lambda pair: pair[1].cost)
+        evaluated = self.pool.map(lambda pair: self._settle(current, *pair), result[:LOOP_JUDGED])
+        return sorted(evaluated, key=lambda f: f.left_out)
 
     def choose(self, current: FittedLoops, tried: Sequence[FittedLoops]) -> FittedLoops | None:
         """Select the best effect if it lowers the error on rows left out enough."""
@@ -252,13 +252,13 @@ class LoopSearch:
 
     def _settle(self, current: FittedLoops, model: LoopModel, optimum: Optimum) -> FittedLoops:
         """Fit an effect around several laws that were nearly as good without it."""
-        found = [optimum]
+        result = [optimum]
         for law in current.others:
             start = np.concatenate([law, optimum.x[model.n_law :]])
-            found.append(self._fit(replace(model, expected=law), start, 60))
-        best = min(found, key=lambda o: o.cost)
-        judged = self._leave_out(replace(model, expected=best.x[: model.n_law]), best)
-        return replace(judged, others=current.others)
+            result.append(self._fit(replace(model, expected=law), start, 60))
+        best = min(result, key=lambda o: o.cost)
+        evaluated = self._leave_out(replace(model, expected=best.x[: model.n_law]), best)
+        return replace(evaluated, others=current.others)
 
     def _fit_effect(self, current: FittedLoops, effect: Effect) -> tuple[LoopModel, Optimum]:
         model = current.model.with_effects(effect)
@@ -266,11 +266,11 @@ class LoopSearch:
             [min(max(s * model.size(q), q.lower), q.upper) for s in q.starts]
             for q in effect.parameters
         ]
-        found = [
+        result = [
             self._fit(model, np.concatenate([current.optimum.x, np.array(shape)]), 25)
             for shape in list(product(*choices))[:_SHAPE_STARTS]
         ]
-        best = min(found, key=lambda o: o.cost)
+        best = min(result, key=lambda o: o.cost)
         return model, self._fit(model, best.x, 60)
 
 

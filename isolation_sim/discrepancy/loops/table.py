@@ -56,34 +56,18 @@ class LoopTable:
     def __post_init__(self) -> None:
         n = len(self.amplitude)
         if n < _LEAST_ROWS:
-            raise InputError(f"{self.name}: {n} rows; accepted: {_LEAST_ROWS} or more")
+            raise InputError(f"{self.name}: {n} rows; expected: {_LEAST_ROWS} or more")
         for what in ("amplitude", "frequency", "stiffness", "damping"):
             values = getattr(self, what)
             if not np.all(values > 0):
                 worst = int(np.argmin(values))
                 raise InputError(
-                    f"{self.name}, row {worst + 1}: {what} {values[worst]:g}; accepted: above 0"
+                    f"{self.name}, row {worst + 1}: {what} {values[worst]:g}; expected: above 0"
                 )
 
 
 def read_loop_table(path: str | Path) -> LoopTable:
-    """Read a loop table.
-
-    Parameters
-    ----------
-    path : str or pathlib.Path
-        The file.
-
-    Returns
-    -------
-    LoopTable
-        SI.
-
-    Raises
-    ------
-    InputError
-        If the file or a column is missing, a column is unknown, or a number is not usable.
-    """
+    """Read a loop table."""
     cells = read_csv_table(path)
     names = cells.names
     for name in names:

@@ -54,22 +54,7 @@ class Budget:
         return len(self.history)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Evaluate points one by one.
-
-        Parameters
-        ----------
-        points : numpy.ndarray, shape (..., n_parameters)
-
-        Returns
-        -------
-        numpy.ndarray, shape (...)
-            Values in the objective's unit; inf for what is not finite.
-
-        Raises
-        ------
-        BudgetSpent
-            As soon as no evaluation is left for a point.
-        """
+        """Evaluate points one by one."""
         rows = points.reshape(-1, points.shape[-1])
         return np.array([self._one(row) for row in rows]).reshape(points.shape[:-1])
 

@@ -23,34 +23,12 @@ def fish_swarm(
     crowding: float = 0.6,
     tries: int = 5,
 ) -> None:
-    """Search until the budget is spent.
-
-    Parameters
-    ----------
-    evaluate : Budget
-        The objective within its bounds; keeps the best point.
-    rng : numpy.random.Generator
-    population : int
-        Fish.
-    sight : float
-        How far a fish sees, as a share of the bounds' diagonal.
-    step : float
-        Longest move, as a share of the bounds' diagonal.
-    crowding : float
-        Share of the swarm about a place above which it is too crowded to go to, 0 to 1.
-    tries : int
-        Places that a foraging fish looks at before it moves at random.
-
-    Raises
-    ------
-    InputError
-        If a setting is not usable.
-    """
+    """Search until the budget is spent."""
     good = population >= 2 and tries >= 1 and sight > 0 and step > 0 and 0 < crowding <= 1
     if not good:
         raise InputError(
             f"population {population!r}, sight {sight!r}, step {step!r}, crowding {crowding!r}, "
-            f"tries {tries!r}; accepted: 2 fish or more, positive numbers, crowding up to 1"
+            f"tries {tries!r}; expected: 2 fish or more, positive numbers, crowding up to 1"
         )
     lower, upper = evaluate.lower, evaluate.upper
     n = lower.size

@@ -56,28 +56,7 @@ def fly(
     rng: np.random.Generator,
     adaptive: bool = True,
 ) -> Flight:
-    """Fly independent swarms, all runs at once (Yu et al., Eqs 8-17).
-
-    Parameters
-    ----------
-    objective : callable
-        Smell coefficients 1/D, shape (n_runs, population, n_parameters), to values to minimise,
-        shape (n_runs, population).
-    starts : numpy.ndarray, shape (n_runs, n_parameters, 2)
-        Where the swarms start in each parameter's plane.
-    step : float
-        Largest step in each coordinate, at the beginning where it adapts.
-    iterations : int
-    population : int
-        Flies to a swarm.
-    rng : numpy.random.Generator
-    adaptive : bool
-        Whether the step falls by exp(-10 G / G_max) (Eq 17).
-
-    Returns
-    -------
-    Flight
-    """
+    """Fly independent swarms, all runs at once (Yu et al., Eqs 8-17)."""
     swarm = np.array(starts, dtype=float)
     n_runs, n_parameters, _ = swarm.shape
     runs = np.arange(n_runs)
@@ -105,26 +84,7 @@ def adaptive_step(
     step: float = 20.0,
     scale: Any = None,
 ) -> None:
-    """Search with the step that falls by exp(-10) over the budget.
-
-    Parameters
-    ----------
-    evaluate : Budget
-        The objective within its bounds; keeps the best point.
-    rng : numpy.random.Generator
-    population : int
-        Flies.
-    step : float
-        Initial step in each plane, dimensionless.
-    scale : array_like, optional, shape (n_parameters,)
-        Parameter above its lower bound at distance 1 from the origin, in the parameters' units;
-        about ten times what is expected. Twice the width of the bounds by default.
-
-    Raises
-    ------
-    InputError
-        If a setting is not positive.
-    """
+    """Search with the step that falls by exp(-10) over the budget."""
     _search(evaluate, rng, population, step, scale, adaptive=True)
 
 
@@ -135,25 +95,7 @@ def fixed_step(
     step: float = 20.0,
     scale: Any = None,
 ) -> None:
-    """Search with one step throughout, the standard method.
-
-    Parameters
-    ----------
-    evaluate : Budget
-        The objective within its bounds; keeps the best point.
-    rng : numpy.random.Generator
-    population : int
-        Flies.
-    step : float
-        Step in each plane, dimensionless.
-    scale : array_like, optional, shape (n_parameters,)
-        As for `adaptive_step`.
-
-    Raises
-    ------
-    InputError
-        If a setting is not positive.
-    """
+    """Search with one step throughout, the standard method."""
     _search(evaluate, rng, population, step, scale, adaptive=False)
 
 
@@ -168,9 +110,9 @@ def _search(
     lower, upper = evaluate.lower, evaluate.upper
     scales = _SCALE_WIDTHS * (upper - lower) if scale is None else np.array(scale, dtype=float)
     if scales.shape not in ((), lower.shape) or not np.all(np.isfinite(scales) & (scales > 0)):
-        raise InputError(f"scale {scale!r}; accepted: {lower.size} positive numbers")
+        raise InputError(f"scale {scale!r}; expected: {lower.size} positive numbers")
     if not (population >= 1 and np.isfinite(step) and step > 0):
-        raise InputError(f"population {population!r} and step {step!r}; accepted: positive numbers")
+        raise InputError(f"population {population!r} and step {step!r}; expected: positive numbers")
 
     def objective(smell: np.ndarray) -> np.ndarray:
         # beyond the upper bound a fly stands for the bound

@@ -11,21 +11,7 @@ from .budget import Budget
 
 
 def genetic(evaluate: Budget, rng: np.random.Generator, population: int = 50) -> None:
-    """Search by pymoo's genetic algorithm: tournament, simulated binary crossover, mutation.
-
-    Parameters
-    ----------
-    evaluate : Budget
-        The objective within its bounds; keeps the best point.
-    rng : numpy.random.Generator
-    population : int
-        Individuals.
-
-    Raises
-    ------
-    InputError
-        If pymoo is not installed or the population is not positive.
-    """
+    """Search by pymoo's genetic algorithm: tournament, simulated binary crossover, mutation."""
     _require(population)
     from pymoo.algorithms.soo.nonconvex.ga import GA
 
@@ -33,21 +19,7 @@ def genetic(evaluate: Budget, rng: np.random.Generator, population: int = 50) ->
 
 
 def particle_swarm(evaluate: Budget, rng: np.random.Generator, population: int = 50) -> None:
-    """Search by pymoo's particle swarm, whose inertia and attractions adapt.
-
-    Parameters
-    ----------
-    evaluate : Budget
-        The objective within its bounds; keeps the best point.
-    rng : numpy.random.Generator
-    population : int
-        Particles.
-
-    Raises
-    ------
-    InputError
-        If pymoo is not installed or the population is not positive.
-    """
+    """Search by pymoo's particle swarm, whose inertia and attractions adapt."""
     _require(population)
     from pymoo.algorithms.soo.nonconvex.pso import PSO
 
@@ -57,26 +29,10 @@ def particle_swarm(evaluate: Budget, rng: np.random.Generator, population: int =
 def cma_es(
     evaluate: Budget, rng: np.random.Generator, sigma: float = 0.3, restarts: int = 9
 ) -> None:
-    """Search by covariance matrix adaptation, restarted with twice the population when it ends.
-
-    Parameters
-    ----------
-    evaluate : Budget
-        The objective within its bounds; keeps the best point.
-    rng : numpy.random.Generator
-    sigma : float
-        Initial standard deviation as a share of the bounds' width.
-    restarts : int
-        Most restarts.
-
-    Raises
-    ------
-    InputError
-        If pymoo is not installed, sigma is not positive or restarts is negative.
-    """
+    """Search by covariance matrix adaptation, restarted with twice the population when it ends."""
     if not (sigma > 0 and restarts >= 0):
         raise InputError(
-            f"sigma {sigma!r} and restarts {restarts!r}; accepted: sigma above 0, restarts from 0"
+            f"sigma {sigma!r} and restarts {restarts!r}; expected: sigma above 0, restarts from 0"
         )
     _require(1)
     from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
@@ -88,7 +44,7 @@ def cma_es(
 
 def _require(population: int) -> None:
     if population < 1:
-        raise InputError(f"population {population!r}; accepted: 1 or more")
+        raise InputError(f"population {population!r}; expected: 1 or more")
     try:
         import pymoo  # noqa: F401
     except ModuleNotFoundError:

@@ -12,17 +12,7 @@ from ..force_comparison import fitness, half_range_error, rms_error, squared_for
 
 
 def misfit(measured: Any, modelled: Any) -> float:
-    """Return 100 less the fitness of the linearised Bouc-Wen paper (Eq 13, mended).
-
-    Parameters
-    ----------
-    measured, modelled : array_like, shape (n,), N
-
-    Returns
-    -------
-    float, percent
-        0 is perfect.
-    """
+    """Return 100 less the fitness of the linearised Bouc-Wen paper (Eq 13, mended)."""
     return 100.0 - fitness(measured, modelled)
 
 
@@ -40,32 +30,12 @@ which cannot see the sign of a force; by samples of 1 s), ``misfit`` (linearised
 def force_objective(
     name: str, measured: Any, model: Callable[[np.ndarray], Any]
 ) -> Callable[[np.ndarray], float]:
-    """Build an objective of the parameters from a measured force and a model.
-
-    Parameters
-    ----------
-    name : str
-        One of `OBJECTIVES`.
-    measured : array_like, shape (n,), N
-        Measured force.
-    model : callable
-        Parameters, shape (n_parameters,), to the force that they give, shape (n,), N.
-
-    Returns
-    -------
-    callable
-        Parameters to a number to minimise; inf where the model's force is not finite.
-
-    Raises
-    ------
-    InputError
-        If there is no such objective, or the measured force has a number that is not finite.
-    """
+    """Build an objective of the parameters from a measured force and a model."""
     if name not in OBJECTIVES:
         raise unknown_name("objective", name, OBJECTIVES)
     force = np.array(measured, dtype=float)
     if force.ndim != 1 or force.size == 0 or not np.all(np.isfinite(force)):
-        raise InputError(f"measured force of shape {force.shape}; accepted: (n,), finite numbers")
+        raise InputError(f"measured force of shape {force.shape}; expected: (n,), finite numbers")
     compare = OBJECTIVES[name]
 
     def objective(parameters: np.ndarray) -> float:

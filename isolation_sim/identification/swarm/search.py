@@ -51,12 +51,7 @@ class SearchResult:
 
 
 def available_methods() -> tuple[str, ...]:
-    """Names of the searches.
-
-    Returns
-    -------
-    tuple of str
-    """
+    """Names of the searches."""
     return tuple(_METHODS)
 
 
@@ -68,34 +63,7 @@ def search(
     seed: int,
     **settings: Any,
 ) -> SearchResult:
-    """Minimise an objective within bounds by one of the papers' searches.
-
-    Parameters
-    ----------
-    method : str
-        ``fruit_fly`` (self-adaptive step), ``fruit_fly_fixed``, ``fish_swarm``; from pymoo
-        ``genetic``, ``particle_swarm`` and ``cma_es``.
-    objective : callable
-        Point, shape (n_parameters,), to a number; what is not finite counts as worst.
-    bounds : array_like, shape (n_parameters, 2)
-        Lower and upper bound of each parameter, in its unit, finite.
-    budget : int
-        Evaluations of the objective, spent to the last unless a method ends by itself.
-    seed : int
-        The same seed gives the same result.
-    **settings : Any
-        The method's own, such as ``population``; ``scale`` and ``step`` of the fruit flies.
-
-    Returns
-    -------
-    SearchResult
-
-    Raises
-    ------
-    InputError
-        If a method, a setting or its value is unknown, bounds or budget are not usable, the
-        objective is finite nowhere, or pymoo is needed and not installed.
-    """
+    """Minimise an objective within bounds by one of the papers' searches."""
     if method not in _METHODS:
         raise unknown_name("search method", method, _METHODS)
     run = _METHODS[method]
@@ -106,7 +74,7 @@ def search(
     lower, upper = _checked_bounds(bounds)
     whole = isinstance(budget, int | np.integer) and not isinstance(budget, bool)
     if not (whole and budget >= 1):
-        raise InputError(f"budget {budget!r}; accepted: a whole number of evaluations, 1 or more")
+        raise InputError(f"budget {budget!r}; expected: a whole number of evaluations, 1 or more")
     evaluate = Budget(objective, lower, upper, int(budget))
     try:
         run(evaluate, np.random.default_rng(seed), **settings)
@@ -114,7 +82,7 @@ def search(
         pass
     if evaluate.best is None:
         raise InputError(
-            f"objective is not finite at any of {evaluate.spent} points; accepted: an objective "
+            f"objective is not finite at any of {evaluate.spent} points; expected: an objective "
             "that is finite somewhere within the bounds"
         )
     history = np.array(evaluate.history)
@@ -124,10 +92,10 @@ def search(
 def _checked_bounds(bounds: Any) -> tuple[np.ndarray, np.ndarray]:
     pairs = np.array(bounds, dtype=float)
     if pairs.ndim != 2 or pairs.shape[0] == 0 or pairs.shape[1] != 2:
-        raise InputError(f"bounds of shape {pairs.shape}; accepted: (n_parameters, 2)")
+        raise InputError(f"bounds of shape {pairs.shape}; expected: (n_parameters, 2)")
     for k, (low, high) in enumerate(pairs):
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             raise InputError(
-                f"bounds of parameter {k}: {low:g} to {high:g}; accepted: finite, the lower first"
+                f"bounds of parameter {k}: {low:g} to {high:g}; expected: finite, the lower first"
             )
     return pairs[:, 0], pairs[:, 1]

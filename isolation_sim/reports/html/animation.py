@@ -25,21 +25,7 @@ _SWAY, _LEAN = 0.2, 0.06
 
 
 def animation(runs: Mapping[str, Run], left: str, right: str) -> Animation:
-    """Two buildings side by side that the reader can play.
-
-    Parameters
-    ----------
-    runs : mapping of str to Run
-        Runs by the name to print; every one can be chosen on either side.
-    left, right : str
-        Runs to begin with.
-
-    Returns
-    -------
-    Animation
-        Displacements relative to the ground along the first direction and the first coil's
-        current; the building's lean above its base is drawn larger than its base's sway.
-    """
+    """Two buildings side by side that the reader can play."""
     first = next(iter(runs.values()))
     structure = first.isolated.structure
     dofs = level_dofs(structure)[:, 0]

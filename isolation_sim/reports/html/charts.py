@@ -40,17 +40,7 @@ class Look:
     glyph: str
 
     def line(self, **more: Any) -> dict[str, Any]:
-        """Keys of a trace that is drawn this way.
-
-        Parameters
-        ----------
-        **more
-            More keys of the line, such as ``shape="hv"``.
-
-        Returns
-        -------
-        dict
-        """
+        """Keys of a trace that is drawn this way."""
         return {
             "type": "scatter",
             "mode": "lines+markers",
@@ -60,42 +50,17 @@ class Look:
 
 
 def looks(names: Sequence[str]) -> dict[str, Look]:
-    """Give each name a look that differs from the others by more than colour.
-
-    Parameters
-    ----------
-    names : sequence of str
-        What is drawn.
-
-    Returns
-    -------
-    dict of str to Look
-    """
-    found = {}
+    """Give each name a look that differs from the others by more than colour."""
+    result = {}
     for name, style in zip(names, line_styles(len(names), markers=True), strict=True):
         dashes = style["linestyle"]
         lengths = [] if dashes == "-" else [f"{_WIDTH * length:g}px" for length in dashes[1]]
-        found[name] = Look(style["color"], ",".join(lengths), *_SYMBOLS[style["marker"]])
-    return found
+        result[name] = Look(style["color"], ",".join(lengths), *_SYMBOLS[style["marker"]])
+    return result
 
 
 def points(rows: Sequence[str], x: ArrayLike, y: ArrayLike, look: Look) -> dict[str, Any]:
-    """Trace of points, each of which stands for a row of the page's filtered table.
-
-    Parameters
-    ----------
-    rows : sequence of str
-        Labels of the rows.
-    x, y : array_like, shape (n,)
-        A point a row.
-    look : Look
-        Colour and symbol.
-
-    Returns
-    -------
-    dict
-        A trace; points whose rows the reader filters out fade.
-    """
+    """Trace of points, each of which stands for a row of the page's filtered table."""
     return {
         "type": "scatter",
         "mode": "markers",
@@ -110,34 +75,13 @@ def points(rows: Sequence[str], x: ArrayLike, y: ArrayLike, look: Look) -> dict[
 
 
 def numbers(values: ArrayLike) -> dict[str, str]:
-    """Numbers as plotly.js reads them without parsing: base64 of single precision.
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Numbers; NaN leaves a gap.
-
-    Returns
-    -------
-    dict
-        For a trace's ``x`` or ``y``.
-    """
+    """Numbers as plotly.js reads them without parsing: base64 of single precision."""
     packed = np.asarray(values, dtype="<f4").tobytes()
     return {"dtype": "f4", "bdata": base64.b64encode(packed).decode("ascii")}
 
 
 def over(x: NDArray, y: NDArray) -> dict[str, Any]:
-    """Abscissa and ordinate of a trace; an even abscissa takes no room.
-
-    Parameters
-    ----------
-    x, y : (n,) array
-        Numbers to draw.
-
-    Returns
-    -------
-    dict
-    """
+    """Abscissa and ordinate of a trace; an even abscissa takes no room."""
     steps = np.diff(x)
     if len(steps) and np.ptp(steps) < 1e-6 * abs(steps[0]):
         return {"x0": float(x[0]), "dx": float(steps.mean()), "y": numbers(y)}
@@ -145,49 +89,22 @@ def over(x: NDArray, y: NDArray) -> dict[str, Any]:
 
 
 def thinned(most: int, *series: NDArray) -> NDArray:
-    """Pick samples to draw so that no peak is lost.
-
-    Parameters
-    ----------
-    most : int
-        About how many samples to keep.
-    *series : (n,) array
-        What is drawn over or beside each other.
-
-    Returns
-    -------
-    array of int
-        Samples, increasing: all where there are no more than ``most``; else the first, the last
-        and, of equal pieces, the smallest and the largest of each series.
-    """
+    """Pick samples to draw so that no peak is lost."""
     n = len(series[0])
     if n <= most:
         return np.arange(n)
     size = -(-n * 2 * len(series) // max(most, 4))
     starts = np.arange(0, n, size)
-    kept = [np.array([0, n - 1])]
+    keep = [np.array([0, n - 1])]
     for values in series:
         # the last piece is filled up with its own last value
         pieces = np.pad(values, (0, len(starts) * size - n), mode="edge").reshape(-1, size)
-        kept += [starts + pieces.argmin(axis=1), starts + pieces.argmax(axis=1)]
-    return np.unique(np.minimum(np.concatenate(kept), n - 1))
+        keep += [starts + pieces.argmin(axis=1), starts + pieces.argmax(axis=1)]
+    return np.unique(np.minimum(np.concatenate(keep), n - 1))
 
 
 def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
-    """Layout of a chart with one pair of axes.
-
-    Parameters
-    ----------
-    x_title, y_title : str
-        Titles with units.
-    **more
-        ``xaxis``, ``yaxis`` or ``margin``, each a mapping of keys to add; any other key of a
-        layout.
-
-    Returns
-    -------
-    dict
-    """
+    """Layout of a chart with one pair of axes."""
     axis = {"gridcolor": "#e4e4e4", "linecolor": "#777", "showline": True, "zeroline": False}
     made: dict[str, Any] = {
         "xaxis": {"title": {"text": x_title, "standoff": 6}, **axis},
@@ -204,20 +121,7 @@ def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
 
 
 def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:
-    """Interval that holds all values, for axes that have to be alike.
-
-    Parameters
-    ----------
-    values : iterable of array_like
-        Numbers.
-    margin : float
-        What is added at either end, as a share of the interval's length.
-
-    Returns
-    -------
-    list of float
-        Lower and upper end, in the values' unit.
-    """
+    """Interval that holds all values, for axes that have to be alike."""
     arrays = [np.asarray(each) for each in values]
     low = min(float(np.nanmin(each)) for each in arrays)
     high = max(float(np.nanmax(each)) for each in arrays)
@@ -226,21 +130,9 @@ def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:
 
 
 def peaks(values: Mapping[str, ArrayLike], unit: str) -> str:
-    """Largest absolute value of each line, in words.
-
-    Parameters
-    ----------
-    values : mapping of str to array_like
-        Numbers by the name of their line.
-    unit : str
-        Their unit.
-
-    Returns
-    -------
-    str
-    """
-    told = [
+    """Largest absolute value of each line, in words."""
+    sentences = [
         f"{name} {np.max(np.abs(np.asarray(each)), initial=0.0):.3g} {unit}"
         for name, each in values.items()
     ]
-    return f"Largest absolute values: {', '.join(told)}."
+    return f"Largest absolute values: {', '.join(sentences)}."

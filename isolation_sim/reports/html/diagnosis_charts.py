@@ -28,18 +28,7 @@ _POINTS_OF_LOOP, _POINTS_OVER_TIME = 1200, 4000
 
 
 def loops(traces: Sequence[Trace]) -> tuple[Chart, ...]:
-    """Loops of the first runs.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-        Runs, the worst first.
-
-    Returns
-    -------
-    tuple of Chart
-        Each on its own axes, since small loops may err most.
-    """
+    """Loops of the first runs."""
     return tuple(_loop(trace) for trace in traces[:_LOOPS])
 
 
@@ -54,20 +43,7 @@ def _loop(trace: Trace) -> Chart:
 
 
 def over_time(traces: Sequence[Trace], residual: bool) -> tuple[Chart, ...]:
-    """The first runs over time.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-        Runs, the worst first.
-    residual : bool
-        Whether to draw simulated less measured, and not both.
-
-    Returns
-    -------
-    tuple of Chart
-        Linked along time.
-    """
+    """The first runs over time."""
     chosen = traces[:_HISTORIES]
     end = max(float(trace.time[-1]) for trace in chosen)
     charts = []
@@ -76,9 +52,9 @@ def over_time(traces: Sequence[Trace], residual: bool) -> tuple[Chart, ...]:
         if residual:
             measured = lines.pop("measured")
             lines = {name: values - measured for name, values in lines.items()}
-        kept = thinned(_POINTS_OVER_TIME, *lines.values())
+        keep = thinned(_POINTS_OVER_TIME, *lines.values())
         drawn = [
-            {**_line(name), **over(trace.time[kept], values[kept])}
+            {**_line(name), **over(trace.time[keep], values[keep])}
             for name, values in lines.items()
         ]  # fmt: skip
         what = f"{'Residual' if residual else heading(trace.label)}, {_title(trace)}"
@@ -93,20 +69,7 @@ def over_time(traces: Sequence[Trace], residual: bool) -> tuple[Chart, ...]:
 
 
 def errors_by_run(traces: Sequence[Trace], floor: float) -> tuple[Block, ...]:
-    """Error of every run before and after, beside the noise floor.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-        Runs, the worst first.
-    floor : float
-        Error that noise alone leaves, relative; not a number where nobody knows.
-
-    Returns
-    -------
-    tuple of Block
-        What the marks mean, and the chart, the worst run at the top.
-    """
+    """Error of every run before and after, beside the noise floor."""
     rows = np.arange(len(traces))
     names = [trace.name for trace in traces]
     drawn: list[dict[str, Any]] = [
@@ -140,18 +103,7 @@ def errors_by_run(traces: Sequence[Trace], floor: float) -> tuple[Block, ...]:
 
 
 def runs_table(traces: Sequence[Trace]) -> Table:
-    """Errors run by run, before and after.
-
-    Parameters
-    ----------
-    traces : sequence of Trace
-        Runs.
-
-    Returns
-    -------
-    Table
-        The reader chooses runs by how they were used; points of the chart follow.
-    """
+    """Errors run by run, before and after."""
     rows = tuple(
         Row(trace.name, (
             Cell("held out" if trace.held_out else "fitted"),

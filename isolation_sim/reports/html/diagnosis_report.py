@@ -42,19 +42,7 @@ _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 
 
 def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
-    """Report of a diagnosis.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        The diagnosis; without traces, the charts are left out.
-    section : str
-        TOML of the extended law, to be copied into a scenario.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a diagnosis."""
     traces = worst_first(diagnosis.traces)
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
@@ -79,17 +67,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
 
 
 def told(step: Step) -> list[Block]:
-    """A step in words, with its table.
-
-    Parameters
-    ----------
-    step : Step
-        The step.
-
-    Returns
-    -------
-    list of Block
-    """
+    """A step in words, with its table."""
     if not step.rows:
         return [Facts({step.title: step.text})]
     rows = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in step.rows)
@@ -206,18 +184,7 @@ def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
 
 
 def equations(part: Law | Effect) -> str:
-    """What a law or an effect computes: its file's description and its functions.
-
-    Parameters
-    ----------
-    part : Law or Effect
-        The law or the effect.
-
-    Returns
-    -------
-    str
-        The functions that are simulated, traced and fitted, so that nothing else can be meant.
-    """
+    """What a law or an effect computes: its file's description and its functions."""
     functions = [f for name in _FUNCTIONS if (f := getattr(part, name, None)) is not None]
     module = sys.modules[functions[0].__module__]
     # what all laws or all effects share, such as having no states, says nothing

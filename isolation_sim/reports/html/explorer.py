@@ -30,27 +30,13 @@ _AGAINST = "peak_base_displacement_m"
 
 
 def explorer(sweep: Sweep, criterion: str) -> Explorer:
-    """Runs of a sweep by what was varied: paths over all quantities, a trade-off, a map, the best.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        A sweep of which a run at least ended well.
-    criterion : str
-        Column of results to begin with.
-
-    Returns
-    -------
-    Explorer
-        Of all runs that ended well; where they are too many for a page, of every so many cases
-        and of those that are best by the criterion.
-    """
+    """Runs of a sweep by what was varied: paths over all quantities, a trade-off, a map, the best."""
     names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]
-    kept, every = _kept(sweep, runs, criterion, len(names))
+    keep, every = _kept(sweep, runs, criterion, len(names))
     fields = ["controller", *sweep.parameters]
-    described = [_field(kept[name]) for name in fields]
+    described = [_field(keep[name]) for name in fields]
     look = looks(described[0]["groups"])
     # a map over what varies most finely; the controllers only where nothing else varies
     order = [k for k in range(1, len(fields)) if len(described[k]["groups"]) > 1]
@@ -64,11 +50,11 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
         "looks": [vars(each) for each in look.values()],
         "criteria": [
             {"name": heading(name), "more": is_gain(name),
-             "values": _packed(kept[name] * unit_of(name)[1])}
+             "values": _packed(keep[name] * unit_of(name)[1])}
             for name in names
         ],
         "paths": [names.index(name) for name in paths],
-        "cases": _packed(kept["case"]),
+        "cases": _packed(keep["case"]),
         "criterion": names.index(criterion),
         "against": against,
         "across": pair[0] if len(pair) > 1 else None,
@@ -76,7 +62,7 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
         "best": _BEST,
         "lines": _MOST_LINES,
         "shades": _shades(),
-        "note": _note(every, len(runs), len(kept)),
+        "note": _note(every, len(runs), len(keep)),
     }  # fmt: skip
     shown = sum(name.startswith("peak_") for name in names) + len(fields)
     return Explorer(data, _charts(shown, len(pair) > 1))
@@ -91,8 +77,8 @@ def _kept(
     chosen = runs["case"] % every == 0
     for label in sweep.controllers:
         own = runs.loc[runs["controller"] == label, criterion]
-        found = own.nlargest(_BEST) if is_gain(criterion) else own.nsmallest(_BEST)
-        chosen |= runs.index.isin(found.index)
+        result = own.nlargest(_BEST) if is_gain(criterion) else own.nsmallest(_BEST)
+        chosen |= runs.index.isin(result.index)
     return runs[chosen], every
 
 
@@ -161,10 +147,10 @@ def _shades() -> list[list[Any]]:
     return [[float(at), to_hex(shades(at))] for at in np.linspace(0.0, 1.0, 7)]
 
 
-def _note(every: int, total: int, kept: int) -> str:
+def _note(every: int, total: int, keep: int) -> str:
     if every == 1:
         return f"All {total:,} runs that ended well."
     return (
-        f"{kept:,} of the {total:,} runs that ended well: one of {every} cases, and the {_BEST} "
+        f"{keep:,} of the {total:,} runs that ended well: one of {every} cases, and the {_BEST} "
         "best of each controller."
     )

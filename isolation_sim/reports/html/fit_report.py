@@ -39,17 +39,7 @@ _LOOKS = {
 
 
 def fit_report(fit: Fit) -> Page:
-    """Report of a fit.
-
-    Parameters
-    ----------
-    fit : Fit
-        A fitted law.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a fit."""
     law, errors = fit.device.law, fit.errors
     shown = _shown(errors)
     some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
@@ -86,17 +76,7 @@ def fit_report(fit: Fit) -> Page:
 
 
 def evaluation_report(evaluation: LawEvaluation) -> Page:
-    """Report of a law's errors on measured runs.
-
-    Parameters
-    ----------
-    evaluation : LawEvaluation
-        The law, the runs and the errors.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a law's errors on measured runs."""
     device, campaign = evaluation.device, evaluation.campaign
     law = device.law
     first = (
@@ -129,17 +109,7 @@ def _shown(errors: Sequence[RunError]) -> Sequence[RunError]:
 
 
 def errors_table(fit: Fit) -> Table:
-    """Errors run by run, held-out runs marked, with the pooled ones below.
-
-    Parameters
-    ----------
-    fit : Fit
-        A fitted law.
-
-    Returns
-    -------
-    Table
-    """
+    """Errors run by run, held-out runs marked, with the pooled ones below."""
     rows = [
         Row(e.run.name, (Cell("held out" if e.run.hold_out else "fitted"), _percent(e.relative)))
         for e in fit.errors
@@ -158,17 +128,7 @@ def errors_table(fit: Fit) -> Table:
 
 
 def parameters_table(fit: Fit) -> Table:
-    """Fitted numbers with their intervals; those that the data do not determine are marked.
-
-    Parameters
-    ----------
-    fit : Fit
-        A fitted law.
-
-    Returns
-    -------
-    Table
-    """
+    """Fitted numbers with their intervals; those that the data do not determine are marked."""
     rows = tuple(
         Row(e.name, (
             Cell("any" if e.current is None else f"{e.current:.3g}"),

@@ -138,21 +138,21 @@ class Table:
     @property
     def numeric(self) -> tuple[bool, ...]:
         """Whether each column holds numbers more than words; the row labels' does not."""
-        found = [False]
+        result = [False]
         for column in zip(*(row.cells for row in self.rows if row.cells), strict=True):
             texts = [cell.text for cell in column if cell.text]
-            found.append(2 * sum(map(is_number, texts)) >= len(texts))
-        return tuple(found)
+            result.append(2 * sum(map(is_number, texts)) >= len(texts))
+        return tuple(result)
 
     @property
     def choices(self) -> list[tuple[str, int, list[str]]]:
         """Heading, column and values of each filter."""
-        found = []
+        result = []
         for heading in self.filters:
             column = self.headings.index(heading)
             texts = [row.label if column == 0 else row.cells[column - 1].text for row in self.rows]
-            found.append((heading, column, list(dict.fromkeys(texts))))
-        return found
+            result.append((heading, column, list(dict.fromkeys(texts))))
+        return result
 
 
 @dataclass(frozen=True)
@@ -342,13 +342,7 @@ class Page:
     sections: Sequence[Section]
 
     def html(self) -> str:
-        """The whole page.
-
-        Returns
-        -------
-        str
-            HTML with styles, scripts and data in it. The same page gives the same text.
-        """
+        """The whole page."""
         from plotly.offline import get_plotlyjs
 
         kinds = {block.kind for section in self.sections for block in section.blocks}
@@ -360,18 +354,7 @@ class Page:
         )
 
     def write(self, path: str | Path) -> Path:
-        """Write the page.
-
-        Parameters
-        ----------
-        path : str or pathlib.Path
-            File to write, replaced whole or not at all.
-
-        Returns
-        -------
-        pathlib.Path
-            The file.
-        """
+        """Write the page."""
         return write_text(self.html(), path)
 
 

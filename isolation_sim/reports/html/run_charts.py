@@ -30,21 +30,7 @@ def trade_off(
     looks: Mapping[str, Look],
     optima: Collection[str] = (),
 ) -> Chart:
-    """Peak floor acceleration over peak base displacement, a point a run.
-
-    Parameters
-    ----------
-    criteria : mapping of str to mapping
-        Criteria of each run by its name, SI units.
-    looks : mapping of str to Look
-        Look of each run; a run without one is drawn grey.
-    optima : collection of str
-        Runs that are no controllers but bounds of what one may reach; drawn open.
-
-    Returns
-    -------
-    Chart
-    """
+    """Peak floor acceleration over peak base displacement, a point a run."""
     traces = []
     values = {
         name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])
@@ -66,32 +52,23 @@ def trade_off(
             "hovertemplate": f"{shown}<br>%{{x:.4g}} mm, %{{y:.4g}} m/s²<extra></extra>",
         })  # fmt: skip
     axes = layout(
-        "Peak base displacement (mm)", "Peak floor acceleration (m/s²)", hovermode="closest",
+        "Peak base displacement (mm)",
+        "Peak floor acceleration (m/s²)",
+        hovermode="closest",
         xaxis={"range": [-0.02 * widest, 1.15 * widest]},
         yaxis={"range": [-0.1 * highest, 1.15 * highest]},
     )
-    told = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
+    sentences = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
     return Chart(
-        "Trade-off: the lower left is better", {"data": traces, "layout": axes}, f"{told}.",
+        "Trade-off: the lower left is better",
+        {"data": traces, "layout": axes},
+        f"{sentences}.",
         height=340,
     )
 
 
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:
-    """Ground, base and roof in each direction and the coils' currents, over time.
-
-    Parameters
-    ----------
-    runs : mapping of str to Run
-        Runs by the name to print.
-    looks : mapping of str to Look
-        Look of each run.
-
-    Returns
-    -------
-    list of Chart
-        Linked along time.
-    """
+    """Ground, base and roof in each direction and the coils' currents, over time."""
     first = next(iter(runs.values()))
     directions = first.isolated.structure.directions
     panels: list[tuple[str, str, dict[str, NDArray], str]] = []
@@ -119,8 +96,8 @@ def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[C
     for title, symbol, lines, shape in panels:
         traces = []
         for name, values in lines.items():
-            kept = thinned(most, values)
-            drawn = over(runs[name].time[kept], values[kept])
+            keep = thinned(most, values)
+            drawn = over(runs[name].time[keep], values[keep])
             traces.append({"name": name, "meta": name, **looks[name].line(shape=shape), **drawn})
         charts.append(_over_time(title, symbol, traces, first.time, peaks(lines, symbol)))
     return ground + charts
@@ -128,11 +105,11 @@ def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[C
 
 def _ground(run: Run, number: int, most: int) -> Chart:
     record = run.records[number]
-    kept = thinned(most, record.acceleration)
+    keep = thinned(most, record.acceleration)
     trace = {
         "type": "scatter", "mode": "lines", "name": "ground",
         "line": {"color": "#555", "width": 1.2},
-        **over(record.time[kept], record.acceleration[kept]),
+        **over(record.time[keep], record.acceleration[keep]),
     }  # fmt: skip
     directions = run.isolated.structure.directions
     along = f" along {directions[number]}" if len(directions) > 1 else ""
@@ -151,18 +128,7 @@ def _over_time(
 
 
 def loops(runs: Mapping[str, Run]) -> list[Gallery]:
-    """Force over deformation of the isolators, coloured by their coil's current.
-
-    Parameters
-    ----------
-    runs : mapping of str to Run
-        Runs by the name to print.
-
-    Returns
-    -------
-    list of Gallery
-        One a direction of ground motion, a chart a run, on the same axes.
-    """
+    """Force over deformation of the isolators, coloured by their coil's current."""
     first = next(iter(runs.values()))
     names = [element_along(first, k) for k in range(len(first.isolated.structure.directions))]
     most = _POINTS_OF_LOOPS // (len(names) * len(runs))
@@ -183,13 +149,13 @@ def _loops(runs: Mapping[str, Run], element: str, most: int) -> Gallery:
     bar = {"title": {"text": "A", "side": "top"}, "thickness": 12, "len": 0.9, "outlinewidth": 0}
     charts = []
     for name in runs:
-        kept = thinned(most, deformation[name], force[name])
+        keep = thinned(most, deformation[name], force[name])
         trace = {
             "type": "scatter", "mode": "lines+markers", "meta": name,
-            "x": numbers(deformation[name][kept]), "y": numbers(force[name][kept]),
+            "x": numbers(deformation[name][keep]), "y": numbers(force[name][keep]),
             "line": {"color": "#a0a0a0", "width": 0.8},
             "marker": {
-                "size": 3.5, "color": numbers(currents[name][kept]), "colorscale": _BY_CURRENT,
+                "size": 3.5, "color": numbers(currents[name][keep]), "colorscale": _BY_CURRENT,
                 "cmin": low, "cmax": high, "showscale": channel is not None, "colorbar": bar,
             },
             "hovertemplate": "%{x:.3g} mm, %{y:.4g} kN<br>%{marker.color:.3g} A<extra></extra>",
@@ -209,20 +175,7 @@ def _current(run: Run, channel: int | None) -> NDArray:
 
 
 def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
-    """Peak absolute acceleration and peak drift over the height.
-
-    Parameters
-    ----------
-    runs : mapping of str to Run
-        Runs by the name to print.
-    looks : mapping of str to Look
-        Look of each run.
-
-    Returns
-    -------
-    Gallery
-        Peaks of the vectors' norms over the directions of ground motion.
-    """
+    """Peak absolute acceleration and peak drift over the height."""
     structure = next(iter(runs.values())).isolated.structure
     levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
     storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
@@ -257,20 +210,7 @@ def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
 
 
 def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
-    """Energy ledgers over time, a chart a run on the same axes.
-
-    Parameters
-    ----------
-    runs : mapping of str to Run
-        Runs by the name to print.
-
-    Returns
-    -------
-    key : Key
-        What the areas and lines are.
-    charts : Gallery
-        Linked along time.
-    """
+    """Energy ledgers over time, a chart a run on the same axes."""
     supplied = {name: 1e-3 * supply(run.energy) for name, run in runs.items()}
     inputs = {name: 1e-3 * run.energy.input_J for name, run in runs.items()}
     limits = span([[0.0], *supplied.values(), *inputs.values()])

@@ -37,19 +37,7 @@ if TYPE_CHECKING:
 
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
-    """Report of a comparison: what was run, the verdict, tables, charts and an animation.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Runs to report; one is enough.
-    scenario : str
-        TOML of the scenario that produced it; empty for runs made in Python.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a comparison: what was run, the verdict, tables, charts and an animation."""
     runs = comparison.runs
     first = next(iter(runs.values()))
     look = looks(list(runs))
@@ -92,17 +80,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
 
 
 def criteria_table(comparison: Comparison) -> Table:
-    """Criteria and energies, a column a controller, with the best of each row marked.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Runs.
-
-    Returns
-    -------
-    Table
-    """
+    """Criteria and energies, a column a controller, with the best of each row marked."""
     rows = []
     baseline = comparison.baseline
     for group, lines in _lines(comparison):
@@ -180,12 +158,7 @@ def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
 
 
 def versions() -> str:
-    """Versions of what a result depends on.
-
-    Returns
-    -------
-    str
-    """
+    """Versions of what a result depends on."""
     packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba")]
     return ", ".join(
         [f"isolation-sim {__version__}", f"Python {platform.python_version()}", *packages]

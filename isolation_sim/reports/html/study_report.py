@@ -18,27 +18,7 @@ def study_report(
     about: str = "",
     command: str = "",
 ) -> Page:
-    """Report of a study.
-
-    Parameters
-    ----------
-    title : str
-        What was studied.
-    finding : sequence of str
-        What the numbers say, in paragraphs.
-    tables : mapping of str to tuple
-        Headings, with units, and rows as text of each table, by its caption.
-    figures : sequence of pathlib.Path
-        Figures for publication, SVG or PNG.
-    about : str
-        What the study asks.
-    command : str
-        What runs it again.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a study."""
     pictures: list[Block] = [
         Picture(capital(path.stem.replace("_", " ")), path) for path in figures
     ]

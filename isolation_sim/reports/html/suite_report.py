@@ -26,19 +26,7 @@ _CHANGES = {
 
 
 def suite_report(suite: Suite, picture: Path) -> Page:
-    """Report of a suite.
-
-    Parameters
-    ----------
-    suite : Suite
-        A suite.
-    picture : pathlib.Path
-        The figure of its spectra, SVG.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a suite."""
     combined = SPOKEN[suite.index["spectra"]["combination"]]
     statistics: list[Block] = [_statistics(suite, label) for label in suite.controllers]
     shown = [name for name in _SHOWN if name in suite.criteria]

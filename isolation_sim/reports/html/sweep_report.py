@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
 from ...errors import InputError
-from ..sweep_figures import spoken
+from ..sweep_figures import title_of
 from ..sweep_tables import heading, median_rows, told
 from ..units import unit_of
 from .charts import looks
@@ -22,24 +22,7 @@ _MOST_FAILED = 200
 
 
 def sweep_report(sweep: Sweep, criterion: str) -> Page:
-    """Report of a sweep.
-
-    Parameters
-    ----------
-    sweep : Sweep
-        A sweep, finished or not.
-    criterion : str
-        Column of results that the verdict is about and the charts begin with.
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        If there is no such criterion.
-    """
+    """Report of a sweep."""
     sweep.check(criterion, sweep.criteria, "criterion")
     any_good = bool((sweep.table["status"] == "ok").any())
     chosen: list[Block] = []
@@ -87,7 +70,7 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     printed = good[criterion].mul(factor).map("{:.4g}".format)
     alike = (good["case"] == best["case"]) & (printed == printed[place])
     return first, (
-        f"The {'highest' if is_gain(criterion) else 'lowest'} {spoken(criterion)}, "
+        f"The {'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}, "
         f"{f'{printed[place]} {unit}'.strip()}, is that of "
         f"{' and '.join(good['controller'][alike])} in "
         f"case {best['case']}{f' ({varied})' if varied else ''}."
@@ -115,16 +98,16 @@ def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
         return
     for label in sweep.controllers:
         try:
-            found = sweep.sensitivity(criterion, label)
+            result = sweep.sensitivity(criterion, label)
         except InputError as error:
             # the rest of the report is as good without
             yield Prose((f"No sensitivity of {label}: {error}.",), "warning")
             continue
         rows = tuple(
             Row(str(quantity), tuple(Cell(f"{value:.3g}") for value in values))
-            for quantity, values in zip(found.index, found.to_numpy(), strict=True)
+            for quantity, values in zip(result.index, result.to_numpy(), strict=True)
         )
-        columns = tuple(name.replace("_conf", " ±") for name in found.columns)
+        columns = tuple(name.replace("_conf", " ±") for name in result.columns)
         yield Table(f"Sensitivity of {heading(criterion)}: {label}", ("Quantity", *columns), rows)
 
 

@@ -10,47 +10,15 @@ _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m/s²|[mk]?m|m?s|[gtAVJNW]|k[NJ]|k?H
 
 
 def is_number(text: str) -> bool:
-    """Whether a text is a number, with or without words after it.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``"5.9 (5.7 to 6.1)"``, but not ``"1/A"``.
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a text is a number, with or without words after it."""
     return _NUMBER.match(text) is not None
 
 
 def tied(text: str) -> str:
-    """Keep numbers and their units on one line.
-
-    Parameters
-    ----------
-    text : str
-        Plain text.
-
-    Returns
-    -------
-    str
-        With spaces between them that do not break.
-    """
+    """Keep numbers and their units on one line."""
     return _BEFORE_UNIT.sub("\u00a0", text)
 
 
 def capital(text: str) -> str:
-    """Begin a sentence with a text.
-
-    Parameters
-    ----------
-    text : str
-        Plain text.
-
-    Returns
-    -------
-    str
-        With a capital at its beginning.
-    """
+    """Begin a sentence with a text."""
     return f"{text[:1].upper()}{text[1:]}"

@@ -38,17 +38,7 @@ _SCORE = "Mean score"
 
 
 def tuning_report(tuning: Tuning) -> Page:
-    """Report of a tuning.
-
-    Parameters
-    ----------
-    tuning : Tuning
-        A finished tuning.
-
-    Returns
-    -------
-    Page
-    """
+    """Report of a tuning."""
     content = tuning.content
     criteria = " + ".join(f"{weight:g} {name}" for name, weight in content["criteria"].items())
     parts: list[tuple[str, Sequence[Block]]] = [
@@ -89,14 +79,14 @@ def _texts(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]])
     return Table(caption, tuple(map(capital, headings)), lines)
 
 
-def _by_motion(judged: Judgement) -> Table:
-    columns = (judged.current, judged.constant, judged.before, judged.after)
+def _by_motion(evaluated: Judgement) -> Table:
+    columns = (evaluated.current, evaluated.constant, evaluated.before, evaluated.after)
     rows = tuple(
         Row(name, tuple(Cell(f"{value:.3f}") for value in values))
-        for name, *values in zip(judged.motions, *columns, strict=True)
+        for name, *values in zip(evaluated.motions, *columns, strict=True)
     )
     headings = ("Motion", "Best constant current, A", "Its J", "Score before", "Score, tuned")
-    return Table(capital(judged.name), headings, rows)
+    return Table(capital(evaluated.name), headings, rows)
 
 
 def _progress(tuning: Tuning) -> Chart:
@@ -127,8 +117,6 @@ def _sensitivity(tuning: Tuning, name: str) -> Chart:
             "y": numbers([tuning.best.mean]),
         })  # fmt: skip
     unit = f" ({one['unit']})" if one["unit"] else ""
-    axes = layout(
-        f"{name}{unit}", _SCORE, xaxis={"type": "log"} if one["scale"] == "log" else {}
-    )
+    axes = layout(f"{name}{unit}", _SCORE, xaxis={"type": "log"} if one["scale"] == "log" else {})
     summary = f"Mean score from {min(scores):.3f} to {max(scores):.3f} over the range of {name}."
     return Chart(capital(one["meaning"]), {"data": data, "layout": axes}, summary)

@@ -15,20 +15,7 @@ _NOTICED = 0.005
 
 
 def verdict(comparison: Comparison) -> tuple[str, str]:
-    """Say what control bought, what it cost, and whether anything was better in all respects.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        Runs.
-
-    Returns
-    -------
-    tuple of str
-        Two sentences: on the run that moves the base least, and on whether a run lowers base
-        displacement, floor acceleration and drift together. Without a run to compare with, the
-        peaks and the energy of the run, or of the one that moves the base least.
-    """
+    """Say what control bought, what it cost, and whether anything was better in all respects."""
     values, reference = comparison.criteria, comparison.reference
     # an optimum that knows the whole motion is a bound, not a controller
     values = {name: values[name] for name in values if name not in comparison.optima} or values

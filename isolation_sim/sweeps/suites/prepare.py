@@ -37,18 +37,7 @@ _FIXED_POINTS = 50
 
 
 def isolated_period(isolated: IsolatedStructure) -> float:
-    """Return the period of small vibrations on the isolators without current.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-
-    Returns
-    -------
-    float
-        Longest natural period, s, with the isolators' stiffness at its own frequency.
-    """
+    """Return the period of small vibrations on the isolators without current."""
     frequency = 1.0
     for _ in range(_FIXED_POINTS):
         linear = isolated.linearised(0.0, frequency)
@@ -62,39 +51,17 @@ def prepare(
     folder: Path,
     step: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Write the motions of a suite as they shake the building, and what was done to them.
-
-    Parameters
-    ----------
-    section : RecordSuite
-        The suite.
-    isolated : IsolatedStructure
-        The plant: its directions decide how components are used.
-    folder : pathlib.Path
-        Where to write; what is there of the same suite is kept.
-    step : callable
-        Called with the name of what is being done.
-
-    Returns
-    -------
-    dict
-        What ``suite.json`` holds.
-
-    Raises
-    ------
-    InputError
-        If a record cannot be read, scaled or matched.
-    """
+    """Write the motions of a suite as they shake the building, and what was done to them."""
     inputs = _inputs(section, isolated)
     try:
-        kept = json.loads((folder / INDEX).read_bytes())
+        keep = json.loads((folder / INDEX).read_bytes())
     except (OSError, ValueError):
-        kept = {}
-    if kept.get("inputs") == inputs:
-        return kept
-    if kept:
+        keep = {}
+    if keep.get("inputs") == inputs:
+        return keep
+    if keep:
         raise InputError(
-            f"{folder}: the suite has changed since; accepted: the same records and keys, or a "
+            f"{folder}: the suite has changed since; expected: the same records and keys, or a "
             "new folder"
         )
     rule = SUITE_RULES[section.rule]
@@ -157,12 +124,12 @@ def _scaled(
         matched, changes = [], []
         for record in records:
             step(f"matching {record.name}")
-            found = [
+            result = [
                 match_spectrum(each, target, rule.low * period, rule.high * period,
                                section.match_tolerance, limits)
                 for each in record.components
             ]  # fmt: skip
-            matched.append(SuiteRecord(record.name, tuple(each.record for each in found)))
+            matched.append(SuiteRecord(record.name, tuple(each.record for each in result)))
             changes.append(
                 _by_motion(record, [
                     {
@@ -171,7 +138,7 @@ def _scaled(
                         "arias_ratio": each.arias_ratio,
                         "duration_change_s": each.duration_change,
                     }
-                    for each in found
+                    for each in result
                 ])
             )  # fmt: skip
         return matched, changes
@@ -208,15 +175,15 @@ def _shaking(
     """Motions of a record: its components one by one, or together where directions are several."""
     directions = isolated.structure.directions
     if len(directions) == 1:
-        wanted = {"first": [0], "second": [1], "both": range(len(record.components))}
+        target = {"first": [0], "second": [1], "both": range(len(record.components))}
         return [
             (_component(record, k), (record.components[k],))
-            for k in wanted[section.components]
+            for k in target[section.components]
             if k < len(record.components)
         ]
     if len(directions) != len(record.components):
         raise InputError(
-            f"record {record.name} has {len(record.components)} horizontal components; accepted: "
+            f"record {record.name} has {len(record.components)} horizontal components; expected: "
             f"{len(directions)}, one a direction of the structure ({', '.join(directions)})"
         )
     return [(record.name, record.components)]

@@ -51,7 +51,7 @@ class Suite:
             self.index: dict[str, Any] = json.loads((self.folder / "suite.json").read_bytes())
         except (OSError, ValueError):
             raise InputError(
-                f"{folder}: no suite there; accepted: a folder that isolation-sim suite made"
+                f"{folder}: no suite there; expected: a folder that isolation-sim suite made"
             ) from None
         self.sweep = Sweep(self.folder / SWEEP)
 
@@ -126,20 +126,20 @@ class Suite:
     @property
     def mean_ratio(self) -> tuple[float, float] | None:
         """Least and largest mean spectrum over the target in the rule's range; None without one."""
-        found = self.index["spectra"]["range"]
-        if any(value is None for value in found["target_m_s2"]):
+        result = self.index["spectra"]["range"]
+        if any(value is None for value in result["target_m_s2"]):
             return None
-        pairs = zip(found["period_s"], found["mean_m_s2"], found["target_m_s2"], strict=True)
+        pairs = zip(result["period_s"], result["mean_m_s2"], result["target_m_s2"], strict=True)
         ratios = [mean / target for period, mean, target in pairs if period > 0.0]
         return min(ratios), max(ratios)
 
     @property
     def meets_rule(self) -> bool | None:
         """Whether the mean spectrum reaches the rule's floor everywhere; None without a target."""
-        found = self.index["spectra"]["range"]
-        if any(value is None for value in found["target_m_s2"]):
+        result = self.index["spectra"]["range"]
+        if any(value is None for value in result["target_m_s2"]):
             return None
-        rows = zip(found["mean_m_s2"], found["target_m_s2"], found["floor"], strict=True)
+        rows = zip(result["mean_m_s2"], result["target_m_s2"], result["floor"], strict=True)
         return all(mean >= floor * target * (1.0 - 1e-9) for mean, target, floor in rows)
 
     def check(self, criterion: str) -> None:

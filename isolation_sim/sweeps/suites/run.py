@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...io.results_folder import file_name, write_contents
 from ...scenario import Scenario
-from ...scenario.job import located
+from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
 from .prepare import INDEX, prepare
 from .result import SWEEP, Suite
@@ -65,13 +65,13 @@ def run_suite(
     section = scenario.ground[0]
     if len(scenario.ground) != 1 or not isinstance(section, RecordSuite):
         raise InputError(
-            f"{scenario.name}: [ground] is no suite of records; accepted: folder, files or peer, "
+            f"{scenario.name}: [ground] is no suite of records; expected: folder, files or peer, "
             "or isolation-sim run for one motion"
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
     if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
         remedy = ", or --resume to go on with the suite there" if (folder / INDEX).exists() else ""
-        raise InputError(f"{folder}: holds something already; accepted: a new folder{remedy}")
+        raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
     step("building")
@@ -79,7 +79,7 @@ def run_suite(
     try:
         index = prepare(section, plant, folder, step)
     except InputError as error:
-        raise located(error, scenario._source, "ground") from None
+        raise with_place(error, scenario._source, "ground") from None
     write_text(scenario.to_toml(), folder / SCENARIO)
     grounds = [
         [{"kind": "record_file", "file": str(folder / file)} for file in motion["files"]]

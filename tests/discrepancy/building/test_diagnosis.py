@@ -234,9 +234,7 @@ def test_a_biased_sensor_is_named_with_its_channel(isolated):
     assert "floor3_acceleration_m_s2 is off by" in diagnosis.causes[0].evidence
     assert diagnosis.causes[0].parameters["mean"].value == pytest.approx(0.03, abs=0.003)
     # the building itself is as it was
-    np.testing.assert_allclose(
-        diagnosis.building.structure.stiffness, isolated.structure.stiffness
-    )
+    np.testing.assert_allclose(diagnosis.building.structure.stiffness, isolated.structure.stiffness)
 
 
 def test_intervals_are_those_of_a_linear_fit(isolated):

@@ -73,7 +73,7 @@ def test_what_cannot_be_used_is_one_line_with_the_place(tmp_path, names, change,
 
 def test_a_short_file_and_a_missing_one_are_refused(tmp_path):
     path = _write(tmp_path / "short.csv", NAMES, _rows(20))
-    with pytest.raises(InputError, match="20 samples; accepted: 64 or more"):
+    with pytest.raises(InputError, match="20 samples; expected: 64 or more"):
         read_building_record(path)
     with pytest.raises(InputError, match=r"none\.csv"):
         read_building_record(tmp_path / "none.csv")

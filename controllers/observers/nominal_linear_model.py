@@ -1,4 +1,4 @@
-"""A belief as linear equations: what observers and regulators are designed on."""
+"""A nominal model as linear equations: what observers and regulators are designed on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .ground_noise import GroundNoise
 
 
 @dataclass(frozen=True)
-class LinearBelief:
+class NominalLinearModel:
     """Linear equations z' = A z + B r + G w, with accelerations C z + D r.
 
     The state z holds displacements, velocities and the ground's filters. Each element is a spring
@@ -56,30 +56,7 @@ class LinearBelief:
 def structure_and_ground(
     structure: Structure, rows: NDArray, ground: GroundNoise
 ) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
-    """Equations of a structure under filtered noise.
-
-    Parameters
-    ----------
-    structure : Structure
-        Linear structure.
-    rows : numpy.ndarray, shape (n_elements, n_dofs)
-        Deformations of its elements from displacements.
-    ground : GroundNoise
-        The ground motion, in each direction by itself.
-
-    Returns
-    -------
-    a : numpy.ndarray, shape (n_z, n_z)
-        Dynamics.
-    b : numpy.ndarray, shape (n_z, n_elements), 1/kg
-        Of the elements' forces.
-    g : numpy.ndarray, shape (n_z, n_directions)
-        Of the white noise.
-    c : numpy.ndarray, shape (n_dofs, n_z)
-        Absolute accelerations from the state.
-    d : numpy.ndarray, shape (n_dofs, n_elements), 1/kg
-        Absolute accelerations from the elements' forces.
-    """
+    """Equations of a structure under filtered noise."""
     n, n_directions = structure.n_dofs, len(structure.directions)
     ground_a, ground_b, ground_c, ground_d = ground.filter()
     n_ground = n_directions * len(ground_a)
@@ -100,32 +77,18 @@ def structure_and_ground(
     return a, b, g, c, d
 
 
-def linear_belief(
-    belief: IsolatedStructure, currents: NDArray, ground: GroundNoise
-) -> LinearBelief:
-    """Linearise a belief about rest, at some currents.
-
-    Parameters
-    ----------
-    belief : IsolatedStructure
-        The model.
-    currents : numpy.ndarray, shape (n_channels,), A
-        Coil currents.
-    ground : GroundNoise
-        The ground motion.
-
-    Returns
-    -------
-    LinearBelief
-    """
-    frequency, linear = linear_model(belief, currents)
+def nominal_linear_model(
+    nominal: IsolatedStructure, currents: NDArray, ground: GroundNoise
+) -> NominalLinearModel:
+    """Linearise a nominal model about rest, at some currents."""
+    frequency, linear = linear_model(nominal, currents)
     passive = []
-    for element in belief.elements:
+    for element in nominal.elements:
         amperes = 0.0 if element.channel is None else float(currents[element.channel])
         k = element.device.linearised(amperes, frequency)
         passive.append([k.real, k.imag / (2 * np.pi * frequency)])
-    rows = belief.element_rows
-    return LinearBelief(
+    rows = nominal.element_rows
+    return NominalLinearModel(
         *structure_and_ground(linear, rows, ground), np.array(passive).reshape(-1, 2), rows
     )
 
@@ -134,26 +97,6 @@ def sampled(
     a: NDArray, b: NDArray, noise: NDArray, h: float
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Exact step of z' = A z + B r + white noise, r linear within it.
-
-    Parameters
-    ----------
-    a : numpy.ndarray, shape (n, n), 1/s
-        Dynamics.
-    b : numpy.ndarray, shape (n, m)
-        Of the inputs r.
-    noise : numpy.ndarray, shape (n, n)
-        Density of the noise.
-    h : float, s
-        The step.
-
-    Returns
-    -------
-    transition : numpy.ndarray, shape (n, n)
-        Of the state.
-    at_start, at_end : numpy.ndarray, shape (n, m)
-        Of the input at the two ends.
-    covariance : numpy.ndarray, shape (n, n)
-        Of what the noise adds.
 
     References
     ----------

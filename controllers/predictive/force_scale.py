@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from isolation_sim.structures import IsolatedStructure
 
 CERTAIN = 0.1
-"""Acceleration, m/s^2: a second of it, just as believed, would weigh as much as the belief."""
+"""Acceleration, m/s^2: a second of it, just as believed, would weigh as much as the nominal model."""
 LOWEST, HIGHEST = 0.3, 3.0
 
 
-class Strength:
+class ForceScale:
     """One factor on all device forces, by least squares with forgetting.
 
     The isolators carry what the inertia forces of all levels add up to: the sum of mass times
@@ -20,7 +20,7 @@ class Strength:
 
     Parameters
     ----------
-    belief : IsolatedStructure
+    nominal : IsolatedStructure
         The model reasoned with.
     step : float, s
         Interval between decisions.
@@ -30,34 +30,21 @@ class Strength:
     Attributes
     ----------
     factor : float
-        Force over that of the belief, 0.3 to 3.
+        Force over that of the nominal model, 0.3 to 3.
     """
 
-    def __init__(self, belief: IsolatedStructure, step: float, memory: float):
-        along = belief.structure.influence.T
-        mass = np.diag(along @ belief.structure.mass @ along.T)[:, np.newaxis]
-        self._inertia = along @ belief.structure.mass / mass
-        self._devices = -along @ belief.element_rows.T / mass
+    def __init__(self, nominal: IsolatedStructure, step: float, memory: float):
+        along = nominal.structure.influence.T
+        mass = np.diag(along @ nominal.structure.mass @ along.T)[:, np.newaxis]
+        self._inertia = along @ nominal.structure.mass / mass
+        self._devices = -along @ nominal.element_rows.T / mass
         self._keep = float(np.exp(-step / memory))
         self._prior = CERTAIN**2 / step
         self._square = self._product = self._prior
         self.factor = 1.0
 
     def learn(self, acceleration: NDArray, force: NDArray) -> float:
-        """Take one more instant into account.
-
-        Parameters
-        ----------
-        acceleration : numpy.ndarray, shape (n_dofs,), m/s^2
-            Absolute, as measured.
-        force : numpy.ndarray, shape (n_elements,), N
-            Of the devices, as believed.
-
-        Returns
-        -------
-        float
-            The factor.
-        """
+        """Take one more instant into account."""
         seen, expected = self._inertia @ acceleration, self._devices @ force
         forgotten = (1 - self._keep) * self._prior
         self._square = self._keep * self._square + forgotten + float(expected @ expected)

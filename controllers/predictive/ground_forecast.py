@@ -11,7 +11,7 @@ from .ground_kernel import DRIFT, PRIOR
 from .prediction import Prediction
 
 
-class GroundAhead:
+class GroundForecast:
     """Ground acceleration over the horizon, and how far it may leave accelerations astray.
 
     What drives the ground is an autoregressive model, learnt as the motion arrives; its velocity
@@ -56,7 +56,7 @@ class GroundAhead:
         self, prediction: Prediction, coils: NDArray, step: float, n_steps: int, order: int,
         settling: float | None, fading: float | None, records: tuple[Record, ...] | None,
     ):  # fmt: skip
-        n_directions = len(prediction.belief.structure.directions)
+        n_directions = len(prediction.nominal.structure.directions)
         self.acceleration = np.zeros((n_steps + 1, n_directions))
         self.known = 1
         self._records, self._forecast = records, prediction.module.forecast
@@ -67,36 +67,28 @@ class GroundAhead:
         self.strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
         pulses = [prediction.pulses(coils[:, k].copy(), reach) for k in (2, 3)]
         pull = 0.0 if settling is None else 1.0 / settling
-        kept = 1.0 if fading is None else float(np.exp(-step / fading))
+        keep = 1.0 if fading is None else float(np.exp(-step / fading))
         past, coefficients = np.zeros((2, n_directions, order))
         covariance = np.tile(PRIOR * np.eye(order), (n_directions, 1, 1))
         end = np.zeros((n_directions, 2))
         self.velocity = end[:, 1]
         self._model = (
-            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT)), kept),
+            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT)), keep),
             np.zeros(n_steps + 1), past, coefficients, covariance, np.zeros(order),
             np.zeros((n_directions, 1)), self.acceleration, np.stack(pulses, axis=1),
             np.zeros(reach), self.strays,
         )  # fmt: skip
 
     def look(self, measured: NDArray, at: NDArray) -> None:
-        """Learn from one more sample, and look ahead.
-
-        Parameters
-        ----------
-        measured : numpy.ndarray, shape (n_directions,), m/s^2
-            The sample.
-        at : numpy.ndarray, shape (n_known - 1,), s
-            When the samples after it are of which the warning tells.
-        """
+        """Learn from one more sample, and look ahead."""
         self.acceleration[0] = measured
         self.known = 1 + len(at)
         n = self._n_sub
         between = np.add.outer(at, self._step * (np.arange(1, n + 1) / n - 1)).ravel()
-        told = np.zeros((len(between), self.acceleration.shape[1]))
+        sentences = np.zeros((len(between), self.acceleration.shape[1]))
         for d, record in enumerate(self._records or ()):
-            told[:, d] = np.interp(between, record.time, record.acceleration, right=0.0)
-        self.acceleration[1 : self.known] = told[n - 1 :: n]
+            sentences[:, d] = np.interp(between, record.time, record.acceleration, right=0.0)
+        self.acceleration[1 : self.known] = sentences[n - 1 :: n]
         self._forecast(self.known, *self._model)
         self.path = self._between(self.acceleration)
-        self.path[1 : len(told) + 1] = told
+        self.path[1 : len(sentences) + 1] = sentences

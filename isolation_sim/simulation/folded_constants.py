@@ -15,28 +15,15 @@ _ARITHMETIC = {
     ast.FloorDiv: operator.floordiv,
 }  # fmt: skip
 _COMPARISONS = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.Gt: operator.gt,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.Gt: operator.gt,
 }
 
 
-def smaller_text(text: str) -> str:
-    """A module's text with its integer constants put in, and unsigned array indices.
-
-    Parameters
-    ----------
-    text : str
-        Source whose module-level names in capitals are constants.
-
-    Returns
-    -------
-    str
-        Source that computes the same.
-
-    Raises
-    ------
-    ValueError
-        If an array has a negative constant index: unsigned, it would be beyond the array's end.
-    """
+def folded_constants(text: str) -> str:
+    """A module's text with its integer constants put in, and unsigned array indices."""
     tree = ast.parse(text)
     constants = {}
     for node in tree.body:
@@ -53,11 +40,11 @@ def smaller_text(text: str) -> str:
 
 def _statements(visitor: ast.NodeTransformer, body: list[ast.stmt]) -> list[ast.stmt]:
     """Statements after a visit, which may have made several, or none, of one."""
-    found: list[ast.stmt] = []
+    result: list[ast.stmt] = []
     for statement in body:
         new = visitor.visit(statement)
-        found += new if isinstance(new, list) else [new] if new is not None else []
-    return found
+        result += new if isinstance(new, list) else [new] if new is not None else []
+    return result
 
 
 class _Fold(ast.NodeTransformer):

@@ -10,22 +10,8 @@ from isolation_sim.laws.law import Law
 from ..device_model import LAW, N_POWERS
 
 
-def side_text(laws: Sequence[Law], n_states: int) -> str:
-    """Source of ``device_side``: force, rates and their exact derivatives, for some laws.
-
-    Parameters
-    ----------
-    laws : sequence of Law
-        Each law once.
-    n_states : int
-        Places for states that each device has.
-
-    Returns
-    -------
-    str
-        ``device_side(x, v, states, current, row, out)`` in the device's scale: for the force, then
-        each rate, its value and its derivatives by x, v, current and the states.
-    """
+def generated_jacobian(laws: Sequence[Law], n_states: int) -> str:
+    """Source of ``device_side``: force, rates and their exact derivatives, for some laws."""
     from isolation_sim.laws.emit import function_text
 
     parts = [_slope_text()]

@@ -1,4 +1,4 @@
-"""A belief whose devices are springs and dashpots that follow the current."""
+"""A nominal model whose devices are springs and dashpots that follow the current."""
 
 from __future__ import annotations
 
@@ -17,32 +17,14 @@ _KNOTS = 13
 
 
 def spring_and_dashpot(
-    belief: IsolatedStructure, coils: NDArray, frequency: float
+    nominal: IsolatedStructure, coils: NDArray, frequency: float
 ) -> IsolatedStructure:
     """Linearise every device about rest, at every current.
 
     The response is then linear at any fixed current, and bilinear with the current.
-
-    Parameters
-    ----------
-    belief : IsolatedStructure
-        Structure and devices.
-    coils : numpy.ndarray, shape (n_channels, 5)
-        Lag, slew, lowest, highest and initial current (A) of each coil.
-    frequency : float, Hz
-        At which a device's complex stiffness becomes a spring and a dashpot.
-
-    Returns
-    -------
-    IsolatedStructure
-
-    Raises
-    ------
-    InputError
-        If a device cannot be linearised about rest.
     """
     elements = []
-    for element in belief.elements:
+    for element in nominal.elements:
         low, high = (0.0, 0.0) if element.channel is None else coils[element.channel, 2:4]
         currents = np.linspace(low, high, _KNOTS) if high > low else np.array([low])
         stiffness = np.array([element.device.linearised(float(i), frequency) for i in currents])
@@ -56,4 +38,4 @@ def spring_and_dashpot(
             name=f"{element.device.name}, linearised",
         )
         elements.append(replace(element, device=device))
-    return replace(belief, elements=tuple(elements))
+    return replace(nominal, elements=tuple(elements))
