@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     from .predictive.whole_record import Optimum, WholeRecord
 
+__all__ = ["Bound", "Clairvoyant", "Plant", "bound", "pareto", "share_of_gap"]
+
 DISPLACEMENT, ACCELERATION, DRIFT = (
     "base_displacement_m", "floor_acceleration_m_s2", "drift_m"
 )  # fmt: skip
@@ -313,8 +315,8 @@ def _certified(
 class Clairvoyant(OpenLoop):
     """The optimum over the whole ground motion: the bound that controllers are measured against.
 
-    It knows the nominal model's ground motion from the start and minimises the weighted peaks over all
-    commands at once by sparse direct optimal control, with the laws traced from their one
+    It knows the ground motion from the start and minimises the weighted peaks over all commands at
+    once by sparse direct optimal control, with the laws traced from their one
     definition. The problem is not convex: the bound is the best local optimum found, certified by
     simulating its commands in the engine.
 

@@ -42,7 +42,7 @@ class Prescribed(OpenLoop):
         by_table = (self.time is not None, self.amperes is not None)
         if any(by_table) == (self.file is not None) or any(by_table) != all(by_table):
             raise InputError(
-                "prescribed: accepted: time and amperes together, or a file with columns time_s "
+                "prescribed: expected: time and amperes together, or a file with columns time_s "
                 "and current_A"
             )
         self._columns = self._table()

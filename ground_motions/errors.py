@@ -52,4 +52,4 @@ def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
     names = sorted(accepted)
     close = difflib.get_close_matches(given, names, n=1)
     hint = f" did you mean {close[0]!r}?" if close else ""
-    return InputError(f"unknown {kind} {given!r};{hint} accepted: {', '.join(names)}")
+    return InputError(f"unknown {kind} {given!r};{hint} expected: {', '.join(names)}")

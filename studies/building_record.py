@@ -107,7 +107,7 @@ def floor_accelerations(structure: Structure, base: NDArray, dt: float) -> NDArr
 
 
 def identified(record: BuildingRecord) -> Structure:
-    """Fit storey stiffness and damping ratio to the floors' accelerations above the measured base."""
+    """Fit storey stiffness and damping ratio to the floors' accelerations above the base."""
     base, floors = record.values[:, 0], record.values[:, 1:-1]
 
     def residual(x: NDArray) -> NDArray:

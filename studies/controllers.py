@@ -1,10 +1,10 @@
 """All controllers: how much of what is physically possible each achieves.
 
 Every registered controller runs under El Centro and under random motions that no setting was tuned
-on: as it should be, with noise, delay and a wrong nominal model, and on isolators that switch by the
-passive rule. Score: J, the peak base displacement and the peak floor acceleration, each over its
-value without current, added. What is possible is the clairvoyant optimum, what must be beaten the
-best constant current; both know the motion.
+on: as it should be, with noise, delay and a wrong nominal model, and on isolators that switch by
+the passive rule. Score: J, the peak base displacement and the peak floor acceleration, each over
+its value without current, added. The clairvoyant optimum bounds what is possible; the best constant
+current must be beaten. Both know the motion.
 
 Tuned were the feedback laws on random motions of Kanai and Tajimi, ``mpc`` on those of Clough and
 Penzien with seeds 300 to 399, its margin on 0 to 80; judged is on seeds 200 to 219.
@@ -191,7 +191,8 @@ def finding(result: Judgement, table: Rows) -> str:
             f"{row['controller']} ({row['unbounded']})" for row in by_case[case] if row["unbounded"]
         ]
         sentences.append(
-            f"With noise, 20 ms of delay and a {case} nominal model, not bounded, with how many motions: "
+            f"With noise, 20 ms of delay and a {case} nominal model, not bounded, with how many "
+            "motions: "
             f"{', '.join(astray) or 'none'}; surely better than constant: "
             f"{', '.join(row['controller'] for row in better[case]) or 'none'}."
         )

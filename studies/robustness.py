@@ -108,9 +108,10 @@ def _finding(maps: Maps, constant: float) -> str:
             if len(late):
                 doubled.append(f"{name} from {1e3 * late[0]:.0f} ms on")
         sentences.append(
-            f"By the {rule} rule the worst scores with delay alone, and with a wrong nominal model alone, "
-            f"are {told}; delay more than doubles the score of {', '.join(doubled) or 'none'}; the "
-            f"least bad worst case is {sturdy}'s, {worst[sturdy]:.2f}."
+            f"By the {rule} rule the worst scores with delay alone, and with a wrong nominal model "
+            f"alone, are {told}; delay more than doubles the score of "
+            f"{', '.join(doubled) or 'none'}; the least bad worst case is {sturdy}'s, "
+            f"{worst[sturdy]:.2f}."
         )
     worst_of = {
         rule: max(float(cells.to_numpy().max()) for (of, _), cells in maps.items() if of == rule)

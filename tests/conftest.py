@@ -13,7 +13,8 @@ SLOW = ("tests/studies", "tests/sweeps", "tests/test_docs.py")
 """What takes longest."""
 QUICK = (
     "tests/ground_motions", "tests/structures", "tests/test_architecture.py",
-    "tests/test_criteria.py", "tests/test_benchmark_criteria.py", "tests/test_docstrings.py", "tests/test_packaging.py",
+    "tests/test_criteria.py", "tests/test_benchmark_criteria.py", "tests/test_docstrings.py",
+    "tests/test_packaging.py",
     "tests/test_scenario.py",
 )  # fmt: skip
 """What ``-m quick`` runs: files that take seconds, since they compile little or nothing."""

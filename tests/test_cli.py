@@ -295,7 +295,7 @@ BAD_INPUT = {
     "unknown key": (
         "[isolator]\nlenght_scale = 10.0",
         {},
-        "job.toml: isolator: unknown key 'lenght_scale'; did you mean 'length_scale'? accepted: ",
+        "job.toml: isolator: unknown key 'lenght_scale'; did you mean 'length_scale'? expected: ",
     ),
     "unknown name": (
         '[isolator]\nlaw = "strain_stifening"',

@@ -75,7 +75,7 @@ def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
         (["--law", "kelvin_voigt", "--current-degree", "-1"], "current degree is -1; expected: 0"),
         (["--law", "kelvin_voigt", "--starts", "0"], "starts is 0; expected: 1 or more"),
         (["--law", "kelvin_voigt", "--fix", "q=1"], "unknown parameter of kelvin_voigt 'q'"),
-        (["--law", "kelvin_voigt", "--fix", "k"], "--fix k: accepted: a parameter and a number"),
+        (["--law", "kelvin_voigt", "--fix", "k"], "--fix k: expected: a parameter and a number"),
     ],
 )
 def test_bad_input_is_one_line(campaign, capsys, arguments, told):

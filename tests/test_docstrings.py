@@ -6,6 +6,7 @@ import importlib
 import re
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 
 import griffe
 import pytest
@@ -13,15 +14,20 @@ import pytest
 from isolation_sim.scenario import Scenario
 from isolation_sim.scenario.writer import _section_types
 
+ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("isolation_sim", "controllers", "ground_motions")
-# the generator completes these; their functions are documented in the kernel's own words
+# modules that offer names to users
 OFFERING = (
     "isolation_sim",
     "isolation_sim.laws",
+    "isolation_sim.effects",
     "isolation_sim.structures",
     "isolation_sim.scenario",
+    "isolation_sim.sweeps",
     "isolation_sim.reports.figures",
     "controllers",
+    "controllers.observers",
+    "controllers.clairvoyant",
     "ground_motions",
 )
 # text that the kernel's generator completes, and the generator of an element's text
@@ -123,7 +129,10 @@ def _exported() -> Iterator[str]:
             if path in FUNCTIONS:
                 yield path
             elif path in CLASSES:
-                yield from (method.path for method in _functions(CLASSES[path]))
+                bases = CLASSES[path].mro()
+                for method in _functions(CLASSES[path]):
+                    if not any(f"{base.path}.{method.name}" in DETAILED for base in bases):
+                        yield method.path
 
 
 EXPORTED = sorted({path for path in _exported() if not path.endswith("__init__")})
@@ -201,3 +210,31 @@ def test_every_key_of_a_scenario_is_explained():
         for section in _section_types(field):
             for key, value in section.model_fields.items():
                 assert value.description or key in ("kind", "settings"), f"{section}: {key}"
+
+
+def _offered_classes() -> set[str]:
+    """Paths of the classes that are offered, and of their bases."""
+    kinds = [getattr(importlib.import_module(m), n) for m in OFFERING
+             for n in importlib.import_module(m).__all__]  # fmt: skip
+    return {f"{base.__module__}.{base.__qualname__}" for kind in kinds if isinstance(kind, type)
+            for base in kind.__mro__}  # fmt: skip
+
+
+IMPORTED_BY_PAGES = {
+    f"{module}.{name}"
+    for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    for module, names in re.findall(r"(?m)^from ([\w.]+) import (.*)$", page.read_text())
+    for name in re.findall(r"\w+", names)
+}
+
+
+def test_what_is_not_exported_has_no_sections():
+    """Its docstring is a line, and its types say the rest."""
+    classes, exported = _offered_classes(), set(EXPORTED)
+    assert [
+        path
+        for path, function in DETAILED.items()
+        if path not in exported | IMPORTED_BY_PAGES
+        and function.parent is not None
+        and function.parent.path not in classes
+    ] == []

@@ -51,7 +51,7 @@ def test_what_is_not_netcdf_is_refused(content, tmp_path):
     path = tmp_path / "run.nc"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(iso.InputError, match=r"run\.nc: .*accepted: netCDF") as caught:
+    with pytest.raises(iso.InputError, match=r"run\.nc: .*expected: netCDF") as caught:
         read_run(path)
     assert "\n" not in str(caught.value)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from isolation_sim.structures import IsolatedStructure
 
 CERTAIN = 0.1
-"""Acceleration, m/s^2: a second of it, just as believed, would weigh as much as the nominal model."""
+"""Acceleration, m/s^2. A second of it, as predicted, weighs as much as the nominal model."""
 LOWEST, HIGHEST = 0.3, 3.0
 
 

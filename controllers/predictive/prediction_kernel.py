@@ -39,7 +39,7 @@ def carry_all(decay: NDArray, z: NDArray, out: NDArray, n_modes: int, width: int
 def device_side(
     x: float, v: float, states: NDArray, current: float, row: NDArray, out: NDArray
 ) -> None:
-    """Force, rates and their derivatives; ``generated_jacobian`` writes the laws' own in its place."""
+    """Force, rates and derivatives; replaced by what ``generated_jacobian`` writes."""
     raise NotImplementedError
 
 

@@ -33,7 +33,7 @@ def read_lines(path: str | Path) -> list[str]:
 
 
 def table_lines(path: str | Path) -> list[tuple[int, str]]:
-    """Return the lines of a table's text file, without blank ones and those that begin with ``#``."""
+    """Lines of a table's text file, without blank ones and those that begin with ``#``."""
     keep = [
         (number, line)
         for number, line in enumerate(read_lines(path), start=1)

@@ -95,7 +95,7 @@ def _numbers(given: list[str]) -> dict[str, float]:
         except ValueError:
             equals = ""
         if not equals:
-            raise InputError(f"--fix {text}: accepted: a parameter and a number, such as n=2")
+            raise InputError(f"--fix {text}: expected: a parameter and a number, such as n=2")
     return numbers
 
 

@@ -22,7 +22,7 @@ class ResultsFolder:
 
     Parameters
     ----------
-    wanted : str or pathlib.Path
+    target : str or pathlib.Path
         Folder to make. One that holds something is left alone: a number is put after the name.
     overwrite : bool, default False
         Whether earlier results of that name are replaced instead, when the new ones are complete.
@@ -41,8 +41,8 @@ class ResultsFolder:
     """
 
     def __init__(self, target: str | Path, overwrite: bool = False):
-        self._wanted, self._overwrite = Path(target), overwrite
-        if overwrite and not _is_free(self._wanted) and not _is_results(self._wanted):
+        self._target, self._overwrite = Path(target), overwrite
+        if overwrite and not _is_free(self._target) and not _is_results(self._target):
             raise InputError(
                 f"{target}: holds something other than results of isolation-sim; expected with "
                 "--overwrite: a folder of results"
@@ -53,10 +53,10 @@ class ResultsFolder:
     @property
     def renamed(self) -> bool:
         """Whether the wanted name was taken, so that a number stands after it."""
-        return self.path != self._wanted.absolute()
+        return self.path != self._target.absolute()
 
     def _free(self) -> Path:
-        target = self._wanted.absolute()
+        target = self._target.absolute()
         if self._overwrite:
             return target
         names = itertools.chain([target.name], (f"{target.name}-{k}" for k in itertools.count(2)))
@@ -69,7 +69,7 @@ class ResultsFolder:
             self.unfinished.mkdir(parents=True)
         except OSError as error:
             raise InputError(
-                f"{self._wanted}: results cannot be written there ({error.strerror}); expected: a "
+                f"{self._target}: results cannot be written there ({error.strerror}); expected: a "
                 "folder that you may write to"
             ) from None
         return self

@@ -76,7 +76,7 @@ def generalised_printed() -> Device:
 
 
 def generalised_refitted() -> Device:
-    """Build the model that the paper describes: means of its Tables 1-4, fitted by least squares."""
+    """The model that the paper describes: means of its Tables 1-4, fitted by least squares."""
     rows = {
         name: Polynomial.fit(
             CURRENTS_A, np.mean(list(table.values()), axis=0), len(YU_GENERALISED_PRINTED[name]) - 1

@@ -45,7 +45,7 @@ def statistics_table(suite: Suite, controller: str) -> Table:
 
 
 def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
-    """A criterion of every motion under every controller, as text; an asterisk marks the largest."""
+    """A criterion of every motion under every controller; an asterisk marks the largest."""
     suite.check(criterion)
     _, factor = unit_of(criterion)
     result = suite.table.set_index(["motion", "controller"])

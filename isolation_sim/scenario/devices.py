@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
+from ..old_names import renamed_value
 from ..structures import IsolatedStructure, Structure
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from ..structures.sizing import sized
@@ -26,6 +27,10 @@ _Range = Annotated[
     list[Number] | None,
     Field(min_length=2, max_length=2, description="where the numbers are meaningful; the set's"),
 ]
+
+_OLD_SWITCHING = BeforeValidator(
+    lambda value: renamed_value("switching", value, papers="instantaneous")
+)
 
 
 class AppliedEffect(Section):
@@ -80,8 +85,9 @@ class _Device(Section):
     count: Annotated[Positive, Field(description="devices side by side")] = 1.0
     switching: Annotated[
         Literal["instantaneous", "passive"],
+        _OLD_SWITCHING,
         Field(
-            description="instantaneous: stretched springs stiffen; passive: further deformation only"
+            description="instantaneous: stretched springs stiffen; passive: new deformation only"
         ),
     ] = "instantaneous"
     effect: _Effects = None
@@ -184,6 +190,7 @@ class NominalModel(Section):
     force_factor: Annotated[Positive, Field(description="nominal over true force scale")] = 1.0
     switching: Annotated[
         Literal["instantaneous", "passive"],
+        _OLD_SWITCHING,
         Field(description="as in [isolator]; by the papers' rule a force answers to the current"),
     ] = "instantaneous"
     effect: Annotated[

@@ -81,7 +81,7 @@ def _told(place: str, details: list[ErrorDetails]) -> str:
     if first["type"] == "union_tag_invalid":
         place, given = f"{place}.kind", repr(context["tag"])
     accepted = " or ".join(dict.fromkeys(_accepted(d) for d in details))
-    return f"{place} is {given}; {_nearest(given, accepted)}accepted: {accepted}"
+    return f"{place} is {given}; {_nearest(given, accepted)}expected: {accepted}"
 
 
 def _accepted(details: ErrorDetails) -> str:

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model
 
 from ..errors import InputError
 from ..io.toml import parse_toml, read_toml
+from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
 from .building import Building, ReferenceBuilding
 from .control import ControllerEntry, Driver, SensorSet, Simulation
@@ -78,6 +79,11 @@ class Scenario(Section):
     ] = None
 
     _source: str = PrivateAttr(default="")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _old_keys(cls, data: Any) -> Any:
+        return renamed_keys(data, belief="nominal")
 
     @model_validator(mode="after")
     def _labels_differ(self) -> Self:
@@ -168,12 +174,12 @@ class Scenario(Section):
 
         return written(self, comments)
 
-    def build(self, keep: dict[tuple[str, ...], Any] | None = None) -> Job:
+    def build(self, cache: dict[tuple[str, ...], Any] | None = None) -> Job:
         """Make the scenario ready to run.
 
         Parameters
         ----------
-        kept : dict, optional
+        cache : dict, optional
             Structures and motions that other scenarios built; what has the same sections is taken
             from it, and what is new is added.
 
@@ -187,7 +193,7 @@ class Scenario(Section):
             Naming the section and what cannot be used.
         """
         at = self._at
-        known = {} if keep is None else keep
+        known = {} if cache is None else cache
 
         def once(build: Callable[[], T], what: str, *sections: Section) -> T:
             key = (what, *(section.model_dump_json() for section in sections))

@@ -17,6 +17,7 @@ from ground_motions import Record
 
 from ..errors import AccuracyWarning, InputError
 from ..laws.passive_switching import papers_rule
+from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors
@@ -29,6 +30,7 @@ FIXED_BASE = "fixed base"
 """Name of the run of the building without isolation."""
 
 
+@renamed_arguments(belief="nominal")
 def simulate(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
@@ -151,7 +153,7 @@ def prepared(
     delays: tuple[float, float],
     trial,
 ) -> Lane:
-    """Tell a controller its situation and ask for its commands or its compiled decision."""
+    """Tell a controller its run context and ask for its commands or its compiled decision."""
     checked_plant(isolated)
     if nominal is not None:
         checked_plant(nominal, "nominal")

@@ -14,6 +14,7 @@ import numpy as np
 from ground_motions.registry import absolute_place
 
 from ..errors import InputError, unknown_name
+from ..old_names import renamed_value
 
 _STEP = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
 
@@ -56,7 +57,8 @@ def steps_of(field: str) -> tuple[Step, ...]:
                 f"field {field!r} cannot be read; expected: keys joined by dots, such as "
                 "isolator.force_scale or controller[1].amperes"
             )
-        steps.append(match[1])
+        name = match[1] if steps else renamed_value("field", match[1], belief="nominal")
+        steps.append(name)
         steps += [int(number) for number in re.findall(r"\d+", match[2])]
     return tuple(steps)
 

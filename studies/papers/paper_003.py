@@ -187,7 +187,7 @@ def _table_1() -> Iterator[Check]:
 
 
 def fitness_of_regression() -> dict[tuple[float, float], float]:
-    """Fitness of the paper's regression to Table 1 at 20 Hz, as Table 3 has it to measured loops."""
+    """Fitness of the paper's regression to Table 1 at 20 Hz, as in Table 3."""
     table, slopes = lbw.columns(), LINEARISED_REGRESSION_PRINTED
     inputs = {"A": "amplitude_mm", "B": "field_T", "f": "frequency_Hz"}
     fitted = {

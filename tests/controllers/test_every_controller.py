@@ -16,8 +16,8 @@ from isolation_sim.structures import reference_building, reference_isolators
 
 from .conftest import build, noisy_sensors
 
-# controllers whose nominal model shows in these commands; that of frequency_tracking moves the frequency
-# at which it switches, which this motion's leaps over
+# controllers whose nominal model shows in these commands; that of frequency_tracking moves the
+# frequency at which it switches, which this motion's leaps over
 REASONING = {
     "clipped_lqr", "clipped_lqg", "h2", "lyapunov", "sliding_mode", "mpc",
     "clairvoyant",
@@ -48,7 +48,7 @@ def test_plain_python_decides_the_same(name, isolated, record):
     assert np.abs(plain.command - run.command).max() <= 1e-9
 
 
-def test_belief_is_apart_from_the_plant(name, isolated, record):
+def test_nominal_model_is_apart_from_the_plant(name, isolated, record):
     nominal = reference_building().on(reference_isolators().scaled(force=1.3))
     run = simulate(isolated, record, build(name), nominal=nominal)
     assert run.isolated is isolated

@@ -88,7 +88,7 @@ def test_the_highest_tested_current_is_the_devices(plant, driver, expected, reco
     assert _limits(Plant(plant, (record,), driver))[:, 3].tolist() == [expected]
 
 
-def test_a_belief_does_not_change_what_was_tested(record):
+def test_a_nominal_model_does_not_change_what_was_tested(record):
     """How far the devices were tested is a fact of theirs, whatever law is believed of them."""
     run = simulate(
         springs(tested=1.25), record.cut(0.0, 0.5), controller("passive_on"), nominal=springs()

@@ -1,4 +1,4 @@
-"""Extended laws where laws are used: scenarios, assumptions, elements, simulation and its ledger."""
+"""Extended laws where laws are used: scenarios, nominal models, elements, runs and their ledger."""
 
 import numpy as np
 import pytest

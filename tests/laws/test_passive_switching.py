@@ -207,7 +207,7 @@ def test_there_and_back(device, plain):
 
 
 def test_same_law_for_other_numbers(plain):
-    """So that nominal model and truth share compiled code, which is found again in a later process."""
+    """So that nominal model and truth share compiled code, found again in a later process."""
     one, two = passive(plain), passive(plain.scaled(length=3.0, force=2.0), field_lag=0.01)
     assert one.law is two.law
     assert fingerprint(one.law) is not None and fingerprint(one.law) != fingerprint(plain.law)

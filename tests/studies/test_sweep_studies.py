@@ -119,7 +119,7 @@ def test_a_gap_that_the_base_does_not_fill_changes_nothing(short):
 def test_late_commands_cost_more_by_the_papers_rule_than_by_the_passive_one(short):
     found, _, _ = short("robustness")
     late = {row["switching"]: row["40 ms late"] / row["right and prompt"] for row in found.table}
-    assert late["papers"] > 2 * late["passive"]
+    assert late["instantaneous"] > 2 * late["passive"]
 
 
 def test_capacity_is_where_the_demand_first_crosses_the_limit():

@@ -147,7 +147,7 @@ def _check_names(names: list[str], place: str) -> None:
             close = difflib.get_close_matches(name, known, n=1)
             hint = f" did you mean {close[0]!r}?" if close else ""
             raise InputError(
-                f"{place}: unknown column {name!r};{hint} accepted: {', '.join(known)}, "
+                f"{place}: unknown column {name!r};{hint} expected: {', '.join(known)}, "
                 "floor2_acceleration_m_s2, ..."
             )
         if names.count(name) > 1:

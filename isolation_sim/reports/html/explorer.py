@@ -30,7 +30,7 @@ _AGAINST = "peak_base_displacement_m"
 
 
 def explorer(sweep: Sweep, criterion: str) -> Explorer:
-    """Runs of a sweep by what was varied: paths over all quantities, a trade-off, a map, the best."""
+    """Runs of a sweep by what was varied: paths, a trade-off, a map and the best."""
     names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]

@@ -1,0 +1,51 @@
+"""Old names of arguments, keys and settings, accepted for one release with a note."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from .errors import InputError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def renamed_value(what: str, value: Any, **new_names: str) -> Any:
+    """The value by its new name, where it is an old one."""
+    if isinstance(value, str) and value in new_names:
+        _note(f"{what} = {value!r}", f"{new_names[value]!r}")
+        return new_names[value]
+    return value
+
+
+def renamed_keys(data: Any, **new_names: str) -> Any:
+    """A table whose old keys have their new names."""
+    if not isinstance(data, dict):
+        return data
+    for old in new_names.keys() & data.keys():
+        if new_names[old] in data:
+            raise InputError(f"{old} is the old name of {new_names[old]}; expected: one of them")
+        _note(old, new_names[old])
+    return {new_names.get(key, key): value for key, value in data.items()}
+
+
+def renamed_arguments(**new_names: str) -> Callable[[F], F]:
+    """A decorator: the function takes keyword arguments by their old names, too."""
+
+    def decorate(function: F) -> F:
+        @functools.wraps(function)
+        def with_old_names(*args: Any, **kwargs: Any) -> Any:
+            if new_names.keys() & kwargs.keys():
+                kwargs = renamed_keys(kwargs, **new_names)
+            return function(*args, **kwargs)
+
+        return with_old_names  # type: ignore[return-value]
+
+    return decorate
+
+
+def _note(old: str, new: str) -> None:
+    text = f"{old} is now called {new}; the old name is accepted until version 0.3"
+    warnings.warn(text, FutureWarning, stacklevel=4)

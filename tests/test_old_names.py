@@ -1,0 +1,42 @@
+"""Old names of arguments, keys and settings."""
+
+from __future__ import annotations
+
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.errors import InputError
+from isolation_sim.old_names import renamed_arguments
+from isolation_sim.scenario import Scenario
+from isolation_sim.sweeps.fields import steps_of
+
+
+def test_a_scenario_takes_old_keys_and_values():
+    text = '[isolator]\nswitching = "papers"\n[belief]\nforce_factor = 0.8\n'
+    with pytest.warns(FutureWarning, match="belief is now called nominal") as notes:
+        old = Scenario.from_toml(text)
+    assert any("'instantaneous'" in str(note.message) for note in notes)
+    new = text.replace("papers", "instantaneous").replace("belief", "nominal")
+    assert old == Scenario.from_toml(new)
+
+
+def test_both_names_at_once_are_refused():
+    text = "[belief]\nforce_factor = 0.8\n[nominal]\nforce_factor = 0.8\n"
+    with pytest.raises(InputError, match="belief is the old name of nominal"):
+        Scenario.from_toml(text)
+
+
+def test_a_sweep_takes_the_old_field():
+    with pytest.warns(FutureWarning, match="nominal"):
+        assert steps_of("belief.force_factor") == ("nominal", "force_factor")
+
+
+def test_a_function_takes_the_old_argument():
+    @renamed_arguments(old="new")
+    def twice(new=1):
+        return 2 * new
+
+    with pytest.warns(FutureWarning, match="old is now called new"):
+        assert twice(old=3) == 6
+    assert twice(new=3) == twice(3) == 6
+    assert "nominal" in iso.simulate.__doc__
