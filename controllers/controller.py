@@ -56,7 +56,7 @@ class Controller:
         Named sets of settings, such as ``"published"``; one is chosen by ``preset``.
     period : float or None, s
         Interval between decisions; None for the ground motion's sampling interval.
-    foresight : float, s
+    preview_time : float, s
         How far ahead of its arrival it is told the ground motion; 0 for not at all.
     report : object or None
         What its decisions were like in the last run, for those that count something; printed as

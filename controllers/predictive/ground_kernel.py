@@ -54,7 +54,7 @@ def learn(
         past[0] = new
 
 
-def forecast(
+def extrapolate(
     known: int, coefficients: NDArray, past: NDArray, ground: NDArray, motion: NDArray,
     returning: tuple, drives: NDArray,
 ) -> None:  # fmt: skip
@@ -80,7 +80,7 @@ def forecast(
 def forecast_deviation(
     coefficients: NDArray, noise: NDArray, pulses: NDArray, shape: NDArray, strays: NDArray
 ) -> None:
-    """How far accelerations stray from their prediction, for what the ground does unforeseen."""
+    """Standard deviation of accelerations from their prediction, for what the ground does unforeseen."""
     strays[:] = 0.0
     for d in range(len(coefficients)):
         # an unforeseen sample and what the model expects to follow it

@@ -20,7 +20,7 @@ from ..device_model import FORCE_SCALE, DeviceModel, first_coefficient, polynomi
 from ..device_states import follow_states
 from .condense_kernel import condense
 from .generated_jacobian import generated_jacobian
-from .ground_kernel import drive, forecast, forecast_deviation, learn
+from .ground_kernel import drive, extrapolate, forecast_deviation, learn
 from .interval import propagator, real_rows
 from .prediction_kernel import nominal_forces, predict
 
@@ -44,7 +44,7 @@ def run(z, s, i, commands, block, ground, plant, work, results):
 
 @njit(cache=True, **OPTIONS)
 def forces(z, s, i, plant, side, force):
-    believed_forces(z, s, i, plant, side, force)
+    nominal_forces(z, s, i, plant, side, force)
 
 
 @njit(cache=True, **OPTIONS)
@@ -67,8 +67,8 @@ def forecast(
         now = drive(ground[0, d], motion[d], returning)
         learn(now, past[d], coefficients[d], covariance[d], gain, noise[d])
         end[d] = motion[d]
-        foresee(known, coefficients[d], past[d], ground[:, d], end[d], returning, drives)
-    stray(coefficients, noise, pulses, shape, strays)
+        extrapolate(known, coefficients[d], past[d], ground[:, d], end[d], returning, drives)
+    forecast_deviation(coefficients, noise, pulses, shape, strays)
 
 
 @njit(cache=True, **OPTIONS)
@@ -309,7 +309,15 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
     collect(polynomial, parts)
     parts["devices of the laws"] = DeviceModel.text(laws)
     collect(follow_states, parts, ("state_rates",))
-    for function in (nominal_forces, predict, condense, drive, learn, forecast, forecast_deviation):
+    for function in (
+        nominal_forces,
+        predict,
+        condense,
+        drive,
+        learn,
+        extrapolate,
+        forecast_deviation,
+    ):
         collect(function, parts)
     parts["device_side"] = generated_jacobian(laws, n_states)
     text = "\n\n\n".join([_HEADER, *parts.values(), _ENTRY]) + "\n"

@@ -290,7 +290,7 @@ def _run_context(
         driver=driver,
         delays=delays,
         # what a controller is not told it cannot use
-        ground=records if getattr(controller, "foresight", 0.0) > 0 else None,
+        ground=records if getattr(controller, "preview_time", 0.0) > 0 else None,
     )
 
 
