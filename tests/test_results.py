@@ -84,7 +84,7 @@ def test_everything_of_a_comparison(comparison, tmp_path):
     figures = {"time_histories", "floor_envelopes", "energy", "loops", "currents"}
     assert found == {
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
-        "scenario.toml", "report.html", "README.txt",
+        "scenario.toml", "report.html", "README.txt", "result.npz",
     } | {f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png")}  # fmt: skip
     with (tmp_path / "criteria.csv").open() as file:
         rows = list(csv.DictReader(file))

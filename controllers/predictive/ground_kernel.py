@@ -80,7 +80,7 @@ def extrapolate(
 def forecast_deviation(
     coefficients: NDArray, noise: NDArray, pulses: NDArray, shape: NDArray, strays: NDArray
 ) -> None:
-    """Standard deviation of accelerations from their prediction, for what the ground does unforeseen."""
+    """Standard deviation of accelerations from their forecast."""
     strays[:] = 0.0
     for d in range(len(coefficients)):
         # an unforeseen sample and what the model expects to follow it

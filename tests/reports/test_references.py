@@ -82,7 +82,7 @@ def called(capsys, *arguments):
 
 
 def test_cite_a_folder_a_file_and_the_main_job(tmp_path, capsys):
-    (tmp_path / "scenario.toml").write_text(Scenario().to_toml())
+    (tmp_path / "scenario.toml").write_text(main_job().to_toml())
     of_folder, of_file, of_main = (
         called(capsys, "cite", *where) for where in ([tmp_path], [tmp_path / "scenario.toml"], [])
     )
