@@ -13,6 +13,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, available_sets, law
 from isolation_sim.reports import references
 from isolation_sim.reports.publications import PUBLICATIONS
+from isolation_sim.scenario import main_job
 
 TEXTBOOK = {"linear", "kelvin_voigt", "maxwell", "spring_pot"}
 """Laws without a publication of their own."""
