@@ -36,7 +36,7 @@ PLAN = """\
 # Cases are all combinations; each is run under every controller of the scenario.
 # Lines behind a # without a space are not in force.
 
-#energy = true  # every run's energy ledger: slower, some 20 ms a run
+#energy = true  # every run's energy ledger: slower, some 20 ms per run
 #histories = [0, 5]  # keep the histories of these cases, or true for all
 
 # The scenario that every case starts from: a file, scenario = "my_scenario.toml", or its sections

@@ -1,6 +1,6 @@
 """The contract of an effect: something that a law may lack, written once.
 
-An effect stands around a law. It may change the motion or the current that the law sees, multiply
+An effect modifies a law. It may change the motion or the current that the law sees, multiply
 the law's force, or add a force of its own; each of these is a function of the same form, and all
 may use the effect's own states. ``extend`` puts effects and a law together into a law again, which
 is simulated, traced and fitted like any other; the diagnosis evaluates the same functions, stage

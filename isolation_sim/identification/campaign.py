@@ -1,6 +1,6 @@
 """A campaign: a folder of measured runs, read and written.
 
-The folder holds ``campaign.toml`` and one CSV file a run::
+The folder holds ``campaign.toml`` and one CSV file per run::
 
     name = "MR damper, sinusoidal tests"
     source = "laboratory, year"
@@ -171,7 +171,7 @@ def _write_run(run: TestRun, path: Path) -> None:
 
 
 def _read_toml(folder: Path, path: Path) -> dict[str, Any]:
-    accepted = f"a folder with {FILE_NAME} and one CSV file a run"
+    accepted = f"a folder with {FILE_NAME} and one CSV file per run"
     if not folder.is_dir():
         what = "a file" if folder.exists() else "a folder that does not exist"
         raise InputError(f"{folder}: {what}; expected: {accepted}")

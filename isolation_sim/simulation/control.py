@@ -227,7 +227,7 @@ class Control(Protocol):
         """Forget the last run."""
 
     def current(self, t: float, measurement: Any) -> Any:
-        """Command from a measurement, a named tuple: one current or one a channel, A."""
+        """Command from a measurement, a named tuple: one current or one per channel, A."""
 
 
 def instants(period: float, duration: float) -> NDArray:

@@ -148,7 +148,7 @@ def storeys() -> None:
     record = el_centro_1940()
     held = controller("constant", amperes=CURRENT)
     table = Table(title="Cost of a run with its criteria against storeys")
-    for column in ("storeys", "ms a run", "us a storey", "of which integration, ms"):
+    for column in ("storeys", "ms a run", "us per storey", "of which integration, ms"):
         table.add_column(column, justify="right")
     points = []
     for n in (1, 2, 5, 10, 20, 50, 100):

@@ -58,7 +58,7 @@ class BlindCampaign:
         return float(np.linalg.norm(noise) / np.linalg.norm(force))
 
     def write(self, folder: Path) -> Path:
-        """Write ``campaign.toml`` and a CSV file a run; the folder must not exist."""
+        """Write ``campaign.toml`` and one CSV file per run; the folder must not exist."""
         folder.mkdir(parents=True)
         lines = [f'name = "{self.name}"', 'source = "blind test rig"']
         for run in self.runs:
