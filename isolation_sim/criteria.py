@@ -145,6 +145,28 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     Peaks are the largest absolute values of the continuous response: on both sides of every change
     of current, and inside the integration's steps. RMS values are roots of the mean square over the
     record's duration, the largest of all floors, storeys or slabs.
+
+    Parameters
+    ----------
+    run : Run
+        The controlled structure.
+    reference : Run, optional
+        The uncontrolled structure, its coils off, under the same ground motion.
+
+    Returns
+    -------
+    dict of str to float
+        ``peak_`` and ``rms_`` of ``base_displacement_m``, ``floor_acceleration_m_s2`` (absolute,
+        base included), ``superstructure_acceleration_m_s2`` (without the base), ``drift_m``,
+        ``base_shear_N``, ``structural_shear_N`` and ``isolator_force_N``; of
+        ``isolator_displacement_m`` where the isolators' positions are known, and of
+        ``drift_ratio`` (drift over height) where the storeys' heights are. With a reference also
+        ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring (dimensionless).
+
+    Raises
+    ------
+    InputError
+        If the reference had another ground motion.
     """
     values = run.criteria
     if reference is None:
@@ -161,6 +183,17 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
 
 def response_criteria(response: Response) -> dict[str, NDArray]:
     """Peaks and RMS values of arrays.
+
+    Parameters
+    ----------
+    response : Response
+        Arrays with any leading axes.
+
+    Returns
+    -------
+    dict of str to array
+        Keys as in `criteria`, without the ratios; each has the leading axes' shape. A quantity
+        without columns, such as the drift of a structure without storeys, is 0.
 
     Notes
     -----
@@ -194,7 +227,22 @@ def benchmark_criteria(
     uncontrolled: Mapping[str, ArrayLike],
     energy: Mapping[str, ArrayLike] | None = None,
 ) -> dict[str, NDArray]:
-    """J1 to J9 and the normalised ratios; the module's docstring defines them."""
+    """J1 to J9 and the normalised ratios; the module's docstring defines them.
+
+    Parameters
+    ----------
+    controlled, uncontrolled : mapping of str to array_like
+        Criteria of both structures, as `response_criteria` returns them; not a number where one is
+        not known.
+    energy : mapping of str to array_like, optional, J
+        Energies of the controlled structure at the end, named as in ``Ledger``. Without them there
+        are no ratios of energies.
+
+    Returns
+    -------
+    dict of str to array
+        Dimensionless; not a number where the divisor is 0.
+    """
     nothing = np.full(np.shape(controlled["peak_base_shear_N"]), np.nan)
     result = {}
     for key, names in _RATIOS.items():
@@ -212,12 +260,32 @@ def benchmark_criteria(
 
 
 def is_gain(criterion: str) -> bool:
-    """Whether more of a criterion is better: of those of the energy that the devices take out."""
+    """Whether more of a criterion is better: of those of the energy that the devices take out.
+
+    Parameters
+    ----------
+    criterion : str
+        Column of results.
+
+    Returns
+    -------
+    bool
+    """
     return criterion in ("J9", "normalised_device_dissipation")
 
 
 def response_of(run: Run) -> Response:
-    """Arrays of a run that the criteria are computed from; see `quantity_rows`."""
+    """Arrays of a run that the criteria are computed from; see `quantity_rows`.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+
+    Returns
+    -------
+    Response
+    """
     names = run.outputs.names
     moved = {
         name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
@@ -238,7 +306,22 @@ def response_of(run: Run) -> Response:
 
 
 def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
-    """One quantity of several dofs, storeys or elements of a run."""
+    """One quantity of several dofs, storeys or elements of a run.
+
+    Parameters
+    ----------
+    run : Run
+        A run.
+    names : sequence of str
+        Dofs, storeys or elements.
+    quantity : str
+        Such as ``"acceleration_m_s2"``: what follows the name in the run's outputs.
+
+    Returns
+    -------
+    (n_samples, len(names)) array
+        At the record's samples, in the unit that ends the quantity.
+    """
     index = {name: k for k, name in enumerate(run.outputs.names)}
     return run.values[:, [index[f"{name}_{quantity}"] for name in names]]
 

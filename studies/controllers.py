@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -204,8 +204,7 @@ def _closed(result: Judgement, rows: Rows) -> str:
     shares = [row for row in rows if row.get("closed") is not None]
     first = max(shares, key=lambda row: row["closed"])
     sentences = ", ".join(
-        f"{row['controller']} {100 * row['closed']:.0f} % ({100 * row['closed_from']:.0f} to "
-        f"{100 * row['closed_to']:.0f})"
+        f"{row['controller']} {100 * row['closed']:.0f} %{_bounds(row)}"
         for row in shares
         if row is first or row["controller"] == "mpc"
     )
@@ -217,6 +216,13 @@ def _closed(result: Judgement, rows: Rows) -> str:
         f"{max(one['certified'] for one in bounds):.1e} at most); of the gap between the best "
         f"constant current and it, {sentences}."
     )
+
+
+def _bounds(row: dict[str, Any]) -> str:
+    """Bounds of a share of the gap; a single motion has none."""
+    if row["closed_from"] is None:
+        return ""
+    return f" ({100 * row['closed_from']:.0f} to {100 * row['closed_to']:.0f})"
 
 
 def figure(result: Judgement) -> Figure:

@@ -346,7 +346,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("fit table.csv --law linear", "table.csv: a file; expected: a folder"),
         ("fit folder --law linear --out a.html", "--out a.html: the report is written there"),
         ("diagnose folder", "folder: no campaign.toml in it"),
-        ("diagnose table.csv", "table.csv: columns 'a,b'; accepted:"),
+        ("diagnose table.csv", "table.csv: columns 'a,b'; expected:"),
         ("diagnose folder --out table.csv/a", "table.csv/a: results cannot be written there"),
         ("cite folder", "folder: holds no run"),
         ("cite latin.toml", "latin.toml: cannot be read (not UTF-8)"),

@@ -100,7 +100,7 @@ def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):
         (["show", "nowhere"], "no sweep there"),
         (["plan.toml", "--workers", "0"], "workers is 0"),
         (["show", "results/plan", "--best", "0"], "best is 0; expected: 1 or more"),
-        (["show", "results/plan", "--figures", "plan.toml"], "plan.toml: a file; accepted:"),
+        (["show", "results/plan", "--figures", "plan.toml"], "plan.toml: a file; expected:"),
         (["show", "results/plan", "--csv", "results", "--no-draw"], "results: a folder; expected"),
         (["show", "results/plan", "--criterion", "rms_drft_m"], "did you mean 'rms_drift_m'"),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
+import runpy
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,20 +17,13 @@ from isolation_sim.scenario.writer import _section_types
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("isolation_sim", "controllers", "ground_motions")
-# modules that offer names to users
-OFFERING = (
-    "isolation_sim",
-    "isolation_sim.laws",
-    "isolation_sim.effects",
-    "isolation_sim.structures",
-    "isolation_sim.scenario",
-    "isolation_sim.sweeps",
-    "isolation_sim.reports.figures",
-    "controllers",
-    "controllers.observers",
-    "controllers.clairvoyant",
-    "ground_motions",
-)
+API = runpy.run_path(str(ROOT / "docs" / "_ext" / "api_pages.py"))
+"""The modules that offer names to users are those of the API reference."""
+OFFERED = {
+    (module, name): getattr(importlib.import_module(module), name)
+    for module in API["PACKAGES"]
+    for name in API["offered"](importlib.import_module(module))
+}
 # text that the kernel's generator completes, and the generator of an element's text
 GENERATED = (
     *(
@@ -121,18 +115,15 @@ DETAILED = {
 
 def _exported() -> Iterator[str]:
     """Paths of what the packages offer by name, and of the public methods of its classes."""
-    for module in OFFERING:
-        offered = importlib.import_module(module)
-        for name in offered.__all__:
-            value = getattr(offered, name)
-            path = f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', name)}"
-            if path in FUNCTIONS:
-                yield path
-            elif path in CLASSES:
-                bases = CLASSES[path].mro()
-                for method in _functions(CLASSES[path]):
-                    if not any(f"{base.path}.{method.name}" in DETAILED for base in bases):
-                        yield method.path
+    for (_, name), value in OFFERED.items():
+        path = f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', name)}"
+        if path in FUNCTIONS:
+            yield path
+        elif path in CLASSES:
+            bases = CLASSES[path].mro()
+            for method in _functions(CLASSES[path]):
+                if not any(f"{base.path}.{method.name}" in DETAILED for base in bases):
+                    yield method.path
 
 
 EXPORTED = sorted({path for path in _exported() if not path.endswith("__init__")})
@@ -214,8 +205,7 @@ def test_every_key_of_a_scenario_is_explained():
 
 def _offered_classes() -> set[str]:
     """Paths of the classes that are offered, and of their bases."""
-    kinds = [getattr(importlib.import_module(m), n) for m in OFFERING
-             for n in importlib.import_module(m).__all__]  # fmt: skip
+    kinds = OFFERED.values()
     return {f"{base.__module__}.{base.__qualname__}" for kind in kinds if isinstance(kind, type)
             for base in kind.__mro__}  # fmt: skip
 

@@ -28,6 +28,7 @@ PACKAGES = (
     "isolation_sim.sweeps",
     "isolation_sim.reports.figures",
     "controllers",
+    "controllers.clairvoyant",
     "controllers.observers",
     "ground_motions",
     "ground_motions.readers",

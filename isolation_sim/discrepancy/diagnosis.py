@@ -150,13 +150,37 @@ class Trace:
 
 
 def relative_error(trace: Trace, simulated: NDArray) -> float:
-    """RMS of a run's residual over RMS of what was measured."""
+    """RMS of a run's residual over RMS of what was measured.
+
+    Parameters
+    ----------
+    trace : Trace
+        The run.
+    simulated : (n,) array
+        Its ``before`` or ``after``.
+
+    Returns
+    -------
+    float
+        Not a number where nothing was measured.
+    """
     size = float(np.sum(trace.measured**2))
     return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
 
 
 def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
-    """Sort runs by their errors before."""
+    """Sort runs by their errors before.
+
+    Parameters
+    ----------
+    traces : iterable of Trace
+        Runs.
+
+    Returns
+    -------
+    tuple of Trace
+        The largest relative error first.
+    """
     return tuple(sorted(traces, key=lambda run: relative_error(run, run.before), reverse=True))
 
 

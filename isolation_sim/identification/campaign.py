@@ -126,7 +126,25 @@ def read_campaign(folder: str | Path) -> Campaign:
 
 
 def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
-    """Write a campaign to a folder that `read_campaign` reads back, every digit kept."""
+    """Write a campaign to a folder that `read_campaign` reads back, every digit kept.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        What to write; a velocity that was not measured is left out.
+    folder : str or pathlib.Path
+        Folder to make; it must not exist. It takes its name when everything is in it.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder.
+
+    Raises
+    ------
+    InputError
+        If the folder exists or cannot be written, or a run's name cannot name a file.
+    """
     import tomlkit
 
     folder = Path(folder)

@@ -57,7 +57,18 @@ class Estimate:
 
 
 def labels(estimates: Sequence[Estimate]) -> list[str]:
-    """Name numbers, those of one parameter together."""
+    """Name numbers, those of one parameter together.
+
+    Parameters
+    ----------
+    estimates : sequence of Estimate
+        Numbers, those of one parameter one after the other.
+
+    Returns
+    -------
+    list of str
+        Such as ``"k at 0, 1.5 and 3 A"``.
+    """
     currents: dict[str, list[str]] = {}
     for e in estimates:
         currents.setdefault(e.name, []).extend([] if e.current is None else [f"{e.current:.3g}"])
@@ -90,7 +101,18 @@ class RunError:
 
 
 def pooled(errors: Iterable[RunError]) -> float:
-    """RMS of the residuals of several runs over the RMS of their measured forces."""
+    """RMS of the residuals of several runs over the RMS of their measured forces.
+
+    Parameters
+    ----------
+    errors : iterable of RunError
+        The runs.
+
+    Returns
+    -------
+    float
+        Not a number if there is no run.
+    """
     errors = list(errors)
     if not errors:
         return float("nan")
@@ -99,7 +121,17 @@ def pooled(errors: Iterable[RunError]) -> float:
 
 
 def noise_of(runs: Sequence[TestRun]) -> float:
-    """RMS of the white noise in the forces of several runs over the RMS of these forces."""
+    """RMS of the white noise in the forces of several runs over the RMS of these forces.
+
+    Parameters
+    ----------
+    runs : sequence of TestRun
+        The runs.
+
+    Returns
+    -------
+    float
+    """
     noise = sum(len(run.force) * white_noise(run.force) ** 2 for run in runs)
     return float(np.sqrt(noise / sum(float(np.sum(run.force**2)) for run in runs)))
 

@@ -120,7 +120,29 @@ class TestRun:
 
 
 def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
-    """Read one run from a CSV file whose columns carry their unit in their name."""
+    """Read one run from a CSV file whose columns carry their unit in their name.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Comma-separated UTF-8 text: a line of names, then numbers; ``#`` and blank lines are
+        skipped. Needed: ``time_s``, ``displacement_mm`` or ``_m``, ``current_A``, ``force_N`` or
+        ``_kN``. Optional: ``velocity_mm_s`` or ``_m_s``, ``acceleration_m_s2``, ``_mm_s2`` or
+        ``_g``, ``temperature_C``. Other columns are left alone and named in the result.
+    hold_out : bool
+        Whether the run is kept from fitting.
+
+    Returns
+    -------
+    TestRun
+
+    Raises
+    ------
+    InputError
+        If the file or a needed column is missing, a column is misspelt, a quantity is given twice
+        (in one unit or in two), a cell is not a finite number, times do not increase uniformly,
+        there are too few samples, or a velocity is not the displacement's slope.
+    """
     cells = read_csv_table(path)
     names = cells.names
     table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])

@@ -37,6 +37,8 @@ FEWEST = 8
 _memory = threading.local()
 """A thread's large arrays, used for one block after another."""
 
+__all__ = ["Batch", "Case", "simulate_many"]
+
 
 @dataclass(frozen=True)
 class Case:

@@ -87,7 +87,17 @@ class Ledger:
 
 
 def ledger(run: Trajectory) -> Ledger:
-    """Energy ledger of a run."""
+    """Energy ledger of a run.
+
+    Parameters
+    ----------
+    run : Trajectory
+        A run that kept its steps.
+
+    Returns
+    -------
+    Ledger
+    """
     pieces = _Pieces(run)
     structure = run.isolated.structure
     n = structure.n_dofs

@@ -30,7 +30,7 @@ def mean_interval(values: ArrayLike, seed: int = 0) -> MeanInterval:
     """Mean of some motions' values, with its 95 % interval over other such motions."""
     from scipy.stats import bootstrap
 
-    array = np.asarray(values, dtype=float)
+    array = np.sort(np.asarray(values, dtype=float))
     mean = float(array.mean())
     if np.ptp(array) == 0.0:
         bounds = (np.nan, np.nan) if len(array) == 1 else (mean, mean)

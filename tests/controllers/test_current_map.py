@@ -7,7 +7,7 @@ from scipy.optimize import brentq, minimize_scalar
 from controllers import CurrentMap
 from controllers.device_model import DeviceModel
 from isolation_sim.errors import InputError
-from isolation_sim.identification.characteristic_scales import magnitude
+from isolation_sim.identification.characteristic_scales import characteristic_scale
 from isolation_sim.laws import (
     LAWS,
     CurrentDependence,
@@ -33,7 +33,7 @@ def made_up(name, tabulated, seed):
     if available_sets(name):
         typical = law(name).parameters_at(1.2)
     else:
-        typical = [magnitude(q.unit, **SCALES) for q in one.parameters]
+        typical = [characteristic_scale(q.unit, **SCALES) for q in one.parameters]
     lower, upper = np.array([(q.lower, q.upper) for q in one.parameters]).T
     sizes = rng.uniform(0.5, 1.5, (len(KNOTS), len(typical))) * np.array(typical)
     sizes = np.clip(sizes, lower, upper)

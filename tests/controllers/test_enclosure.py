@@ -8,7 +8,7 @@ import pytest
 
 from controllers.device_model import DeviceModel
 from isolation_sim.effects import EFFECTS, extend
-from isolation_sim.identification.characteristic_scales import magnitude
+from isolation_sim.identification.characteristic_scales import characteristic_scale
 from isolation_sim.laws import CurrentDependence, Device, law
 from isolation_sim.laws.emit import NotTraceable
 from isolation_sim.laws.law import Law, Quantity
@@ -123,4 +123,4 @@ def test_forces_of_laws_with_effects_keep_within_their_bounds(form):
 
 def size_of(unit):
     """What an effect's starts are multiples of."""
-    return 1.0 if unit in ("s", "1") else magnitude(unit, 300.0, 8e-3, 0.16, 2.0)
+    return 1.0 if unit in ("s", "1") else characteristic_scale(unit, 300.0, 8e-3, 0.16, 2.0)

@@ -19,7 +19,7 @@ from controllers.predictive.ground_kernel import (
     FORGETTING,
     RECENT,
     drive,
-    forecast,
+    extrapolate,
     forecast_deviation,
     learn,
 )
@@ -376,7 +376,7 @@ def test_autoregressive_model_is_the_weighted_least_squares():
 
     past[0] = 1.0
     ground = np.array([1.0, 0.5, 0.0, 0.0])
-    forecast(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0, 0.9), np.zeros(4))
+    extrapolate(2, coefficients, past, ground, np.zeros(2), (0.0, 0.02, 1.0, 0.9), np.zeros(4))
     # every forecast keeps 0.9 of what the model expects
     expected = 0.9 * np.clip(coefficients @ [0.5, 1.0], -1.0, 1.0)
     assert ground[2] == pytest.approx(expected)
@@ -388,7 +388,7 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     h, steps, settling = 0.02, 400, 0.8
     returning = (1.0 / settling, h, 1.0, 1.0)
     ground, motion = np.zeros(steps + 1), np.array([0.0, 0.3])
-    forecast(1, np.zeros(0), np.zeros(0), ground, motion.copy(), returning, np.zeros(steps + 1))
+    extrapolate(1, np.zeros(0), np.zeros(0), ground, motion.copy(), returning, np.zeros(steps + 1))
     velocity = 0.3 + cumulative_trapezoid(ground, dx=h, initial=0.0)
     # the acceleration starts from 0, not from the pull
     expected = velocity[1] * np.exp(-np.arange(steps) * h / settling)
@@ -403,7 +403,7 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     np.testing.assert_allclose(drives, acceleration + velocity / settling, atol=1e-12)
     # known samples give the same
     found = np.zeros(steps + 1)
-    forecast(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
+    extrapolate(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
     np.testing.assert_allclose(found[1:], drives[1:], atol=1e-12)
 
 
@@ -436,7 +436,7 @@ def test_a_random_motion_is_foreseen_better_by_its_velocity():
                 if k >= 500 and k % 5 == 0:
                     ground = np.zeros(ahead + 1)
                     ground[0] = series[k]
-                    forecast(
+                    extrapolate(
                         1, coefficients, past, ground, motion.copy(), returning,
                         np.zeros(ahead + 1),
                     )  # fmt: skip

@@ -226,7 +226,7 @@ def test_bad_input_is_refused_in_one_line(isolated):
         KalmanFilter(isolated, 0.0)
     with pytest.raises(InputError, match=r"shape \(3, 2\); expected: .* isolator_deformation_m, c"):
         KalmanFilter(isolated, PERIOD).run(np.zeros((3, 2)))
-    with pytest.raises(InputError, match="ground noise: intensity is -1; accepted"):
+    with pytest.raises(InputError, match="ground noise: intensity is -1; expected"):
         GroundNoise(-1)
-    with pytest.raises(InputError, match="noise: deformation is 0; accepted"):
+    with pytest.raises(InputError, match="noise: deformation is 0; expected"):
         Noise(deformation=0)

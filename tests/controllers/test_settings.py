@@ -37,7 +37,7 @@ def test_a_preset_is_chosen_by_name_and_completed():
     assert Chosen(preset="published", gain=1).gain == 1.0
     with pytest.raises(InputError, match="unknown preset of Chosen 'publishd'; did you mean"):
         Chosen(preset="publishd")
-    with pytest.raises(InputError, match="gain is -1; accepted"):
+    with pytest.raises(InputError, match="gain is -1; expected"):
         Chosen(preset="wrong")
 
 

@@ -59,7 +59,7 @@ def test_scenario_keeps_its_effects(comments):
 
 
 @pytest.mark.parametrize(
-    "nominal model, expected",
+    "nominal, expected",
     [
         ("length_factor = 1.1", ["current_lag.first_order", "end_stop.exponential"]),
         ("effect = []", []),

@@ -59,4 +59,4 @@ def test_the_error_is_one_line_and_survives_pickling():
     assert str(error) == "a file: given x y; expected: z"
     assert isinstance(error, ValueError)
     again = pickle.loads(pickle.dumps(error))
-    assert (again.place, again.given, again.accepted) == ("a file", "x y", "z")
+    assert (again.place, again.given, again.expected) == ("a file", "x y", "z")

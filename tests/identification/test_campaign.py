@@ -39,7 +39,7 @@ def refused(folder):
     with pytest.raises(InputError) as caught:
         read_campaign(folder)
     message = str(caught.value)
-    assert "\n" not in message and "accepted" in message
+    assert "\n" not in message and "expected" in message
     return message
 
 

@@ -49,7 +49,7 @@ def test_what_each_cannot_see():
 @pytest.mark.parametrize("measure", ALL)
 def test_refused(measure):
     for a, b in ((F, F[1:]), ([], []), (F, np.where(F > 99, np.nan, F))):
-        with pytest.raises(InputError, match="accepted"):
+        with pytest.raises(InputError, match="expected"):
             measure(a, b)
 
 

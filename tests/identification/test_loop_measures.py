@@ -182,10 +182,10 @@ def test_frequency_may_be_given():
         (lambda t, x: (t[::-1], x, x), "one step throughout"),
         (lambda t, x: (t + (t > 5), x, x), "one step throughout"),
         (lambda t, x: (t[::20], x[::20], x[::20]), "12.8 samples a cycle"),
-        (lambda t, x: (t, np.random.default_rng(0).standard_normal(t.size), x), "accepted"),
+        (lambda t, x: (t, np.random.default_rng(0).standard_normal(t.size), x), "expected"),
         (lambda t, x: (t, x * np.exp(-t / 6), x), "amplitude"),
         (lambda t, x: (t[:9], x[:9], x[:9]), "at least 16"),
-        (lambda t, x: (t, 0 * x, x), "accepted"),
+        (lambda t, x: (t, 0 * x, x), "expected"),
         (lambda t, x: (t, np.arcsin(0.9999 * x / X), x), "98.6 % of the displacement's power"),
     ],
 )
@@ -193,13 +193,13 @@ def test_refused(make, told):
     t, x, _ = sinusoid()
     with pytest.raises(InputError, match=told) as caught:
         loop_measures(*make(t, x))
-    assert "accepted" in str(caught.value) and "\n" not in str(caught.value)
+    assert "expected" in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("options", [{"frequency": -1.0}, {"skip": -1}, {"skip": 9}])
 def test_options_refused(options):
     t, x, _ = sinusoid()
-    with pytest.raises(InputError, match="accepted"):
+    with pytest.raises(InputError, match="expected"):
         loop_measures(t, x, x, **options)
 
 

@@ -88,7 +88,7 @@ def test_refused(arguments, told):
     given = {"method": "fruit_fly", "bounds": BOUNDS, "budget": 10} | arguments
     with pytest.raises(InputError, match=told) as caught:
         search(objective=bowl, seed=0, **given)
-    assert "accepted" in str(caught.value) and "\n" not in str(caught.value)
+    assert "expected" in str(caught.value) and "\n" not in str(caught.value)
 
 
 def test_without_pymoo_the_message_says_so(monkeypatch):

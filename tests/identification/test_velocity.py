@@ -8,12 +8,12 @@ from isolation_sim.identification.velocity import smooth
 
 
 @pytest.mark.parametrize(("frequency", "step", "n"), [(1, 1 / 256, 1280), (5, 0.005, 450)])
-@pytest.mark.parametrize(("noise", "accepted"), [(0.0, 2e-3), (1e-3, 5e-3), (1e-2, 2e-2)])
-def test_sinusoid(frequency, step, n, noise, accepted):
+@pytest.mark.parametrize(("noise", "expected"), [(0.0, 2e-3), (1e-3, 5e-3), (1e-2, 2e-2)])
+def test_sinusoid(frequency, step, n, noise, expected):
     time, omega = step * np.arange(n), 2 * np.pi * frequency
     x = np.sin(omega * time + 0.3) + noise * np.random.default_rng(1).standard_normal(n)
     exact = omega * np.cos(omega * time + 0.3)
-    assert np.std(smooth(x, step)[1] - exact) < accepted * np.std(exact)
+    assert np.std(smooth(x, step)[1] - exact) < expected * np.std(exact)
 
 
 def test_many_frequencies_beat_plain_differences():
@@ -61,5 +61,5 @@ def test_acceleration_and_displacement_of_a_beat():
     ("x", "step"), [([1.0, 2.0], 0.1), ([1.0, np.nan, 1, 1, 1], 0.1), (np.ones(9), 0.0)]
 )
 def test_refused(x, step):
-    with pytest.raises(InputError, match="accepted"):
+    with pytest.raises(InputError, match="expected"):
         smooth(x, step)

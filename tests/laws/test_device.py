@@ -141,10 +141,10 @@ NUMBERS = {"c0": 1e4, "k0": 1e4, "c1": 1e3, "k1": 1e4, "alpha": 1e8}
     ],
 )
 def test_refuses(changes, message):
-    accepted = {"law": LAW, "current": CurrentDependence.constant(NUMBERS)}
-    assert Device(**accepted).parameters_at(0.0) == tuple(NUMBERS.values())
+    expected = {"law": LAW, "current": CurrentDependence.constant(NUMBERS)}
+    assert Device(**expected).parameters_at(0.0) == tuple(NUMBERS.values())
     with pytest.raises(InputError, match=message) as refused:
-        Device(**(accepted | changes))
+        Device(**(expected | changes))
     assert "\n" not in str(refused.value)
 
 

@@ -88,9 +88,9 @@ def test_only_law_and_parameters_are_needed():
     ],
 )
 def test_bad_dictionaries(changes, message):
-    accepted = {"law": "linear", "parameters": {"k": [1.0]}}
+    expected = {"law": "linear", "parameters": {"k": [1.0]}}
     with pytest.raises(InputError, match=message) as refused:
-        from_dict(accepted | changes)
+        from_dict(expected | changes)
     assert "\n" not in str(refused.value)
 
 

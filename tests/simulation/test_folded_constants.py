@@ -67,5 +67,5 @@ def test_a_loop_over_lanes_stays_one():
 def test_a_negative_index_is_refused(index):
     """As an unsigned number it would be near 2^64: outside every array, and nothing checks it."""
     text = TEXT.format(lanes=1).replace("w[at * LANES + lane]", f"w[{index}]")
-    with pytest.raises(ValueError, match=r"negative index in w\[.*-\d\]; accepted"):
+    with pytest.raises(ValueError, match=r"negative index in w\[.*-\d\]; expected"):
         folded_constants(text)

@@ -158,7 +158,7 @@ def test_what_is_refused(stiffening, strong_motion):
         simulator.step(1.0, 0.0)
     with pytest.raises(InputError, match="expected: none beside a record"):
         Simulator(stiffening, strong_motion, duration=1.0)
-    with pytest.raises(InputError, match="period is None; accepted without a record"):
+    with pytest.raises(InputError, match="period is None; expected without a record"):
         Simulator(stiffening, duration=1.0)
     with pytest.raises(InputError, match=r"dt is 0.03 s; expected: a whole part"):
         Simulator(stiffening, period=0.1, duration=1.0, dt=0.03)

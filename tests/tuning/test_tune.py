@@ -111,7 +111,7 @@ def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned,
     assert sum(run) == len(whole.trials) - kept + 7 + 2 * 2
     for name in ("tuning.json", "controller.toml", "report.html"):
         assert (other / name).read_bytes() == (folder / name).read_bytes()
-    with pytest.raises(iso.InputError, match=r"seed differs from what was begun there; accepted"):
+    with pytest.raises(iso.InputError, match=r"seed differs from what was begun there; expected"):
         tune_constant(scenario, strong, other, resume=True, seed=1)
     with pytest.raises(iso.InputError, match=r"holds something already; .* --resume"):
         tune_constant(scenario, strong, other)
@@ -152,16 +152,16 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("clipped_lqx", "did you mean 'clipped_lqr'? accepted: "),
+        ("clipped_lqx", "did you mean 'clipped_lqr'? expected: "),
         ("passive_off", "passive_off: no setting has a search range; expected: "),
-        ("fuzzy --setting fats", "did you mean 'fast'? accepted: fast, large_deformation"),
+        ("fuzzy --setting fats", "did you mean 'fast'? expected: fast, large_deformation"),
         ("fuzzy --fix fast=1 --fix large_deformation=1", "every setting is held; expected: one"),
         ("fuzzy --fix fast=-1", "fuzzy: fast is -1; expected: a number above 0, in m/s"),
-        ("fuzzy --fix fast", "--fix fast: accepted: a name and a value, such as rule=skyhook"),
-        ("fuzzy --criterion peak_drift", "--criterion peak_drift: accepted: a name and a value"),
+        ("fuzzy --fix fast", "--fix fast: expected: a name and a value, such as rule=skyhook"),
+        ("fuzzy --criterion peak_drift", "--criterion peak_drift: expected: a name and a value"),
         ("fuzzy --criterion peak_drift_m=-1", "expected: finite weights above 0 by criterion"),
-        ("fuzzy --criterion peak_drift_m=big", "--criterion peak_drift_m=big: accepted: a number"),
-        ("fuzzy --criterion peak_drit_m=1", "did you mean 'peak_drift_m'? accepted: "),
+        ("fuzzy --criterion peak_drift_m=big", "--criterion peak_drift_m=big: expected: a number"),
+        ("fuzzy --criterion peak_drit_m=1", "did you mean 'peak_drift_m'? expected: "),
         ("fuzzy --motions mixture:0", "motions: given mixture:0; expected: mixture, mixture:COUNT"),
         ("fuzzy --motions nowhere", "motions: given nowhere; expected: mixture, mixture:COUNT"),
         ("fuzzy --unseen empty", "empty: given no file of a record; expected: files"),

@@ -30,7 +30,27 @@ which cannot see the sign of a force; by samples of 1 s), ``misfit`` (linearised
 def force_objective(
     name: str, measured: Any, model: Callable[[np.ndarray], Any]
 ) -> Callable[[np.ndarray], float]:
-    """Build an objective of the parameters from a measured force and a model."""
+    """Build an objective of the parameters from a measured force and a model.
+
+    Parameters
+    ----------
+    name : str
+        One of `OBJECTIVES`.
+    measured : array_like, shape (n,), N
+        Measured force.
+    model : callable
+        Parameters, shape (n_parameters,), to the force that they give, shape (n,), N.
+
+    Returns
+    -------
+    callable
+        Parameters to a number to minimise; inf where the model's force is not finite.
+
+    Raises
+    ------
+    InputError
+        If there is no such objective, or the measured force has a number that is not finite.
+    """
     if name not in OBJECTIVES:
         raise unknown_name("objective", name, OBJECTIVES)
     force = np.array(measured, dtype=float)

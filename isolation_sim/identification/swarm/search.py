@@ -51,7 +51,12 @@ class SearchResult:
 
 
 def available_methods() -> tuple[str, ...]:
-    """Names of the searches."""
+    """Names of the searches.
+
+    Returns
+    -------
+    tuple of str
+    """
     return tuple(_METHODS)
 
 
@@ -63,7 +68,34 @@ def search(
     seed: int,
     **settings: Any,
 ) -> SearchResult:
-    """Minimise an objective within bounds by one of the papers' searches."""
+    """Minimise an objective within bounds by one of the papers' searches.
+
+    Parameters
+    ----------
+    method : str
+        ``fruit_fly`` (self-adaptive step), ``fruit_fly_fixed``, ``fish_swarm``; from pymoo
+        ``genetic``, ``particle_swarm`` and ``cma_es``.
+    objective : callable
+        Point, shape (n_parameters,), to a number; what is not finite counts as worst.
+    bounds : array_like, shape (n_parameters, 2)
+        Lower and upper bound of each parameter, in its unit, finite.
+    budget : int
+        Evaluations of the objective, spent to the last unless a method ends by itself.
+    seed : int
+        The same seed gives the same result.
+    **settings : Any
+        The method's own, such as ``population``; ``scale`` and ``step`` of the fruit flies.
+
+    Returns
+    -------
+    SearchResult
+
+    Raises
+    ------
+    InputError
+        If a method, a setting or its value is unknown, bounds or budget are not usable, the
+        objective is finite nowhere, or pymoo is needed and not installed.
+    """
     if method not in _METHODS:
         raise unknown_name("search method", method, _METHODS)
     run = _METHODS[method]
