@@ -149,7 +149,7 @@ SCENARIOS = [
     ("[simulation]\nfixed_base = 1", "simulation.fixed_base is 1; expected: true or false"),
     ("[nominal]\nlaw = 'lineer'", "unknown law 'lineer'"),
     ("[nominal]\nforce_factor = 0.0", "nominal.force_factor is 0.0; expected: a number above 0"),
-    ("[belif]\nforce_factor = 1.0", "unknown key 'belif'; did you mean 'nominal'?"),
+    ("[nominl]\nforce_factor = 1.0", "unknown key 'nominl'; did you mean 'nominal'?"),
     ("name = 'a'\nname = 'b'", "job.toml: not TOML"),
 ]
 
@@ -251,7 +251,7 @@ CALLS = [
     (lambda: iso.simulate(isolated(), MOTION, sensors=CoilDriver()), "sensors is of type Coil"),
     (
         lambda: iso.simulate(isolated(), MOTION, nominal=iso.reference_building()),
-        "nominal model is 'refe",
+        "nominal is 'refe",
     ),
     (
         lambda: iso.simulate(iso.reference_building().on(iso.law(BRANCH, {"k": 1.0})), MOTION),

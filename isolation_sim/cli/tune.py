@@ -102,7 +102,7 @@ def _pair(text: str, option: str, example: str) -> tuple[str, Any]:
     """A name and a value: a number, true or false where it looks like one, else a word."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):
-        raise InputError(f"{option} {text}: accepted: a name and a value, such as {example}")
+        raise InputError(f"{option} {text}: expected: a name and a value, such as {example}")
     try:
         return name, json.loads(value)
     except ValueError:
@@ -113,5 +113,5 @@ def _weights(texts: list[str]) -> dict[str, float]:
     pairs = dict(_pair(text, "--criterion", "peak_drift_m=1") for text in texts)
     for name, weight in pairs.items():
         if isinstance(weight, bool) or not isinstance(weight, int | float):
-            raise InputError(f"--criterion {name}={weight}: accepted: a number, as {name}=1")
+            raise InputError(f"--criterion {name}={weight}: expected: a number, as {name}=1")
     return pairs

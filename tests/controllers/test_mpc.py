@@ -327,7 +327,7 @@ def test_a_solver_that_goes_in_circles_is_led_out_by_proximal_steps(monkeypatch,
 
 
 def test_late_solutions_are_counted_and_the_plan_before_is_kept(isolated, record):
-    one = MPC(deadline=1e-9)
+    one = MPC(deadline=1e-9, stiff_start=0.0)
     run = simulate(isolated, record.cut(0.0, 2.0), one, driver=CoilDriver(initial=0.7))
     assert one.report.late == 100 and np.all(run.command == 0.7)
 

@@ -162,8 +162,9 @@ def test_a_controlled_building_on_an_extended_law(short):
         ],
     )
     building = iso.reference_building()
+    regulator = iso.controller("clipped_lqr", preset="published")
     runs = [
-        iso.simulate(building.on(iso.reference_isolators(device)), short, "clipped_lqr")
+        iso.simulate(building.on(iso.reference_isolators(device)), short, regulator)
         for device in (plain, softened)
     ]
     for run in runs:
