@@ -7,28 +7,28 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """Input that cannot be used, in one line: the place, what was given, what is accepted.
+    """Input that cannot be used, in one line: the place, what was given, what is expected.
 
     Parameters
     ----------
     place : str
-        File, line, column or argument at fault; without ``accepted`` the whole message.
+        File, line, column or argument at fault; without ``expected`` the whole message.
     given : str
         What was found there.
-    accepted : str
-        What is accepted there.
+    expected : str
+        What is expected there.
 
     Attributes
     ----------
-    place, given, accepted : str
+    place, given, expected : str
         The parts; the last two are empty for a message given as a whole.
     """
 
-    def __init__(self, place: str, given: str = "", accepted: str = "") -> None:
-        self.place, self.given, self.accepted = map(_one_line, (place, given, accepted))
+    def __init__(self, place: str, given: str = "", expected: str = "") -> None:
+        self.place, self.given, self.expected = map(_one_line, (place, given, expected))
         super().__init__(
-            f"{self.place}: given {self.given}; expected: {self.accepted}"
-            if self.accepted
+            f"{self.place}: given {self.given}; expected: {self.expected}"
+            if self.expected
             else self.place
         )
 

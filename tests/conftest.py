@@ -12,10 +12,9 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 SLOW = ("tests/studies", "tests/sweeps", "tests/test_docs.py")
 """What takes longest."""
 QUICK = (
-    "tests/ground_motions", "tests/structures", "tests/test_architecture.py",
-    "tests/test_criteria.py", "tests/test_benchmark_criteria.py", "tests/test_docstrings.py",
-    "tests/test_packaging.py",
-    "tests/test_scenario.py",
+    "tests/ground_motions", "tests/literature", "tests/test_architecture.py",
+    "tests/test_criteria.py", "tests/test_docstrings.py", "tests/test_generated.py",
+    "tests/test_old_names.py", "tests/test_packaging.py",
 )  # fmt: skip
 """What ``-m quick`` runs: files that take seconds, since they compile little or nothing."""
 

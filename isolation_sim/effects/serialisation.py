@@ -42,7 +42,7 @@ def device_section(device: Device, *comments: str) -> str:
     data = to_dict(base)
     if "current_breaks" in data:
         raise InputError(
-            f"{base.name}: parameters are given piecewise in the current; accepted in a scenario: "
+            f"{base.name}: parameters are given piecewise in the current; expected in a scenario: "
             "one polynomial for all currents"
         )
     section = tomlkit.table()

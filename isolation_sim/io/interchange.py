@@ -142,7 +142,7 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
         for axis, table in _flat(part).items():
             if len(table) > MOST_ROWS:
                 raise InputError(
-                    f"{name} has {len(table)} rows; accepted in a sheet: {MOST_ROWS}; export mat"
+                    f"{name} has {len(table)} rows; expected in a sheet: {MOST_ROWS}; export mat"
                 )
             tables[f"{name} {axis}".strip()] = table
     sheets = _each_once((re.sub(r"[][:*?/\\]", "_", name) for name in tables), LONGEST_SHEET)

@@ -78,7 +78,7 @@ def from_dict(data: Mapping[str, Any], laws: Mapping[str, Law] | None = None) ->
             raise unknown_name("key of a device", key, _KEYS)
     for key in ("law", "parameters"):
         if key not in data:
-            raise InputError(f"a device needs the key {key!r}; accepted keys: {', '.join(_KEYS)}")
+            raise InputError(f"a device needs the key {key!r}; expected keys: {', '.join(_KEYS)}")
     if laws is not LAWS and data["law"] not in laws:
         raise unknown_name("law", str(data["law"]), laws)
     law = laws[str(data["law"])]

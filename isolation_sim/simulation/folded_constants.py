@@ -133,7 +133,7 @@ class _UnsignedIndices(ast.NodeTransformer):
             parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
             if any((_integer(part) or 0) < 0 for part in parts):
                 raise ValueError(
-                    f"internal error: negative index in {ast.unparse(node)}; accepted in the "
+                    f"internal error: negative index in {ast.unparse(node)}; expected in the "
                     "text of a kernel: indices from 0"
                 )
             parts = [

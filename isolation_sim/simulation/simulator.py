@@ -367,7 +367,7 @@ def still_ground(
     """Records at rest, one a direction, whose place a caller's ground acceleration takes."""
     for name, value in (("period", period), ("duration", duration)):
         if value is None or not 0 < value < np.inf:
-            raise InputError(f"{name} is {value}; accepted without a record: a time above 0 s")
+            raise InputError(f"{name} is {value}; expected without a record: a time above 0 s")
     assert period is not None and duration is not None
     dt = period if dt is None else dt
     parts = round(period / dt) if dt > 0 else 0

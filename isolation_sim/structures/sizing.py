@@ -103,7 +103,7 @@ def sized(
     stiffness = device.linearised(current, 1 / target_period).real
     if not stiffness > 0:
         raise InputError(
-            f"{device.name}: no stiffness about rest at {current:.3g} A; accepted with "
+            f"{device.name}: no stiffness about rest at {current:.3g} A; expected with "
             "target_period_s: a device that restores"
         )
     rigid = structure.total_mass * (2 * np.pi / target_period) ** 2 / stiffness

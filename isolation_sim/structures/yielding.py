@@ -23,7 +23,7 @@ def storey_stiffnesses(structure: Structure) -> np.ndarray:
     left = np.abs(storeys @ result - matrix.ravel()).max(initial=0.0)
     if not len(rows) or left > _SHEAR_BUILDING * np.abs(matrix).max() or np.any(result <= 0.0):
         raise InputError(
-            f"{structure.name}: its stiffness is not that of storeys one above the other; accepted "
+            f"{structure.name}: its stiffness is not that of storeys one above the other; expected "
             "for storeys that yield: a shear building"
         )
     return result

@@ -167,7 +167,7 @@ def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
         kind = qmc.LatinHypercube if sample.method == "latin_hypercube" else qmc.Sobol
         if sample.method == "sobol" and sample.count & (sample.count - 1):
             raise InputError(
-                f"sample.count is {sample.count}; accepted with sobol: a power of 2, such as "
+                f"sample.count is {sample.count}; expected with sobol: a power of 2, such as "
                 f"{1 << sample.count.bit_length()}"
             )
         unit = kind(len(sampled), seed=sample.seed).random(sample.count)
@@ -191,7 +191,7 @@ def _salib_sample(sample: Sample, problem: dict[str, Any]) -> NDArray:
         return morris.sample(problem, sample.count, seed=sample.seed)
     if sample.count & (sample.count - 1):
         raise InputError(
-            f"sample.count is {sample.count}; accepted with saltelli: a power of 2, such as "
+            f"sample.count is {sample.count}; expected with saltelli: a power of 2, such as "
             f"{1 << sample.count.bit_length()}"
         )
     return sobol.sample(problem, sample.count, calc_second_order=False, seed=sample.seed)

@@ -59,9 +59,9 @@ class Vary(Section):
             if not self.low < self.high:
                 raise InputError(f"low is {self.low:g}, high {self.high:g}; expected: low below")
             if self.spacing == "log" and self.low <= 0:
-                raise InputError(f"low is {self.low:g}; accepted with log spacing: above 0")
+                raise InputError(f"low is {self.low:g}; expected with log spacing: above 0")
         if self.step is not None and self.spacing == "log":
-            raise InputError("step goes with linear spacing; accepted with log spacing: count")
+            raise InputError("step goes with linear spacing; expected with log spacing: count")
         if self.names is not None and len(self.names) != len(self.values or ()):
             raise InputError("names and values differ in number; expected: a name a value")
         return self

@@ -208,7 +208,7 @@ def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord
     if len(structure.directions) != 1 or len(structure.base) != 1:
         raise InputError(
             f"{structure.name} has {len(structure.directions)} directions and "
-            f"{len(structure.base)} base dofs; accepted for a building record: one of each"
+            f"{len(structure.base)} base dofs; expected for a building record: one of each"
         )
     base = np.eye(structure.n_dofs)[structure.base[0]]
     if not isolated.elements or not np.array_equal(isolated.elements[0].direction != 0, base != 0):

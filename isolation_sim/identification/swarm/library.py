@@ -50,7 +50,7 @@ def _require(population: int) -> None:
     except ModuleNotFoundError:
         raise InputError(
             "genetic, particle_swarm and cma_es need pymoo, which is not installed: "
-            "pip install pymoo; accepted without it: fruit_fly, fruit_fly_fixed, fish_swarm"
+            "pip install pymoo; expected without it: fruit_fly, fruit_fly_fixed, fish_swarm"
         ) from None
 
 
