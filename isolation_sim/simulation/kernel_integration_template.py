@@ -92,8 +92,7 @@ def integrate(
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
     whole = 1 << (n_levels - 1)  # a window in the shortest steps
-    keep = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
-    own = row + N_ELEMENTS * keep  # behind them a step's own numbers
+    width, own = record_layout(steps, n_pad)
 
     while position[WINDOW_NOW] < n_windows:
         window = position[WINDOW_NOW]
@@ -303,13 +302,7 @@ def integrate(
                 z_at,
                 u,
                 w,
-                active,
-                going,
-                previous,
-                contraction,
-                defects,
-                errors,
-                kinks,
+                lanes,
             )
             counts[1, 0] += 1
             for lane in range(LANES):
@@ -363,9 +356,9 @@ def integrate(
                 for r in range(row * LANES):
                     steps[k, r] = z[z_at * LANES + r]
                 for e in range(N_ELEMENTS):
-                    to = (row + e * keep) * LANES
+                    to = (row + e * width) * LANES
                     first_slot = (e * STRIDE + SLOT_F_START) * LANES
-                    for r in range(keep * LANES):
+                    for r in range(width * LANES):
                         steps[k, to + r] = w[first_slot + r]
                 for lane in range(LANES):
                     steps[k, (own + WINDOW) * LANES + lane] = window
