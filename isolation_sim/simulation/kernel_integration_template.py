@@ -21,11 +21,7 @@ FINISHED, DECIDE, BUFFER_FULL = range(3)
 WINDOW_NOW, STAGE = range(2)
 MEASURE, COMMAND, UNDER_WAY = range(3)
 ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
-BEFORE, AFTER, AT_NODES = range(3)
-FORCES = 5  # kept of an element at a grid point: before and after a change, at the step's nodes
 MAX_SWEEPS = 40
-WINDOW, BEGIN, LENGTH, NEXT = range(4)
-STEP = 4  # own numbers of a step: window, begin and length in it, record of the interval's next
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
 MOST_STEPS = 4096  # tried in one window; what still misses the tolerance then is counted
 

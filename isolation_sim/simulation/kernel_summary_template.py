@@ -1,6 +1,6 @@
 """Peaks and mean squares of the continuous response of a finished run.
 
-Part of the compiled kernel; see ``kernel_integration_template.py``.
+A module of its own: it does not depend on the laws. See ``kernel_integration_template.py``.
 
 Every quantity is evaluated at the grid points, on both sides of a change of current. An interval
 between two points is a candidate where the quantity could exceed its peak inside it, by its values
@@ -161,7 +161,7 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
     for lane in range(LANES):
         look_inside(lane, sizes, intervals, quantities, history, modes, candidates, scratch, track)
         # nothing is known of the slope behind the last interval
-        n_chosen = 0
+        n_chosen = np.int64(0)  # Numba compiles a function again for an argument that began as a 0
         for item in range(n_quantities):
             own = row_of(item, per_block) * LANES + lane
             if track[own + TOP * ROWS] > NEAR * track[own + PEAK * ROWS]:
@@ -392,7 +392,7 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
                 best, most = k, promise
         if best < 0:
             break
-        interval, n_chosen = place[lane, best, 0], 0
+        interval, n_chosen = place[lane, best, 0], np.int64(0)
         for k in range(count[lane]):
             if place[lane, k, 0] == interval:
                 item = place[lane, k, 1]

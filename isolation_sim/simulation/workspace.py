@@ -314,7 +314,7 @@ class Workspace:
     def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
         """Every quantity's peak and mean square, (n_quantities, lanes)."""
         n_quantities = quantities.n_quantities
-        module, grid, lanes = self.module, self.grid, self.module.LANES
+        module, grid, lanes = self.module.summary, self.grid, self.module.LANES
         per_block = 8 // quantities.n_directions
         track = np.zeros((-(-n_quantities // per_block), module.KINDS, 8, lanes))
         n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
