@@ -7,7 +7,7 @@ from pathlib import Path
 
 from markdown import table, written
 
-from controllers import CONTROLLERS
+from controllers import CONTROLLERS, Controller
 from isolation_sim.effects import EFFECTS
 from isolation_sim.reports.publications import PUBLICATIONS
 from isolation_sim.scenario import Scenario
@@ -29,6 +29,7 @@ def write_tables(folder: Path) -> None:
     texts = {
         "effects": effects(),
         "controllers": controllers(),
+        "mpc_settings": settings(CONTROLLERS["mpc"]),
         "references": references(),
         "scenario": f"```toml\n{Scenario().to_toml(comments=True)}```\n",
         "papers": papers(),
@@ -93,24 +94,40 @@ def controllers() -> str:
     """
     parts = []
     for name, kind in CONTROLLERS.items():
-        # a column a preset, and one for the search ranges, where there are any
-        presets = {preset: dict(values) for preset, values in kind.presets.items()}
-        searched = any(s.search for s in kind.settings.values())
-        headings = ("setting", "meaning", "unit", "default", *presets, "accepts")
-        rows = [
-            (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`",
-             *(f"`{values.get(key, s.default)}`" for values in presets.values()),
-             written(str(s.accepts)), *((str(s.search or ""),) if searched else ()))
-            for key, s in kind.settings.items()
-        ]  # fmt: skip
-        headings += ("tuned in",) if searched else ()
         parts += [
             f"## `{name}`: {kind.title}",
             f"{written((kind.__doc__ or '').splitlines()[0])}"
             + (f" Source: {written(kind.source)}." if kind.source else ""),
-            table(headings, rows) if rows else "",
+            settings(kind),
         ]
     return "\n\n".join(parts)
+
+
+def settings(kind: type[Controller]) -> str:
+    """Settings of a controller, from their declarations.
+
+    Parameters
+    ----------
+    kind : type
+        The controller's class.
+
+    Returns
+    -------
+    str
+        MyST text, empty without settings.
+    """
+    # a column a preset, and one for the search ranges, where there are any
+    presets = {preset: dict(values) for preset, values in kind.presets.items()}
+    searched = any(s.search for s in kind.settings.values())
+    headings = ("setting", "meaning", "unit", "default", *presets, "accepts")
+    rows = [
+        (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`",
+         *(f"`{values.get(key, s.default)}`" for values in presets.values()),
+         written(str(s.accepts)), *((str(s.search or ""),) if searched else ()))
+        for key, s in kind.settings.items()
+    ]  # fmt: skip
+    headings += ("tuned in",) if searched else ()
+    return table(headings, rows) if rows else ""
 
 
 def tuned() -> str:
