@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 from markdown import table, written
 
@@ -33,6 +35,7 @@ def write_tables(folder: Path) -> None:
         "references": references(),
         "scenario": f"```toml\n{Scenario().to_toml(comments=True)}```\n",
         "papers": papers(),
+        "tallies": tallies(),
         "periods": periods(),
         "tuned": tuned(),
     }
@@ -170,13 +173,29 @@ def papers() -> str:
         MyST text.
     """
     parts = []
-    for paper, _ in PAPERS.values():
-        checks = paper.checks(True)
+    for paper, checks in _checks():
         rows = [_row(check) for check in checks]
         headings = ("number", "where", "published", "computed", "verdict", "remark")
         parts += [f"## {written(paper.TITLE)}", f"{written(tally(checks))}.",
                   table(headings, rows)]  # fmt: skip
     return "\n\n".join(parts)
+
+
+def tallies() -> str:
+    """Number of verdicts of each kind, paper by paper.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    rows = [(written(paper.TITLE), written(tally(checks))) for paper, checks in _checks()]
+    return table(("paper", "verdicts"), rows)
+
+
+@cache
+def _checks() -> list[tuple[ModuleType, list[Check]]]:
+    return [(paper, list(paper.checks(True))) for paper, _ in PAPERS.values()]
 
 
 def _row(check: Check) -> tuple[str, ...]:
