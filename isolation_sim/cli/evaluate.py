@@ -26,16 +26,11 @@ def evaluate(
 ) -> None:
     """Compute the errors of a saved law on measured runs; nothing is fitted."""
     from ..api import evaluate as run_evaluation
-    from ..reports.console import standard_console
 
     result = run_evaluation(law, campaign)
     if as_json:
-        print(json.dumps(result.report(), indent=2))
+        print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
-        console = standard_console()
-        for table in result.tables():
-            console.print(table)
-        for note in result.notes:
-            console.print(f"note: {note}")
+        result.report()
     if report is not None:
         print(f"report: {result.to_html(report)}", file=sys.stderr if as_json else sys.stdout)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, unknown_name
 from ..io.atomic_write import atomic_write
-from ..rendering import render
+from ..rendering import Printed, render
 from ..simulation.tested_range import OVER_TESTED, beyond_tests
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED)
 
 
-class Sweep:
+class Sweep(Printed):
     """Results of a sweep.
 
     Parameters
@@ -316,11 +316,9 @@ class Sweep:
         """
         return self.plot_comparison(criteria)
 
-    def report(self) -> None:
-        """Print the controllers side by side, and warnings."""
-        render("console:standard_console").print(render("sweep_tables:controllers_table", self))
-        for line in self.warnings():
-            print(f"warning: {line}")
+    def _shown(self) -> Iterator[Any]:
+        yield render("sweep_tables:controllers_table", self)
+        yield from (f"warning: {each}" for each in self.warnings())
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the table; the same as ``table``.
@@ -333,9 +331,6 @@ class Sweep:
 
     def __reduce__(self) -> tuple[type[Sweep], tuple[str]]:
         return Sweep, (str(self.folder.absolute()),)
-
-    def _repr_html_(self) -> str:
-        return render("tables:as_html", render("sweep_tables:controllers_table", self))
 
     def one_controller(self, label: str | None) -> str:
         """Return a controller's label, the first by default.
