@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
-from .common_options import AsJson, Quiet, examples, progress
+from .common_options import AsJson, Quiet, examples, print_results, progress
 
 EXAMPLES = examples(
     "isolation-sim tune clipped_lqr --out my_tuning",
@@ -90,7 +90,7 @@ def tune(
         result.report()
     where = sys.stderr if as_json else sys.stdout
     print(f"tuned controller: {folder / 'controller.toml'}", file=where)
-    print(f"report: {folder / 'report.html'}", file=where)
+    print_results(folder, as_json, quiet)
 
 
 def _pair(text: str, option: str, example: str) -> tuple[str, Any]:

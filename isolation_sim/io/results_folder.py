@@ -50,11 +50,6 @@ class ResultsFolder:
         self.path = self._free()
         self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
 
-    @property
-    def renamed(self) -> bool:
-        """Whether the wanted name was taken, so that a number stands after it."""
-        return self.path != self._target.absolute()
-
     def _free(self) -> Path:
         target = self._target.absolute()
         if self._overwrite:
