@@ -178,7 +178,7 @@ class Comparison(Printed):
         )
 
     def to_records(self) -> list[dict[str, str | float]]:
-        """List the runs as flat records, for CSV or Parquet.
+        """List the runs as flat records, for CSV.
 
         Returns
         -------

@@ -7,6 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..errors import InputError, unknown_name
 from ..io.atomic_write import atomic_write
 from ..rendering import Printed, render
@@ -63,7 +65,9 @@ class Sweep(Printed):
         ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests
         behind the laws, 0 where there are none), then criteria and energies in SI units.
         """
-        return self._store.read().to_pandas()
+        import pandas
+
+        return pandas.DataFrame(self._store.read())
 
     @property
     def finished(self) -> bool:
@@ -95,8 +99,8 @@ class Sweep(Printed):
     @cached_property
     def counts(self) -> dict[str, int]:
         """Number of runs by status, without reading the whole table."""
-        result = self._store.read(["status"])["status"].value_counts()
-        return {entry["values"]: entry["counts"] for entry in result.to_pylist()}
+        values, counts = np.unique(self._store.read(["status"])["status"], return_counts=True)
+        return dict(zip(values.tolist(), counts.tolist(), strict=True))
 
     @property
     def failed(self) -> pandas.DataFrame:
@@ -215,10 +219,8 @@ class Sweep(Printed):
         pathlib.Path
             The file.
         """
-        from pyarrow import csv
-
-        with atomic_write(path) as unfinished, unfinished.open("wb") as file:
-            csv.write_csv(self._store.read(), file)
+        with atomic_write(path) as unfinished:
+            self.table.to_csv(unfinished, index=False)
         return Path(path)
 
     def to_html(self, path: str | Path, criterion: str = "peak_floor_acceleration_m_s2") -> Path:
