@@ -67,7 +67,8 @@ def controller(name: str, **settings: Any) -> Control:
     name : str
         Name of the controller, or a place such as ``"my_controllers.py:Outwards"``.
     **settings : object
-        Its settings; see ``CONTROLLERS[name].settings``.
+        Its settings; the signature of its class shows them, and so does ``isolation-sim list
+        controllers``.
 
     Returns
     -------

@@ -5,16 +5,13 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from ..errors import InputError
 from ..io.output_place import check_new_files
 from .common_options import AsJson, Force, Quiet, examples, progress
-
-if TYPE_CHECKING:
-    from ..identification.fitted import Fit
 
 EXAMPLES = examples(
     "isolation-sim fit my_tests --law kelvin_voigt",
@@ -68,9 +65,9 @@ def fit(
             starts=starts, progress=lambda done: step("searching", done),
         )  # fmt: skip
     if as_json:
-        print(json.dumps(result.report(), indent=2))
+        print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
-        _show(result)
+        result.report()
     where = sys.stderr if as_json else sys.stdout
     for path in (out, report, figure):
         if path is not None:
@@ -97,13 +94,3 @@ def _numbers(given: list[str]) -> dict[str, float]:
         if not equals:
             raise InputError(f"--fix {text}: expected: a parameter and a number, such as n=2")
     return numbers
-
-
-def _show(result: Fit) -> None:
-    from ..reports.console import standard_console
-
-    console = standard_console()
-    for table in result.tables():
-        console.print(table)
-    for note in result.notes:
-        console.print(f"note: {note}")
