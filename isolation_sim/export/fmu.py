@@ -115,7 +115,7 @@ def _units(part: Part, time: bool) -> list[str]:
         lines.append(f'    <Unit name="{unit}"><BaseUnit {base}/></Unit>')
     if time:
         lines.append('    <Unit name="s"><BaseUnit s="1"/></Unit>')
-    return [*lines, "  </UnitDefinitions>"]
+    return [*lines, "  </UnitDefinitions>"] if len(lines) > 1 else []
 
 
 def _variables(part: Part) -> Iterator[tuple[str, str]]:
