@@ -72,12 +72,10 @@ def print_results(folder: Path, as_json: bool, quiet: bool, renamed: bool = Fals
 
 def check_exports(forms: list[str] | None) -> None:
     """Refuse a form of ``--export`` that does not exist, before anything is computed."""
-    from ..errors import unknown_name
-    from ..io.interchange import FORMS
+    from ..io.interchange import check_form
 
     for form in forms or ():
-        if form not in FORMS:
-            raise unknown_name("form to export", form, FORMS)
+        check_form(form)
 
 
 def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:

@@ -16,6 +16,7 @@ app = typer.Typer(
     epilog=examples(
         "isolation-sim export c --controller clipped_lqr --out laboratory",
         "isolation-sim export fmu --controller clipped_lqg --out clipped_lqg.fmu",
+        "isolation-sim export opensees fitted.toml --current 1",
         "isolation-sim export mat results/main_job",
     ),
 )
@@ -113,3 +114,42 @@ def export_xlsx(results: Folder, out: OutFile = None) -> None:
     from ..io.interchange import export_results
 
     print(export_results(results, "xlsx", out))
+
+
+@app.command(
+    "opensees",
+    epilog=examples(
+        "isolation-sim export opensees fitted.toml --current 1",
+        "isolation-sim export opensees my_scenario.toml --current 0 --out isolator.tcl",
+    ),
+)
+def export_opensees(
+    law: Annotated[Path, typer.Argument(help="Scenario, or what fit --out wrote.")],
+    current: Annotated[float, typer.Option(help="Coil current, A.")],
+    amplitude: Annotated[
+        float | None, typer.Option(help="Largest deformation, m; the tested one by default.")
+    ] = None,
+    frequency: Annotated[float, typer.Option(help="Of the loops that are fitted, Hz.")] = 1.0,
+    out: Annotated[
+        Path | None, typer.Option(help="File to write, *.py or *.tcl; the terminal by default.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Write the OpenSees material that comes nearest to the isolators at one current."""
+    from ..errors import InputError
+    from ..export.opensees import opensees_material
+    from ..io.output_place import check_new_files
+    from ..scenario import Scenario
+
+    if out is not None and out.suffix not in (".py", ".tcl"):
+        raise InputError(f"--out {out}: expected: a file that ends in .py or .tcl")
+    if out is not None:
+        check_new_files(force, out)
+    device = Scenario.read(law).build().isolated.elements[0].device
+    material = opensees_material(device, current, amplitude, frequency)
+    text = material.tcl() if out is not None and out.suffix == ".tcl" else material.python()
+    if out is None:
+        print(text, end="")
+    else:
+        write_new_file(out, text, force)
+        print(out)
