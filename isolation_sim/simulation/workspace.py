@@ -221,7 +221,7 @@ class Workspace:
         # over how many intervals its one step goes, negative
         self.cuts = np.zeros((n_points, lanes), np.int64)
         self.first_step = np.zeros((n_points, lanes), np.int64)
-        self._arguments = (self.position, self.sizes, self.limits, *self._grouped())
+        self.arguments = (self.position, self.sizes, self.limits, *self._grouped())
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -287,7 +287,7 @@ class Workspace:
     def integrator(self) -> Callable[[], int]:
         """``integrate`` for many short stretches: it looks up the arguments' types only once."""
         compiled = self.module.integrate
-        types = tuple(map(typeof, self._arguments))
+        types = tuple(map(typeof, self.arguments))
         if types not in compiled.overloads:
             compiled.compile(types)
         return partial(self._to_a_stop, compiled.overloads[types].entry_point)
@@ -295,16 +295,16 @@ class Workspace:
     def _to_a_stop(self, compiled: Callable[..., int]) -> int:
         """Integrate until the kernel stops for another reason than a full record of its steps."""
         while True:
-            status = compiled(*self._arguments)
+            status = compiled(*self.arguments)
             if status != self.module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
-            *others, history, scratch = self._arguments
-            self._arguments = (*others, history._replace(steps=self.steps), scratch)
+            *others, history, scratch = self.arguments
+            self.arguments = (*others, history._replace(steps=self.steps), scratch)
 
     def carried(self) -> dict[str, NDArray]:
         """What a window hands on to the next beside modes and states; the last axis is the lane."""
-        *_, coils, _, lanes, history, scratch = self._arguments
+        *_, coils, _, lanes, history, scratch = self.arguments
         return {
             "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,
             "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
