@@ -210,3 +210,11 @@ REPEATED = 0.02
 
 RESAMPLES = 2000
 """Resamples behind the interval of a gain. Effort."""
+
+# Stability
+
+REDRAWN = 200
+"""Resamplings of the runs behind a cause's stability. Effort."""
+RIVAL_WINS = 0.1
+"""Share of the refits in which a rival is named instead, above which it is confusable.
+Convention."""
