@@ -30,6 +30,8 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
     console.print()
     console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
+    if "law_choice" in diagnosis.details:
+        console.print(diagnosis.details["law_choice"]["text"])
     console.print(errors_table(diagnosis))
     if diagnosis.causes:
         console.print(causes_table(diagnosis))

@@ -62,10 +62,6 @@ PUBLICATIONS = {
         "F. Ikhouane, J. Rodellar, Systems with Hysteresis: Analysis, Identification and Control "
         "Using the Bouc-Wen Model, Wiley, 2007."
     ),
-    "Eyring (1936)": (
-        "H. Eyring, Viscosity, plasticity, and diffusion as examples of absolute reaction rates, "
-        "Journal of Chemical Physics 4 (1936) 283-291."
-    ),
     "Fung (1967)": (
         "Y. C. Fung, Elasticity of soft tissues in simple elongation, American Journal of "
         "Physiology 213 (1967) 1532-1544."

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
+from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, measured_runs
 from ...identification.noise import correlation_time
@@ -23,6 +25,7 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
+    FAR,
     HELD_OUT_RUNS,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -68,7 +71,9 @@ class DeviceTests(Problem[FittedModel]):
         pool: ThreadPoolExecutor,
         progress: Callable[[str], None],
         significance: float = SIGNIFICANCE,
+        choice: LawChoice | None = None,
     ):
+        self.choice, self.degree = choice, degree
         self.significance = significance
         self.negligible: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
@@ -86,6 +91,11 @@ class DeviceTests(Problem[FittedModel]):
             self.data = replace(self.data, force=self.data.force - self.disturbance.force)
             self._fit_law()
         data = self.data
+        if self.choice is None and data.relative(self.law.force - data.force, data.fitted) > FAR:
+            self.choice = choose_law(
+                self.campaign, self.degree, self.pool, seed=self.seed,
+                advance=lambda: self.progress("comparing laws"),
+            )  # fmt: skip
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
         self.noise = noise_residuals(self.law, self.shifts, self.seed)
         # noise leaves no more than the law does
@@ -258,6 +268,7 @@ class DeviceTests(Problem[FittedModel]):
         return Evaluation(
             before, after, floor, left, self._is_noise(self.law.force, data.fitted),
             self._is_noise(self.after, self.judged), np.array(blocks),
+            {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
 
     def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
@@ -470,6 +481,42 @@ class DeviceTests(Problem[FittedModel]):
             f"median run and {moved:.2g} mm in the displacement. Both pass through the model and "
             "leave an error even of a perfect one: the noise floor."
         )
+
+    def choice_text(self) -> Text | None:
+        """The laws that were compared."""
+        if self.choice is None:
+            return None
+        return Text(
+            self._choice_words(self.choice),
+            ("law", "numbers", "fitted runs, %", "held-out runs, %"),
+            tuple(
+                (one.law, str(one.n_numbers), f"{100 * one.error:.2f}", f"{100 * one.held_out:.2f}")
+                for one in self.choice.ranks
+            ),
+        )
+
+    def _choice_words(self, choice: LawChoice) -> str:
+        """The choice, and whether the law that was judged is of the wrong family."""
+        if not self._wrong_family:
+            return choice.text
+        return f"{self.model_name} is of the wrong family for these data. {choice.text}"
+
+    def _choice_details(self, choice: LawChoice) -> dict[str, Any]:
+        ranks = [
+            {"law": one.law, "numbers": one.n_numbers}
+            | {
+                name: error if np.isfinite(error) else None
+                for name, error in (("error", one.error), ("held_out", one.held_out))
+            }
+            for one in choice.ranks
+        ]
+        return {"text": self._choice_words(choice), "laws": ranks}
+
+    @property
+    def _wrong_family(self) -> bool:
+        """Whether other laws fit far better than the one that was judged."""
+        name = self.law.model.parameterisation.law.name
+        return self.choice is not None and name not in [one.law for one in self.choice.near]
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and what its residual looks like."""
