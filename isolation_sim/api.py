@@ -269,7 +269,8 @@ def diagnose(
         CSV files of building records.
     law : str or Law, default "strain_stiffening"
         The law to judge, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
-        tests and loop tables.
+        tests and loop tables. "auto" compares all registered laws on device tests first, and judges
+        the one that predicts the held-out runs best.
     parameters : str, pathlib.Path or Device, default "fit"
         Its numbers: "fit", "published", or a file that ``fit --out`` writes.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional

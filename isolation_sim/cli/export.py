@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import Force, examples
+from .common_options import Force, examples, write_new_file
 
 app = typer.Typer(
     help="Write parts of a scenario for other programs.",

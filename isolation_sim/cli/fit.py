@@ -22,7 +22,9 @@ EXAMPLES = examples(
 
 def fit(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
-    law: Annotated[str, typer.Option(help="Law to fit; isolation-sim list laws.")],
+    law: Annotated[
+        str, typer.Option(help="Law to fit, of isolation-sim list laws; auto takes the best.")
+    ],
     current_degree: Annotated[
         int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
     ] = None,

@@ -75,6 +75,10 @@ class Cause:
         Causes that the data do not tell from it.
     form : str
         Form of the effect that was chosen, or the law of a term outside the catalogue.
+    stability : mapping of str to float
+        Share of fits from other runs in which the cause is named again: ``conditions_left_out``,
+        without the runs of one condition at a time, and ``runs_resampled``. Empty where it is not
+        computed.
     """
 
     name: str
@@ -84,6 +88,7 @@ class Cause:
     evidence: str
     confusable_with: tuple[str, ...] = ()
     form: str = ""
+    stability: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def acts_like(self) -> bool:
@@ -291,6 +296,7 @@ class Diagnosis(Printed):
                         for name, one in cause.parameters.items()
                     },
                     "confusable_with": list(cause.confusable_with),
+                    "stability": {k: _number(share) for k, share in cause.stability.items()},
                     "evidence": cause.evidence,
                 }
                 for cause in self.causes
