@@ -376,7 +376,7 @@ class Fit(LawEvaluation):
             })
             for e in self.errors
         }  # fmt: skip
-        runs = pandas.DataFrame(self.report()["runs"])
+        runs = pandas.DataFrame(self.to_dict()["runs"])
         return {"law": pandas.DataFrame(law), "parameters": self.to_pandas(), "runs": runs} | loops
 
     def save(self, path: str | Path) -> Path:

@@ -139,7 +139,7 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                                 own = at + r * LANES + lane
                                 bound = track[own + BOUND * ROWS]
                                 if bound > track[own + PEAK * ROWS]:
-                                    if candidates.count[lane] == CANDIDATES:
+                                    if candidates.number[lane] == CANDIDATES:
                                         look_inside(
                                             lane,
                                             sizes,
@@ -203,11 +203,11 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
 @inline
 def add_candidate(candidates, lane, interval, item, bound):
     """Keep an interval in which a quantity may exceed its peak."""
-    count = candidates.count[lane]
+    count = candidates.number[lane]
     candidates.place[lane, count, 0] = interval
     candidates.place[lane, count, 1] = item
     candidates.bound[lane, count] = bound
-    candidates.count[lane] = count + 1
+    candidates.number[lane] = count + 1
 
 
 @inline
@@ -381,11 +381,11 @@ def add_fast_modes(track, at, first, n_items, quantities, z, z_at, n_pad):
 @inner
 def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, scratch, track):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
-    place, bound, count, chosen = candidates
+    place, bound, number, chosen = candidates
     per_block = 8 // quantities.n_directions
     while True:
         best, most = -1, 1.0
-        for k in range(count[lane]):
+        for k in range(number[lane]):
             own = row_of(place[lane, k, 1], per_block) * LANES + lane
             promise = bound[lane, k] / track[own + PEAK * ROWS]
             if promise > most:
@@ -393,7 +393,7 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
         if best < 0:
             break
         interval, n_chosen = place[lane, best, 0], np.int64(0)
-        for k in range(count[lane]):
+        for k in range(number[lane]):
             if place[lane, k, 0] == interval:
                 item = place[lane, k, 1]
                 own = row_of(item, per_block) * LANES + lane
@@ -414,7 +414,7 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
             scratch,
             track,
         )
-    count[lane] = 0
+    number[lane] = 0
 
 
 @inline

@@ -334,7 +334,7 @@ class Workspace:
             np.empty(3, complex),
             np.empty(4, complex),
         )
-        *_, history, _ = self._arguments
+        *_, history, _ = self.arguments
         module.summarise(
             self.sizes, Intervals(grid.windows, grid.window_of, grid.lengths, self.ground.ravel()),
             quantities, history, self.tables.modes, candidates, scratch, track.ravel(),
