@@ -140,7 +140,6 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
         "build_table, layout = tables.build_table, tables.layout\n"
         "summary = kernel.load_summary(N_ELEMENTS, N_GROUND, LANES, TABLE_LANES)\n"
-        "record_layout = summary.record_layout\n"
         "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",

@@ -88,7 +88,8 @@ def integrate(
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
     whole = 1 << (n_levels - 1)  # a window in the shortest steps
-    width, own = record_layout(steps, n_pad)
+    width = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
+    own = row + N_ELEMENTS * width  # behind them a step's own numbers
 
     while position[WINDOW_NOW] < n_windows:
         window = position[WINDOW_NOW]
@@ -298,7 +299,13 @@ def integrate(
                 z_at,
                 u,
                 w,
-                lanes,
+                active,
+                going,
+                previous,
+                contraction,
+                defects,
+                errors,
+                kinks,
             )
             counts[1, 0] += 1
             for lane in range(LANES):
