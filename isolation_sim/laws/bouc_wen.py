@@ -24,14 +24,14 @@ _TINY = 1e-300
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
-    """Spring, dashpot and hysteretic force (002 Eq 19, 001 Eq 19 with F0 = 0)."""
+    """Spring, dashpot and hysteretic force (Yu et al., Eq 19; Tao et al., Eq 19 with F0 = 0)."""
     (z,) = states
     k, c, alpha, _, _, _, _, F0 = parameters
     return k * x + c * v + alpha * z + F0
 
 
 def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-    """Rate of the hysteretic variable (002 Eq 20)."""
+    """Rate of the hysteretic variable (Yu et al., Eq 20)."""
     (z,) = states
     _, _, _, A, beta, gamma, n, _ = parameters
     # |z|^(n-1), so written that its derivatives need no second power

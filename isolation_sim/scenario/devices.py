@@ -182,7 +182,7 @@ class Element(_Device):
 
 
 class NominalModel(Section):
-    """Nominal model of the isolators in controllers and observers, where it differs from the plant."""
+    """Nominal model of the isolators in controllers, where it differs from the plant."""
 
     law: Annotated[Registered | None, Field(description="another law")] = None
     parameters: _Parameters = None
