@@ -153,7 +153,7 @@ def pareto(
 
     Its ends minimise one peak, from several constant currents; between them the acceleration is
     minimised under bounds on the displacement, once from each neighbour, which finds the front
-    where it is not convex too. The best local optimum within each bound is kept.
+    where it is not convex too. The best local optimum within each bound is returned.
 
     Parameters
     ----------

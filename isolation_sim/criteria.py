@@ -72,7 +72,7 @@ GEOMETRIC = ("isolator_displacement_m", "drift_ratio")
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What the criteria are computed from; leading axes, such as one for many runs, are kept.
+    """Responses for the criteria; leading axes, such as one for many runs, remain.
 
     With several directions of ground motion every quantity is the norm of its vector over them;
     with one it may have its sign.

@@ -35,7 +35,7 @@ def diagnose(
         typer.Argument(help="Campaign folder, CSV of a loop table, or CSV of a building record."),
     ],
     law: Annotated[
-        str, typer.Option(help="Law to judge; isolation-sim list laws.")
+        str, typer.Option(help="Law to evaluate; isolation-sim list laws.")
     ] = "strain_stiffening",
     parameters: Annotated[
         str, typer.Option(help="Its numbers: fit, published, or a file that fit --out wrote.")

@@ -54,6 +54,6 @@ FORMS = (
             ),
         ),
         factor=proportional,
-        source="first even term of the force's series, kept positive",
+        source="first even term of the force's series, limited to positive values",
     ),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Stiffness and damping of a measured loop, with their uncertainty from cycle to cycle.
 
 Li & Li, Eqs 1-5, and the complex modulus of Tao et al., from the time series of a sinusoidal test.
-How each is kept from the usual errors:
+How the usual errors are avoided:
 
 - Offset and slow drift: displacement and force are measured from their means over one period,
   taken about every sample. What is removed is given back as the two offsets.

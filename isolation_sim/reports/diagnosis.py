@@ -30,7 +30,9 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
         for cause in diagnosis.causes:
             console.print(f"{cause.label}: {cause.evidence}")
             if cause.confusable_with:
-                console.print(f"  hardly to be told from {', '.join(cause.confusable_with)}")
+                console.print(
+                    f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
+                )
     if diagnosis.depends_on:
         console.print(f"The residual depends on {', '.join(diagnosis.depends_on)}.")
     if diagnosis.unexplained_share > 0.005:
@@ -46,7 +48,7 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
 
 
 def consequence_table(consequence: Consequence) -> Table:
-    """Controllers with the law that was judged and with the extended one, for a terminal."""
+    """Controllers with the evaluated law and with the extended one, for a terminal."""
     table = _table(TITLE, *(heading.replace(" ", "\n") for heading in HEADINGS), dense=True)
     for row in consequence_rows(consequence):
         table.add_row(*row)

@@ -75,7 +75,7 @@ class Scenario(Section):
     simulation: Annotated[Simulation, Field(description="how runs are made")] = Simulation()
     nominal: Annotated[
         NominalModel | None,
-        Field(description="isolators as controllers believe them; the truth if none"),
+        Field(description="nominal isolators of the controllers; those of the plant if left out"),
     ] = None
 
     _source: str = PrivateAttr(default="")

@@ -92,7 +92,7 @@ def ledger(run: Trajectory) -> Ledger:
     Parameters
     ----------
     run : Trajectory
-        A run that kept its steps.
+        A run with its stored steps.
 
     Returns
     -------

@@ -41,7 +41,7 @@ class Trajectory:
         Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
         run, was reached; as at a force that jumps back and forth.
     reached : float
-        Tolerance that all steps meet: the wanted one unless some are unresolved.
+        Tolerance that all steps meet: the target unless some are unresolved.
     """
 
     def __init__(

@@ -104,7 +104,7 @@ class Sweep:
         return self.table[self.table["status"] != "ok"]
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -195,7 +195,7 @@ class Sweep:
         Raises
         ------
         InputError
-            If they were not kept.
+            If they were not stored.
         """
         from ..simulation.run_files import read_run
         from .chunk import history_name
