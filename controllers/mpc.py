@@ -289,8 +289,8 @@ class MPC(Estimating):
             ]
         )  # fmt: skip
         self._n_behind = len(nominal.structure.directions) + len(coils)
-        sentences = 0.0 if self.filter == "none" else sum(context.delays)
-        self._n_late = round((sentences if self.delay is None else self.delay) / self.step)
+        delay = 0.0 if self.filter == "none" else sum(context.delays)
+        self._n_late = round((delay if self.delay is None else self.delay) / self.step)
         ahead = 0
         if context.ground is not None:
             ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late

@@ -97,8 +97,8 @@ class Registry(Mapping[str, T]):
 
     def register(self, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
         """Give a thing a name in this process."""
-        keep = self._checked(thing, f"{thing!r}")
-        own = self._own_name(keep) if self._own_name else None
+        part = self._checked(thing, f"{thing!r}")
+        own = self._own_name(part) if self._own_name else None
         name = name or own
         if not name or is_place(name) or own not in (None, name):
             raise InputError(
@@ -112,7 +112,7 @@ class Registry(Mapping[str, T]):
                 f"{self.kind} {name!r} is registered already in this process; expected: another "
                 "name, or replace=True"
             )
-        self._given[name] = keep
+        self._given[name] = part
 
     def called(self, thing: object, default: str) -> str:
         """Return the name or place under which a thing was found."""
@@ -169,30 +169,30 @@ class Registry(Mapping[str, T]):
 
     def _from_package(self, name: str) -> T:
         entry = self._entry(name)
-        sentences = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
-        thing = self._checked(_imported(entry.place, sentences), sentences)
+        label = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
+        thing = self._checked(_imported(entry.place, label), label)
         own = self._own_name(thing) if self._own_name else name
         if own != name:
-            raise InputError(f"{sentences} calls itself {own!r}; expected: one name in both places")
+            raise InputError(f"{label} calls itself {own!r}; expected: one name in both places")
         return thing
 
     def _at(self, place: str) -> T:
         """What is at a place; a file that has changed is loaded again."""
-        sentences = f"{self.kind} {place!r}"
+        label = f"{self.kind} {place!r}"
         place = absolute_place(place)
         file, name = _split(place)
-        loaded = _from_file(file, name, sentences) if file else _imported(place, sentences)
-        thing = self._checked(loaded, sentences)
+        loaded = _from_file(file, name, label) if file else _imported(place, label)
+        thing = self._checked(loaded, label)
         # equal things stay one: a tuple may have been put around the same effect anew
         if self._loaded.get(place) != thing:
             self._loaded[place] = thing
         return self._loaded[place]
 
-    def _checked(self, loaded: Any, sentences: str) -> T:
+    def _checked(self, loaded: Any, label: str) -> T:
         thing = self._usable(loaded)
         if thing is None:
             raise InputError(
-                f"{sentences} is of type {type(loaded).__name__}; expected: {self.accepted}"
+                f"{label} is of type {type(loaded).__name__}; expected: {self.accepted}"
             )
         return thing
 
@@ -243,14 +243,14 @@ def _split(name: str) -> tuple[Path | None, str]:
     return (Path(file), inside) if file.endswith(".py") else (None, inside)
 
 
-def _imported(place: str, sentences: str) -> Any:
+def _imported(place: str, label: str) -> Any:
     module, _, inside = place.partition(":")
     check_not_hidden(module.partition(".")[0])
     try:
         loaded = import_module(module)
     except Exception as error:
-        raise _not_loaded(sentences, error) from error
-    return _inside(loaded, inside, sentences)
+        raise _not_loaded(label, error) from error
+    return _inside(loaded, inside, label)
 
 
 def check_not_hidden(package: str) -> None:
@@ -276,17 +276,15 @@ def hides_packages(folder: str) -> bool:
     return place != _CHECKOUT and any((place / file).is_file() for file in files)
 
 
-def _from_file(file: Path, inside: str, sentences: str) -> Any:
+def _from_file(file: Path, inside: str, label: str) -> Any:
     try:
         loaded = _file_module(file)
     except OSError as error:
         reason = error.strerror or error
-        raise InputError(
-            f"{sentences}: cannot be read ({reason}); expected: file.py:NAME"
-        ) from None
+        raise InputError(f"{label}: cannot be read ({reason}); expected: file.py:NAME") from None
     except Exception as error:
-        raise _not_loaded(sentences, error) from error
-    return _inside(loaded, inside, sentences)
+        raise _not_loaded(label, error) from error
+    return _inside(loaded, inside, label)
 
 
 def _file_module(file: Path) -> ModuleType:
@@ -311,16 +309,16 @@ def _digest(source: bytes) -> str:
     return hashlib.sha256(source).hexdigest()
 
 
-def _inside(module: ModuleType, name: str, sentences: str) -> Any:
+def _inside(module: ModuleType, name: str, label: str) -> Any:
     thing: Any = module
     for part in name.split(".") if name else ():
         if not hasattr(thing, part):
             offered = [each for each in vars(thing) if not each.startswith("_")]
-            raise unknown_name(f"name in {sentences}:", part, offered)
+            raise unknown_name(f"name in {label}:", part, offered)
         thing = getattr(thing, part)
     return thing
 
 
-def _not_loaded(sentences: str, error: Exception) -> InputError:
+def _not_loaded(label: str, error: Exception) -> InputError:
     words = " ".join(str(error).split())
-    return InputError(f"{sentences} cannot be loaded: {type(error).__name__}: {words}")
+    return InputError(f"{label} cannot be loaded: {type(error).__name__}: {words}")

@@ -138,11 +138,11 @@ def write_contents(folder: str | Path, title: str) -> Path:
     """Write ``README.txt`` into a folder of results: what each file in it is."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
-    sentences: set[Path] = set()
+    listed: set[Path] = set()
     for pattern, what in _CONTENTS.items():
-        result = sorted(set(folder.glob(pattern)) - sentences)
-        sentences.update(result)
-        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in result]
+        found = sorted(set(folder.glob(pattern)) - listed)
+        listed.update(found)
+        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in found]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 

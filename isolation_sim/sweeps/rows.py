@@ -147,8 +147,8 @@ def table_bytes(
         }
     if UNCONTROLLED in controllers:
         results |= _ratios(results, list(controllers).index(UNCONTROLLED), len(controllers))
-    target = schema(parameters, controllers, energy)
-    table = pa.table({name: (columns | results)[name] for name in target.names}, schema=target)
+    wanted = schema(parameters, controllers, energy)
+    table = pa.table({name: (columns | results)[name] for name in wanted.names}, schema=wanted)
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink, **FORMAT)
     return sink.getvalue().to_pybytes()

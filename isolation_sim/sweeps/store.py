@@ -74,8 +74,8 @@ class Store:
                 f"{self.folder}: results cannot be written there ({error.strerror}); expected: a "
                 "folder that you may write to"
             ) from None
-        keep = {"format": 1, "cases_per_chunk": cases_per_chunk, **content}
-        write_durably(self.manifest, json.dumps(keep, indent=1).encode())
+        manifest = {"format": 1, "cases_per_chunk": cases_per_chunk, **content}
+        write_durably(self.manifest, json.dumps(manifest, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
         """Return what `begin` wrote."""
@@ -90,10 +90,10 @@ class Store:
 
     def check_same(self, content: dict[str, Any]) -> int:
         """Make sure that the plan is the one that was begun."""
-        keep = self.read_manifest()
-        cases_per_chunk = keep.pop("cases_per_chunk")
-        keep.pop("format")
-        differ = list(differences(keep, json.loads(json.dumps(content))))
+        manifest = self.read_manifest()
+        cases_per_chunk = manifest.pop("cases_per_chunk")
+        manifest.pop("format")
+        differ = list(differences(manifest, json.loads(json.dumps(content))))
         if differ:
             more = f" (and {len(differ) - 3} more)" if len(differ) > 3 else ""
             raise InputError(
@@ -213,8 +213,8 @@ def _regrouped(paths: list[Path]) -> Iterator[pa.Table]:
 
 
 def _read(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    target = None if columns is None else list(columns)
-    return pq.read_table(path, columns=target, page_checksum_verification=True)
+    names = None if columns is None else list(columns)
+    return pq.read_table(path, columns=names, page_checksum_verification=True)
 
 
 def _has_errors(table: pa.Table) -> bool:
