@@ -1,4 +1,4 @@
-"""Linear-quadratic regulator, clipped to what the isolators can do."""
+"""Linear-quadratic regulator, clipped to the forces of the isolators."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _decide(
 
 
 class ClippedLQR(BrysonsRule):
-    """Linear-quadratic regulator, clipped to what the isolators can do.
+    """Linear-quadratic regulator, clipped to the forces of the isolators.
 
     The regulator is designed on the structure with its isolators linearised at a reference current,
     and its control forces are what is added to those of these reference isolators. An isolator can

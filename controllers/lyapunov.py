@@ -1,4 +1,4 @@
-"""Lyapunov's direct method: whichever current makes a weighted energy fall fastest."""
+"""Lyapunov's direct method: the current for the fastest decrease of a weighted energy."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _decide(
 
 
 class Lyapunov(Estimating, BrysonsRule):
-    """Lyapunov's direct method: whichever current makes a weighted energy fall fastest.
+    """Lyapunov's direct method: the current for the fastest decrease of a weighted energy.
 
     The energy is z' P z / 2 over displacements and velocities, where P makes it fall as the
     squared, scaled outputs do while the isolators keep a reference current. The current is the
@@ -82,8 +82,8 @@ class Lyapunov(Estimating, BrysonsRule):
     }  # fmt: skip
 
     softening: float = setting(
-        1e5, "how much faster the energy must fall for the full current; in proportion below; 0 "
-        "switches", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
+        1e5, "gain in the decay rate of the energy that needs the full current; proportional "
+        "below; 0 for switching", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
     )  # fmt: skip
 
     def decision(self, context: RunContext) -> Decision:

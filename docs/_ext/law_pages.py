@@ -76,7 +76,7 @@ def _page(one: Law, loops: str) -> str:
 
 def _equations(one: Law) -> str:
     parts = [
-        "Read off the functions that the simulation runs; $x$ is the deformation, $v$ its "
+        "Traced from the functions of the simulation; $x$ is the deformation, $v$ its "
         "velocity. Square brackets around a condition are 1 where it holds and 0 elsewhere.",
         f"Restoring force. {_summary(one.force)}",
         display(equations.equation("F", equations.force(one))),
