@@ -69,8 +69,8 @@ class ClippedLQR(BrysonsRule):
     penalised for carrying the building. Weights follow Bryson's rule: each output is divided by
     the largest value that is acceptable, and the squares are added.
 
-    The wanted force goes through the inverse of the law believed in, with device states followed
-    along the measured deformation, and is clipped to the nearest force within reach. Defaults are
+    The target force goes through the inverse of the nominal law, with device states integrated
+    along the measured deformation, and is clipped to the nearest possible force. The defaults are
     tuned (``studies/tuned/clipped_lqr.toml``).
     """
 

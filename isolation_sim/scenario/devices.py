@@ -1,4 +1,4 @@
-"""The ``[isolator]``, ``[[element]]`` and ``[nominal]`` sections: devices, true and believed."""
+"""The ``[isolator]``, ``[[element]]`` and ``[nominal]`` sections: devices, true and nominal."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ class NominalModel(Section):
     ] = None
 
     def of(self, isolator: Isolator) -> Isolator:
-        """Return the isolator as it is believed to be, its scales not yet changed."""
+        """Return the nominal isolator before its scales are changed."""
         changes: dict[str, Any] = {"switching": self.switching}
         if self.law is not None and self.law != isolator.law:
             # another law brings its own numbers, their range and what acts around it
