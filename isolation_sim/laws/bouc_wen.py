@@ -2,15 +2,15 @@
 
 ``F = k x + c v + alpha z + F0``, ``z' = A v - beta |v| |z|^(n-1) z - gamma v |z|^n``.
 
-Scaling z moves a factor between A, alpha, beta and gamma: one of them is redundant, so hold one
-(A = 1, for one) when fitting. From rest z stays within ``(A / (beta + gamma))^(1/n)`` as long as
-beta + gamma > 0; otherwise it grows without bound under loading. Where gamma > beta, a state beyond
-``(A / (gamma - beta))^(1/n)`` runs away in finite time; only a current that changes A, beta or
-gamma can put it there.
+A scale factor of z moves between A, alpha, beta and gamma. One of them is redundant: fix one in a
+fit, for example A = 1. From rest z stays within ``(A / (beta + gamma))^(1/n)`` if beta + gamma > 0.
+Otherwise it grows without bound under loading. If gamma > beta, a state beyond
+``(A / (gamma - beta))^(1/n)`` diverges in finite time. Only a current that changes A, beta or gamma
+can cause such a state.
 
-No stored energy: ``alpha z^2 / (2 A)`` is one where ``|gamma| <= beta``, but elsewhere within the
-bounds it gives energy back that was never there, and the true one has no closed form for every n
-(see ``improved_bouc_wen`` for n = 2).
+No stored energy is declared. ``alpha z^2 / (2 A)`` is a stored energy if ``|gamma| <= beta``. For
+other parameters it would return more energy than was stored, and the true stored energy has no
+closed form for every n (see ``improved_bouc_wen`` for n = 2).
 """
 
 from typing import Any
