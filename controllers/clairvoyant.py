@@ -1,4 +1,4 @@
-"""The best that currents could have done, had the ground motion been known from the start."""
+"""The full-information optimum: the best currents for a ground motion known in advance."""
 
 from __future__ import annotations
 

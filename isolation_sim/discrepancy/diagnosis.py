@@ -1,4 +1,4 @@
-"""What a diagnosis says: the verdict, the causes with their numbers, and how it came to them."""
+"""Results of a diagnosis: the verdict, the causes with their parameters, and the steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The outcome of a fit: a device, its parameters with intervals, errors run by run."""
+"""The result of a fit: a device, its parameters with intervals, errors of each run."""
 
 from __future__ import annotations
 
