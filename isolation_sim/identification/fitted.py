@@ -1,4 +1,4 @@
-"""The outcome of a fit: a device, its parameters with intervals, errors run by run."""
+"""The result of a fit: a device, its parameters with intervals, errors of each run."""
 
 from __future__ import annotations
 
@@ -259,7 +259,7 @@ class Fit(LawEvaluation):
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
-        What the data do not determine or cannot tell apart, and what the law lacks.
+        Parameters that the data do not determine or distinguish, and effects that the law lacks.
     estimates : tuple of Estimate
         The fitted numbers: every free parameter at every current that is handled.
     converged : bool

@@ -34,7 +34,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         for cause in diagnosis.causes:
             yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                yield f"  hardly to be told from {', '.join(cause.confusable_with)}"
+                yield f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
     if diagnosis.depends_on:
         yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
@@ -49,7 +49,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
 
 
 def consequence_table(consequence: Consequence) -> TextTable:
-    """Controllers with the law that was judged and with the extended one, for a terminal."""
+    """Controllers with the evaluated law and with the extended one, for a terminal."""
     return TextTable(TITLE, HEADINGS, consequence_rows(consequence))
 
 

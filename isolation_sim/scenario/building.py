@@ -40,7 +40,7 @@ class ShearBuilding(Section):
         list[int], Field(min_length=2, max_length=2, description="the two with the ratio, from 1")
     ] = Field(default_factory=lambda: [1, 2])
     storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
-    name: Annotated[str, Field(min_length=1, description="to print")] = "shear building"
+    name: Annotated[str, Field(min_length=1, description="name in reports")] = "shear building"
 
     def build(self) -> Structure:
         """Return the structure."""

@@ -309,7 +309,7 @@ def _told(evaluated: Judgement) -> str:
     elif after.low > 0:
         beats = "It does not beat the best constant current of each motion"
     else:
-        beats = "It is not told apart from the best constant current of each motion"
+        beats = "It does not differ significantly from the best constant current of each motion"
     name = evaluated.name[:1].upper() + evaluated.name[1:]
     return (
         f"{name}: mean score {before} before, {after} after, gain {gain}. "
