@@ -114,7 +114,6 @@ def integrate(
                     law_shape,
                     w,
                     going,
-                    previous,
                 )
                 keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
                 keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
@@ -181,7 +180,6 @@ def integrate(
                         law_shape,
                         w,
                         going,
-                        previous,
                     )
                     keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
             for c in range(n_channels):

@@ -59,7 +59,8 @@ def solve_step(
             base = e * STRIDE
             for lane in range(LANES):
                 w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
-            respond_to_others(e, w, table, offset + force_rows)
+            for direction in range(DIRECTIONS[e]):
+                respond_to_others(e + direction, w, table, offset + force_rows)
             at = offset + force_rows + (e * N_ELEMENTS + e) * 24
             sweep(e, w, base * LANES, h, table, at * TABLE_LANES, going)
         waiting = 0
@@ -94,7 +95,8 @@ def solve_step(
                 defects[lane] = np.inf
     for e in range(N_ELEMENTS):
         base = e * STRIDE
-        respond_to_others(e, w, table, offset + force_rows)
+        for direction in range(DIRECTIONS[e]):
+            respond_to_others(e + direction, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
         finish(e, w, base * LANES, h, share, table, at * TABLE_LANES, active)
     for lane in range(LANES):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
+from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
 from .checks import check_matrices, matrix, read_only
 from .element import Element, check_device
@@ -353,6 +355,11 @@ class Structure:
         return IsolatedStructure(self, ()).with_element(device, direction, channel, name)
 
 
+def _no_force() -> Device:
+    """Return a spring of no stiffness."""
+    return Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
+
+
 @dataclass(frozen=True, eq=False)
 class IsolatedStructure:
     """Structure with nonlinear elements: M q'' + C q' + K q = -M r a_g - sum b_i F_i.
@@ -382,9 +389,47 @@ class IsolatedStructure:
         names = self.element_names
         if len(set(names)) < len(names):
             raise InputError(f"two elements of {self.structure.name} share a name: {names}")
+        self._check_followers()
         used = sorted({e.channel for e in elements if e.channel is not None})
         if used != list(range(len(used))):
             raise InputError(f"coil channels are {used}; expected: 0, 1, 2 without gaps")
+
+    def _check_followers(self) -> None:
+        leader = None
+        for element in self.elements:
+            if not element.follows:
+                leader = element
+            elif leader is None or leader.name != element.follows:
+                raise InputError(
+                    f"element {element.name!r} follows {element.follows!r}; expected: the element "
+                    "of the same device just before it"
+                )
+        for devices, law in zip(self.groups, self.group_laws, strict=True):
+            if len(devices) != law.directions:
+                names = ", ".join(self.element_names[e] for e in devices)
+                raise InputError(f"{names} are one device; expected: 2 or 3 directions of it")
+
+    @cached_property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """Elements of each device, by number: one, or one a direction in which it acts."""
+        result: list[list[int]] = []
+        for e, element in enumerate(self.elements):
+            if element.follows and result:
+                result[-1].append(e)
+            else:
+                result.append([e])
+        return tuple(map(tuple, result))
+
+    @cached_property
+    def group_laws(self) -> tuple[Law, ...]:
+        """Law of each device, over as many directions as the device has elements."""
+        laws = []
+        for group in self.groups:
+            law = self.elements[group[0]].device.law
+            if len(group) > 1:
+                law = law.in_plan if len(group) == 2 else law.under_axial_load
+            laws.append(law)
+        return tuple(laws)
 
     @property
     def element_names(self) -> tuple[str, ...]:
@@ -524,6 +569,52 @@ class IsolatedStructure:
         name = name or f"{device.name}_{len(self.elements) + 1}"
         return replace(self, elements=(*self.elements, Element(device, row, channel, name)))
 
+    def with_biaxial(
+        self,
+        device: Device,
+        directions: Sequence[str | Sequence[float] | np.ndarray],
+        channel: int | None = None,
+        name: str = "isolator",
+        load_change: Sequence[float] | np.ndarray | None = None,
+    ) -> IsolatedStructure:
+        """Return the structure with one more device, which acts in two directions at once.
+
+        Parameters
+        ----------
+        device : Device
+            Its law, numbers and scale; the law has an in-plan form.
+        directions : sequence of two directions
+            Along x and along y, each as in ``with_element``.
+        channel : int, optional
+            Coil channel of both; none by default.
+        name : str, default "isolator"
+            Name to print; its two elements are ``..._x`` and ``..._y``.
+        load_change : sequence of float, shape (n,), optional
+            Row that turns displacements into the change of the device's vertical load over its
+            mean, such as `overturning_rows` returns; a third element ``..._load`` without force.
+
+        Returns
+        -------
+        IsolatedStructure
+
+        Raises
+        ------
+        InputError
+            If the law has no in-plan form, or a direction, channel or name cannot be used.
+
+        Notes
+        -----
+        For whoever looks at one element alone, as controllers and linearisation do, each direction
+        is the law along a line, with nothing across.
+        """
+        x, y = (self.structure.direction_row(row) for row in directions)
+        first = Element(device, x, channel, f"{name}_x")
+        elements = [*self.elements, first, Element(device, y, channel, f"{name}_y", first.name)]
+        if load_change is not None:
+            row = self.structure.direction_row(load_change)
+            elements.append(Element(_no_force(), row, None, f"{name}_load", first.name))
+        return replace(self, elements=tuple(elements))
+
     def modes(self, currents: float | Sequence[float] = 0.0) -> ModalFacts:
         """Modes for small vibrations about rest.
 
@@ -594,10 +685,9 @@ class IsolatedStructure:
             and not element.device.depends_on_current
         )
         if not elements:
-            nothing = Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
             top = np.zeros(len(keep))
             top[-1] = 1.0
-            elements = (Element(nothing, top, None, "no_element"),)
+            elements = (Element(_no_force(), top, None, "no_element"),)
         return IsolatedStructure(fixed, elements)
 
     def facts(self) -> dict[str, str]:
