@@ -12,9 +12,8 @@ sticking and sliding; OpenSees's singleFPBearing is the limit. The coefficient i
 Constantinou, Mokha and Reinhorn, the vector form that of Park, Wen and Ang with the product of the
 vectors in place of that of each direction.
 
-With the vertical load as a third deformation, ``N = W (1 + x[2])``, and none in uplift. Its
-stored energy is that of the pendulum and of the deformation before slip under the present load; work
-of a load that changes is booked with the loss.
+With the vertical load as a third deformation, ``N = W (1 + x[2])``, and none in uplift. The stored
+energy is then that under the present load; work of a load that changes is booked with the loss.
 """
 
 from typing import Any

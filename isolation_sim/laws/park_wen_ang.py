@@ -5,12 +5,12 @@
     u_y z_x' = v_x - z_x (beta |v_x z_x| + gamma v_x z_x + beta |v_y z_y| + gamma v_y z_y)
 
 and the same for y. With beta + gamma = 1 the hysteretic force stays within the circle of radius Q.
-Along x or along y the law is that of Bouc and Wen with n = 2. OpenSees has the same rates in its
-elastomericBearingBoucWen, with A = 1, eta = 2, fy = Q and u_y = Q over the stiffness that yields.
+Along x or along y the law is that of Bouc and Wen with n = 2.
 
 The absolute values are taken direction by direction, so that the law is not quite the same in every
-direction: in steady circular motion of radius R the force lies below Q by a share of the order of
-u_y / R. The in-plan form of ``bouc_wen`` has no such share.
+direction: in circular motion the force falls below Q while one of its components still opposes that
+of the velocity. The in-plan form of ``bouc_wen`` takes the product of the vectors instead, as
+OpenSees does in its elastomericBearingBoucWen, and stays on the circle.
 """
 
 from typing import Any

@@ -19,7 +19,7 @@ from .devices import Element, Isolator, NominalModel
 from .fields import Section
 from .ground import Ground, ShippedRecord
 from .job import Job, with_place
-from .nonlinear import MoatWall, Yielding
+from .nonlinear import MoatWall, Soil, Yielding
 from .problems import one_line
 
 T = TypeVar("T")
@@ -66,6 +66,9 @@ class Scenario(Section):
     ] = None
     moat_wall: Annotated[
         MoatWall | None, Field(description="wall around the base; none if left out")
+    ] = None
+    soil: Annotated[
+        Soil | None, Field(description="springs under the foundation; rigid ground if left out")
     ] = None
     controller: Annotated[list[ControllerEntry], Field(min_length=1, description=_CONTROLLERS)] = (
         Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
@@ -202,7 +205,7 @@ class Scenario(Section):
             return known[key]
 
         structure = once(lambda: at("structure", self.structure.build), "structure", self.structure)
-        more = [part for part in (self.yielding, self.moat_wall) if part is not None]
+        more = [part for part in (self.yielding, self.moat_wall, self.soil) if part]
         plant = self.structure, self.isolator, *self.element, *more
         isolator = once(
             lambda: at("isolator", partial(self.isolator.sized, structure)), "sized", *plant[:2]
@@ -252,13 +255,15 @@ class Scenario(Section):
         reference = isinstance(self.structure, ReferenceBuilding)
         device = self._at(section, isolator.on_reference if reference else isolator.scaled)
         scaled = device.scaled(length, force)
-        isolated = self._at(section, partial(structure.on, scaled, damping=isolator.damping_ratio))
+        isolated = self._at(section, partial(isolator.put_under, structure, scaled))
         for k, element in enumerate(self.element):
             isolated = self._at(f"element[{k}]", partial(element.added, isolated))
         if self.yielding is not None:
             isolated = self._at("yielding", partial(self.yielding.added, isolated))
         if self.moat_wall is not None:
             isolated = self._at("moat_wall", partial(self.moat_wall.added, isolated))
+        if self.soil is not None:
+            isolated = self._at("soil", partial(self.soil.added, isolated))
         return isolated
 
     def _at(self, section: str, build: Callable[[], T]) -> T:

@@ -399,8 +399,13 @@ class ElementCode:
                 weights = lagrange([*NODES, 1.0], 1.0 + NODES[j])
                 names = [along(f, a) for f in ("f0", "f1", "f2", "f_start")]
                 body.append(self.put(f"f{j}", f"{_sum(weights, names)}", a))
-            scale = "force_scale = min(force_scale, 1.0 / (abs(force_end) + TINY))"
-            body += [self._along(scale, a), *self.store("f_start", "force_scale", direction=a)]
+            body += self.store("f_start", direction=a)
+        # all directions are measured by the largest force of them
+        body += ["scale = force_scale"]
+        for a in self.directions:
+            body.append(f"scale = min(scale, 1.0 / (abs({along('force_end', a)}) + TINY))")
+        for a in self.directions:
+            body.append(self.put("force_scale", "scale", a))
         for i, s in enumerate(self.states):
             names = [f"start{i}", *(f"{s}_{j}" for j in range(3))]
             body += self.load(*names, f"end{i}", f"scale{i}")
@@ -411,6 +416,10 @@ class ElementCode:
             body += [*self.load(f"end_rate{i}"), self.put(f"rate{i}", f"end_rate{i}")]
             body.append(f"write(states, at, {i} * LANES, end{i}, on)")
             body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
+        if len(self.directions) > 1:  # and a state along y by the one along x, or the reverse
+            half = len(self.states) // 2
+            for x, y in zip(self.scale[:half], self.scale[half:], strict=True):
+                body += [f"{x} = min({x}, {y})", f"{y} = {x}"]
         return body + self.store(*self.scale)
 
     def _restart(self) -> list[str]:

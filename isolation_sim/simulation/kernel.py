@@ -84,7 +84,8 @@ def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared:
 def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool) -> str:
     """Source of the kernel for elements of these laws, in this order, in so many lanes.
 
-    No law: a further direction of the element before. ``shared``: one set of coefficients serves all lanes, whose structures are then the same.
+    No law: a further direction of the element before. ``shared``: one set of coefficients serves
+    all lanes, whose structures are then the same.
     """
     distinct = [law for law in dict.fromkeys(laws) if law is not None]
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
@@ -126,7 +127,8 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
         *(c.text() for c in codes),
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
         "build_table, layout, powers = tables.build_table, tables.layout, tables.powers\n"
-        "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
+        "respond_to_others = intrinsics.make_respond_to_others(\n"
+        "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
         "POINTS = intrinsics.points_at_once(LANES)\n"
         "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"

@@ -271,6 +271,8 @@ class Structure:
         target_period_s: float | None = None,
         design_displacement_m: float | None = None,
         damping: float | None = None,
+        biaxial: bool = False,
+        overturning: bool = False,
     ) -> IsolatedStructure:
         """Put the structure on isolators between the ground and the base.
 
@@ -291,6 +293,12 @@ class Structure:
         damping : float, optional, dimensionless
             Damping ratio of the first mode; a linear dashpot beside the isolators adds what they
             lack.
+        biaxial : bool, default False
+            Whether both directions act on each other, by the law's form in two directions. Where
+            isolator positions are known there is a device at each, with an equal share.
+        overturning : bool, default False
+            Whether overturning changes the vertical load of each device; for biaxial devices at
+            known positions whose law has a form under axial load.
 
         Returns
         -------
@@ -300,7 +308,7 @@ class Structure:
         ------
         InputError
             If the device is not one, a number cannot be used or reached, or the structure has no
-            base.
+            base; with ``biaxial`` also if it has not two directions.
         """
         check_device(device, "isolator")
         if not self.base:
@@ -314,6 +322,11 @@ class Structure:
         elif design_displacement_m is not None:
             raise InputError("design_displacement_m needs target_period_s; expected: both or none")
         channel = 0 if device.depends_on_current else None
+        if overturning and not biaxial:
+            raise InputError("overturning needs biaxial isolators; expected: biaxial as well")
+        if biaxial:
+            isolated = self._on_biaxial(device.scaled(force=count), channel, overturning)
+            return isolated if damping is None else with_damping(isolated, device, damping)
         elements = []
         for column, label in zip(self.influence.T, self.directions, strict=True):
             row = np.zeros(self.n_dofs)
@@ -322,6 +335,26 @@ class Structure:
             elements.append(Element(device.scaled(force=count), row, channel, name))
         isolated = IsolatedStructure(self, tuple(elements))
         return isolated if damping is None else with_damping(isolated, device, damping)
+
+    def _on_biaxial(
+        self, device: Device, channel: int | None, overturning: bool
+    ) -> IsolatedStructure:
+        """Put the structure on isolators that act in two directions at once."""
+        from .vertical_load import isolation_rows, overturning_rows
+
+        if len(self.directions) != 2:
+            raise InputError(
+                f"{self.name} is shaken along {', '.join(self.directions)}; expected for biaxial "
+                "isolators: two directions"
+            )
+        places = isolation_rows(self)
+        changes = overturning_rows(self) if overturning else [None] * len(places)
+        isolated = IsolatedStructure(self, ())
+        share = device.scaled(force=1 / len(places))
+        for k, (rows, change) in enumerate(zip(places, changes, strict=True)):
+            name = "isolator" if len(places) == 1 else f"isolator{k + 1}"
+            isolated = isolated.with_biaxial(share, rows, channel, name, change)
+        return isolated
 
     def with_element(
         self,
