@@ -117,7 +117,6 @@ def on_soil(
     -------
     IsolatedStructure
         With a dof ``foundation_…`` a direction, and ``rocking_…`` where storey heights are known.
-        They count among the base's.
 
     Raises
     ------
@@ -154,14 +153,13 @@ def on_soil(
         damping=enlarged(relative.T @ structure.damping @ relative, dashpot),
         stiffness=enlarged(relative.T @ structure.stiffness @ relative, spring),
         influence=carried,
-        base=(*structure.base, *range(n, n + added)),
+        foundation=tuple(range(n, n + added)),
         names=(
             *structure.names,
             *(f"foundation_{axis}" for axis in axes),
             *(f"rocking_{axis}" for axis in axes if rocks),
         ),
         drift_rows=structure.drift_rows @ relative,
-        isolator_positions=None,
     )
     elements = []
     for element, held in zip(isolated.elements, isolated.holding, strict=True):

@@ -53,6 +53,8 @@ class Structure:
     isolator_positions : numpy.ndarray or None, shape (n_isolators, 2), m
         Plan positions x, y of the isolators, from the point of the slab that the base's dofs move,
         where they are known.
+    foundation : tuple of int
+        Dofs of a foundation on soil, below the isolators; see `on_soil`.
     name : str
         Name to print.
 
@@ -74,6 +76,7 @@ class Structure:
     directions: tuple[str, ...] = ("x",)
     heights: np.ndarray | None = None
     isolator_positions: np.ndarray | None = None
+    foundation: tuple[int, ...] = ()
     name: str = "structure"
 
     def __post_init__(self) -> None:
@@ -113,7 +116,15 @@ class Structure:
     @property
     def superstructure(self) -> tuple[int, ...]:
         """Dofs above the base."""
-        return tuple(i for i in range(self.n_dofs) if i not in self.base)
+        below = {*self.base, *self.foundation}
+        return tuple(i for i in range(self.n_dofs) if i not in below)
+
+    @property
+    def above_foundation(self) -> np.ndarray:
+        """The influence of what stands on the isolators, shape (n, n_directions)."""
+        result = self.influence.copy()
+        result[list(self.foundation)] = 0.0
+        return result
 
     @property
     def total_mass(self) -> float:
@@ -139,6 +150,7 @@ class Structure:
         rows[:, 0, along_x] = rows[:, 1, along_y] = 1.0
         rows[:, 0, rotation] = -self.isolator_positions[:, 1]
         rows[:, 1, rotation] = self.isolator_positions[:, 0]
+        rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation)].T
         return rows
 
     def _plan_dofs(self) -> tuple[int, int, int]:
@@ -167,7 +179,7 @@ class Structure:
         numpy.ndarray, shape (n_directions, n), kg
             Base shear in N = -rows @ (q'' + influence @ a_g): the sum of the inertia forces.
         """
-        moving = self.influence.copy()
+        moving = self.above_foundation
         if above_base:
             moving[list(self.base)] = 0.0
         return moving.T @ self.mass
@@ -225,6 +237,7 @@ class Structure:
             stiffness=self.stiffness[block],
             influence=self.influence[keep],
             base=(),
+            foundation=(),
             isolator_positions=None,
             names=tuple(self.names[i] for i in keep),
             drift_rows=self.drift_rows[:, keep],
@@ -492,11 +505,11 @@ class IsolatedStructure:
 
     @property
     def holding(self) -> np.ndarray:
-        """Deformation of each element when the structure moves rigidly against the ground.
+        """Deformation of each element when the structure moves rigidly against its foundation.
 
         Shape (n_elements, n_directions); zero for an element inside the structure.
         """
-        return self.element_rows @ self.structure.influence
+        return self.element_rows @ self.structure.above_foundation
 
     def current_range(self, channel: int = 0) -> tuple[float, float]:
         """Currents at which every device on a channel is meaningful.
@@ -714,7 +727,7 @@ class IsolatedStructure:
         elements = tuple(
             replace(element, direction=element.direction[keep], channel=None)
             for element in self.elements
-            if not np.any(element.direction[list(self.structure.base)])
+            if not np.any(element.direction[[*self.structure.base, *self.structure.foundation]])
             and not element.device.depends_on_current
         )
         if not elements:
