@@ -29,6 +29,7 @@ OPTIMUM = "clairvoyant"
 _FIGURES = {
     "time_histories": "time_histories",
     "loops": "loops",
+    "loops_in_plan": "loops_in_plan",
     "currents": "currents",
     "floor_envelopes": "floor_envelopes",
     "energy": "energy_figure",
@@ -197,7 +198,7 @@ class Comparison:
 
         Parameters
         ----------
-        kind : {"time_histories", "loops", "currents", "floor_envelopes", "energy"}
+        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
             Which figure of ``isolation_sim.reports.figures``.
         **options
             Options of that figure.

@@ -106,7 +106,7 @@ class Structure:
         if self.isolator_positions is not None:
             places = np.asarray(self.isolator_positions)
             put("isolator_positions", matrix("isolator_positions", places, (len(places), 2)))
-            self._plan_dofs()
+            self.plan_dofs()
 
     @property
     def n_dofs(self) -> int:
@@ -145,7 +145,7 @@ class Structure:
         """
         if self.isolator_positions is None:
             return np.zeros((0, 2, self.n_dofs))
-        along_x, along_y, rotation = self._plan_dofs()
+        along_x, along_y, rotation = self.plan_dofs()
         rows = np.zeros((len(self.isolator_positions), 2, self.n_dofs))
         rows[:, 0, along_x] = rows[:, 1, along_y] = 1.0
         rows[:, 0, rotation] = -self.isolator_positions[:, 1]
@@ -153,7 +153,7 @@ class Structure:
         rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation)].T
         return rows
 
-    def _plan_dofs(self) -> tuple[int, int, int]:
+    def plan_dofs(self) -> tuple[int, int, int]:
         """Dofs of the base along x, along y and in rotation."""
         moved = [tuple(self.influence[dof]) for dof in self.base]
         target = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
