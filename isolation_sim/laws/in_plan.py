@@ -48,7 +48,7 @@ def each_direction(
     return InPlan(both_forces, both_rates, both_energies if stored_energy else None)
 
 
-def along_a_line(form: InPlan, n_states: int) -> dict[str, Callable]:
+def along_a_line(form: InPlan, n_states: int) -> dict[str, Any]:
     """Functions of a law along one line, from those in plan with nothing across."""
     across = (0.0,) * n_states
 
@@ -63,5 +63,5 @@ def along_a_line(form: InPlan, n_states: int) -> dict[str, Callable]:
         assert form.stored_energy is not None
         return form.stored_energy((x, 0.0), (*states, *across), parameters)
 
-    functions: dict[str, Callable] = {"force": force, "rates": rates}
+    functions: dict[str, Any] = {"force": force, "rates": rates}
     return functions | ({"stored_energy": stored_energy} if form.stored_energy else {})

@@ -60,9 +60,9 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
     yielding = {name.removesuffix("_hysteresis") for name in isolated.element_names
                 if name.endswith("_hysteresis")}  # fmt: skip
     for low, high, row in zip(z[:-1], z[1:], rows, strict=False):
-        look = {"color": "#D55E00", "linestyle": "--"} if structure.storeys[row] in yielding else {}
+        color, dash = ("#D55E00", "--") if structure.storeys[row] in yielding else ("0.2", "-")
         for x in (-0.9 * half, 0.9 * half):
-            axes.plot([x, x], [low, high], **{"color": "0.2", "linewidth": 1.6, **look})
+            axes.plot([x, x], [low, high], color=color, linestyle=dash, linewidth=1.6)
     for level, dof in zip(z, levels, strict=True):
         axes.fill_between([-half, half], level - thick, level + thick, color="0.45", linewidth=0)
         name = structure.names[dof]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
+from ..code_check import CheckRow, check_building
 from ..errors import InputError
 from ..io.toml import parse_toml, read_toml
 from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
 from .building import Building, ReferenceBuilding
+from .check import Check, simulator
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Element, Isolator, NominalModel
 from .fields import Section
@@ -79,6 +81,10 @@ class Scenario(Section):
     nominal: Annotated[
         NominalModel | None,
         Field(description="isolators as controllers believe them; the truth if none"),
+    ] = None
+
+    check: Annotated[
+        Check | None, Field(description="what isolation-sim check needs to know")
     ] = None
 
     _source: str = PrivateAttr(default="")
@@ -247,6 +253,32 @@ class Scenario(Section):
             },
             options=options,
             fixed_base=self.simulation.fixed_base,
+        )
+
+    def check_rows(self) -> tuple[IsolatedStructure, Iterator[CheckRow]]:
+        """Check the scenario's building in the manner of ASCE 7-22, chapter 17.
+
+        Returns
+        -------
+        isolated : IsolatedStructure
+            The building that is checked.
+        rows : iterator of CheckRow
+            Lines of the table, as they are computed.
+
+        Raises
+        ------
+        InputError
+            If there is no ``[check]`` section, or the building or a factor cannot be used.
+        """
+        if self.check is None:
+            raise with_place(
+                InputError("no [check] section; expected: one with S_M1_g"), self._source
+            )
+        job = self.build()
+        gap = None if self.moat_wall is None else self.moat_wall.gap_m
+        settings = self.check.settings(gap)
+        return job.isolated, check_building(
+            job.isolated, settings, simulator(job), job.controllers
         )
 
     def _isolated(

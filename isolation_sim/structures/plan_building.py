@@ -78,7 +78,8 @@ def plan_building(
     if sides.size != 2:
         raise InputError(f"plan has {sides.size} numbers; expected: the sides along x and y, in m")
     if isolator_positions is None:
-        isolator_positions = [(a, b) for a in (-1, 1) for b in (-1, 1)] * sides / 2
+        corners = [(a, b) for a in (-0.5, 0.5) for b in (-0.5, 0.5)]
+        isolator_positions = np.array(corners) * sides
     rotation = k_x * (sides[1] / 2) ** 2 + k_y * (sides[0] / 2) ** 2
     springs = np.stack([k_x, k_y, rotation], axis=1).ravel()
     drifts = np.kron(np.eye(n) - np.eye(n, k=-1), np.eye(3))
