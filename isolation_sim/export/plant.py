@@ -77,7 +77,7 @@ class Array(NamedTuple):
 
 CHANGED = (
     "coils_command", "0", "coils_current", "coils_applied", "law_table", "law_breaks", "law_shape",
-    "scratch_w", "lanes_going", "lanes_previous",
+    "scratch_w", "lanes_going",
 )  # fmt: skip
 """What ``change_current`` takes behind the element and its channel."""
 OBSERVED = ("observed_rows", "noise", "ground", "history_z", "0", "coils_current", "scratch_w")

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ground_motions import STANDARD_GRAVITY
 
 from ..errors import InputError
-from .structure import Structure
 
 
-def with_p_delta(structure: Structure, height: float) -> Structure:
+def with_p_delta(structure: Any, height: float) -> Any:
     """Put the weight on isolators that lean: a negative stiffness W / h below the base.
 
     Parameters
@@ -44,7 +44,7 @@ def with_p_delta(structure: Structure, height: float) -> Structure:
     return replace(structure, stiffness=structure.stiffness - share * flat.T @ flat)
 
 
-def isolation_rows(structure: Structure) -> np.ndarray:
+def isolation_rows(structure: Any) -> np.ndarray:
     """Displacements of the base at every isolator, or of the base itself, by direction."""
     if structure.isolator_positions is not None:
         return structure.isolator_rows
@@ -54,7 +54,7 @@ def isolation_rows(structure: Structure) -> np.ndarray:
     return rows
 
 
-def dof_heights(structure: Structure) -> np.ndarray:
+def dof_heights(structure: Any) -> np.ndarray:
     """Heights of the dofs above the base, from the storeys' heights.
 
     Parameters
@@ -89,7 +89,7 @@ def dof_heights(structure: Structure) -> np.ndarray:
     return np.nan_to_num(result)
 
 
-def overturning_rows(structure: Structure) -> np.ndarray:
+def overturning_rows(structure: Any) -> np.ndarray:
     """Rows that turn displacements into the change of each isolator's vertical load.
 
     The floors' inertia forces, equal to the elastic forces of the storeys, overturn the building
