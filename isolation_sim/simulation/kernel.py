@@ -39,7 +39,9 @@ INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 inner = njit(**INNER)
 inline = njit(forceinline=True, **INNER)
 # no product is fused with a sum: the same bits wherever it stands
-exact = njit(**{**INNER, "fastmath": False})
+EXACT = {**INNER, "fastmath": False}
+exact = njit(**EXACT)
+exact_inline = njit(forceinline=True, **EXACT)
 """
 # element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
@@ -127,6 +129,8 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
         "POINTS = intrinsics.points_at_once(LANES)\n"
         "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
+        "DENSE = intrinsics.points_at_once(1)\n"
+        "dense_quantities_at = intrinsics.make_rows_at(1, 1)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
