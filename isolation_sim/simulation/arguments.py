@@ -176,12 +176,43 @@ class Candidates(NamedTuple):
 
 
 class SummaryScratch(NamedTuple):
-    """Grid points, quantities and forces evaluated at once; numbers of one dense evaluation."""
+    """Quantities at some grid points, and what bounds them in between.
+
+    ``points``, ``present``: grid points evaluated at once and the elements' forces there;
+    ``values``: of each block of quantities, just after a change of current at some points, then
+    just before it where it is ``changed``; ``near``: how many are near their peaks; ``bulges``,
+    ``margins``, ``bounds``: of forces and quantities inside an interval.
+    """
 
     points: NDArray
-    inputs: NDArray
     present: NDArray
+    values: NDArray
+    changed: NDArray
+    near: NDArray
     bulges: NDArray
-    dense: NDArray
+    margins: NDArray
+    bounds: NDArray
+
+
+class DenseScratch(NamedTuple):
+    """One lane's response at some instants inside a grid interval.
+
+    ``weights``: decay of the modes between two instants and the effect of inputs, ``weights_for``
+    a time and the lane of a table; ``polynomials``: forces through the nodes, and through the ends
+    too; ``z``, ``forces``, ``ground``, ``values``: at the instants numbered ``points``; ``rows``: a
+    block's; ``last``: each quantity's last two values.
+    """
+
+    state: NDArray
+    weights: NDArray
+    weights_for: NDArray
+    polynomials: NDArray
+    z: NDArray
+    forces: NDArray
+    ground: NDArray
+    rows: NDArray
+    values: NDArray
+    points: NDArray
+    last: NDArray
     integral: NDArray
     phi: NDArray

@@ -42,8 +42,9 @@ class Grid:
 
     @cached_property
     def lengths(self) -> NDArray:
-        """Intervals between grid points, s, (n_points - 1,)."""
-        return np.diff(self.time)
+        """Intervals between grid points, s, (n_points - 1,); exactly equal within a class."""
+        _, kind, count = self.windows[:-1].T
+        return np.repeat((self.spans / self.intervals)[kind], count)
 
     @cached_property
     def longest(self) -> float:

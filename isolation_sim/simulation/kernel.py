@@ -40,7 +40,9 @@ INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 inner = njit(**INNER)
 inline = njit(forceinline=True, **INNER)
 # no product is fused with a sum: the same bits wherever it stands
-exact = njit(**{**INNER, "fastmath": False})
+EXACT = {**INNER, "fastmath": False}
+exact = njit(**EXACT)
+exact_inline = njit(forceinline=True, **EXACT)
 """
 # how forces and steps are recorded; what integrates writes it, what summarises reads it
 RECORDS = {
@@ -193,7 +195,9 @@ def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -
             f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
             "powers = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES).powers\n"
             "POINTS = intrinsics.points_at_once(LANES)\n"
-            "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)",
+            "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
+            "DENSE = intrinsics.points_at_once(1)\n"
+            "dense_quantities_at = intrinsics.make_rows_at(1, 1)",
             SUMMARY_TEMPLATE.read_text(),
         ]
         return folded_constants("\n\n".join(blocks))

@@ -11,35 +11,34 @@ densely: the modes are propagated exactly under the step's own force polynomial.
 CANDIDATES = 128  # kept per lane before they are evaluated
 BEND = 0.14  # rise above both ends, over change of slope times interval; a parabola has 1/16
 BULGE = 1.25  # largest distance of a force from its chord, over that in the middle
-PER_RADIAN = 6.0  # points of a dense evaluation, by the fastest mode
-FIRST_LOOK = 5  # every so many points are looked at first, to know about how large the peaks are
+PER_RADIAN = 4.5  # points of a dense evaluation, by the fastest mode
+FIRST_LOOK = 16  # every so many points are looked at first, to know about how large the peaks are
 NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the next interval
 FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
 STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a candidate
+CHUNK = 8  # grid points whose quantities are kept at once
+PAST = 3  # grid points before them that are still kept: an interval's bound needs two on each side
+SLOTS = PAST + CHUNK
 
 
-LEFT, TOP, LAST, QUICK, BOUND, PEAK, TOTAL, SLOPES = range(8)
-KINDS = SLOPES + 3
+PEAK, TOTAL = range(2)
+KINDS = 2
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(sizes, intervals, quantities, history, modes, candidates, scratch, track):
+def summarise(sizes, intervals, quantities, history, modes, candidates, scratch, dense, track):
     """Peaks and mean squares over the duration, lane by lane.
 
-    The groups are described in ``arguments.py``. track: numbers of each quantity, namely its value
-    at the last point, its largest at the ends of the last interval and of the one before, the size
-    of its fast modes, a bound inside the interval before the last, its peak, its mean square and
-    its last three slopes.
+    The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
     n_modes, n_pad = sizes.n_modes, sizes.n_pad
     rows, n_quantities, n_directions, fast, _ = quantities
     lengths, ground = intervals.lengths, intervals.ground
     z, forces = history.z, history.forces
-    points, inputs, present = scratch.points, scratch.inputs, scratch.present
+    points, present, values, changed, near, bulges, margins, bounds = scratch
     per_block = 8 // n_directions
     n_blocks = -(-n_quantities // per_block)
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
-    row = 2 * n_pad
     n_points = lengths.shape[0] + 1
     duration = 0.0
     for k in range(n_points - 1):
@@ -47,14 +46,15 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
     for start in range(0, n_points, POINTS * FIRST_LOOK):
         gather(points, present, forces, start, FIRST_LOOK, n_points)
         for block in range(n_blocks):
+            to = block * 2 * SLOTS + PAST
             quantities_at(
-                inputs,
-                0,
+                values,
+                to * 8,
                 rows,
                 block * size,
                 z,
                 points,
-                row,
+                2 * n_pad,
                 n_modes,
                 n_pad,
                 present,
@@ -65,137 +65,140 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
             )
             n_items = min(per_block, n_quantities - block * per_block)
             for p in range(POINTS):
-                take_norms(inputs, p * ROWS, n_items, n_directions)
-                look(track, block * KINDS * ROWS, inputs, p * ROWS)
-    for start in range(0, n_points, POINTS):
-        gather(points, present, forces, start, 1, n_points)
+                at = (to + p) * ROWS
+                take_norms(values, at, n_items, n_directions)
+                look(track, block * KINDS * ROWS, values, at, at, 0.0, 0.0)
+    # one point more: the motion is mirrored at its end, where nothing is known of the next slope
+    for start in range(0, n_points + 1, CHUNK):
+        for first in range(0, CHUNK, POINTS):
+            gather(points, present, forces, start + first, 1, n_points)
+            for p in range(POINTS):
+                point = start + first + p
+                changed[PAST + first + p] = 0 < point < n_points and changes(forces, point)
+            for block in range(n_blocks):
+                to = block * 2 * SLOTS + PAST + first
+                quantities_at(
+                    values,
+                    to * 8,
+                    rows,
+                    block * size,
+                    z,
+                    points,
+                    2 * n_pad,
+                    n_modes,
+                    n_pad,
+                    present,
+                    N_ELEMENTS,
+                    N_ELEMENTS,
+                    ground,
+                    N_GROUND,
+                )
+                n_items = min(per_block, n_quantities - block * per_block)
+                for p in range(POINTS):
+                    after = (to + p) * ROWS
+                    if changed[PAST + first + p]:
+                        before = after + SLOTS * ROWS
+                        undo_changes(
+                            values, after, before, rows, block * size, n_modes, forces, points[p]
+                        )
+                        take_norms(values, before, n_items, n_directions)
+                    take_norms(values, after, n_items, n_directions)
         for block in range(n_blocks):
-            quantities_at(
-                inputs,
-                0,
-                rows,
-                block * size,
-                z,
-                points,
-                row,
-                n_modes,
-                n_pad,
-                present,
-                N_ELEMENTS,
-                N_ELEMENTS,
-                ground,
-                N_GROUND,
-            )
-            n_items = min(per_block, n_quantities - block * per_block)
             at = block * KINDS * ROWS
-            for p in range(min(POINTS, n_points - start)):
-                point = start + p
-                after = p * ROWS
-                before = after
-                for e in range(N_ELEMENTS):
-                    own = (point * N_ELEMENTS + e) * FORCES * LANES
-                    for lane in range(LANES):
-                        at_end = forces[own + BEFORE * LANES + lane]
-                        if forces[own + AFTER * LANES + lane] != at_end:
-                            before = POINTS * ROWS
-                if before != after:
-                    undo_changes(inputs, after, before, rows, block * size, n_modes, forces, point)
-                    take_norms(inputs, before, n_items, n_directions)
-                take_norms(inputs, after, n_items, n_directions)
-                if point > 0:
-                    length = lengths[point - 1]
-                    near = follow(
+            to = block * 2 * SLOTS
+            n_items = min(per_block, n_quantities - block * per_block)
+            for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
+                point = start + slot - PAST
+                if point < n_points:
+                    left = 0.5 * lengths[point - 1] / duration if point > 0 else 0.0
+                    right = 0.5 * lengths[point] / duration if point + 1 < n_points else 0.0
+                    after = (to + slot) * ROWS
+                    before = after + SLOTS * ROWS * changed[slot]
+                    near[block, slot] = look(track, at, values, before, after, left, right)
+                if point < 2:
+                    continue
+                if near[block, slot - 2] + near[block, slot - 1] > 0 or fast.shape[0] > 0:
+                    interval = point - 2
+                    begun = (to + slot - 2) * ROWS
+                    ended = (to + slot - 1 + SLOTS * changed[slot - 1]) * ROWS
+                    find_bulges(
+                        bulges, interval, intervals, history, n_pad, values, begun, ended, track, at
+                    )
+                    find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z)
+                    next_length = lengths[min(point, n_points - 1) - 1]
+                    exceeded = bound_inside(
+                        bounds,
+                        values,
+                        (to + slot - 3) * ROWS,
+                        (to + slot - 2) * ROWS,
+                        (to + slot - 1) * ROWS,
+                        (to + slot) * ROWS,
+                        SLOTS * ROWS * changed[slot - 2],
+                        SLOTS * ROWS * changed[slot - 1],
+                        SLOTS * ROWS * changed[slot],
+                        1.0 / lengths[max(interval, 1) - 1],
+                        1.0 / lengths[interval],
+                        1.0 / next_length,
+                        BEND * lengths[interval],
+                        margins,
                         track,
                         at,
-                        inputs,
-                        before,
-                        after,
-                        point % 3,
-                        1.0 / length,
-                        0.5 * length / duration,
                     )
-                    if fast.shape[0] > 0:
-                        add_fast_modes(
-                            track, at, block * per_block, n_items, quantities, z, point * row, n_pad
-                        )
-                    exceeded = False
-                    if near > 0 and point > 1:
-                        find_bulges(scratch.bulges, point - 2, intervals, history, n_pad)
-                        exceeded = bound_inside(
-                            track,
-                            at,
-                            (point - 1) % 3,
-                            BEND * lengths[point - 2],
-                            rows,
-                            block * size,
-                            n_items,
-                            n_directions,
-                            n_modes,
-                            scratch.bulges,
-                        )
-                    if exceeded:
-                        for r in range(n_items):
-                            for lane in range(LANES):
-                                own = at + r * LANES + lane
-                                bound = track[own + BOUND * ROWS]
-                                if bound > track[own + PEAK * ROWS]:
-                                    if candidates.number[lane] == CANDIDATES:
-                                        look_inside(
-                                            lane,
-                                            sizes,
-                                            intervals,
-                                            quantities,
-                                            history,
-                                            modes,
-                                            candidates,
-                                            scratch,
-                                            track,
-                                        )
-                                    add_candidate(
-                                        candidates, lane, point - 2, block * per_block + r, bound
+                    if exceeded > 0:
+                        for k in range(n_items * LANES):
+                            lane = k % LANES
+                            peak = track[at + PEAK * ROWS + k]
+                            top = max(abs(values[begun + k]), abs(values[ended + k]))
+                            if bounds[k] > peak and (top > NEAR * peak or fast.shape[0] > 0):
+                                if candidates.number[lane] == CANDIDATES:
+                                    look_inside(
+                                        lane,
+                                        sizes,
+                                        intervals,
+                                        quantities,
+                                        history,
+                                        modes,
+                                        candidates,
+                                        dense,
+                                        track,
                                     )
-                else:
-                    for k in range(ROWS):
-                        track[at + LEFT * ROWS + k] = inputs[after + k]
-    chosen = candidates.chosen
+                                add_candidate(
+                                    candidates,
+                                    lane,
+                                    interval,
+                                    block * per_block + k // LANES,
+                                    bounds[k],
+                                )
+            for slot in range(PAST):
+                for side in range(2):
+                    if side == 0 or changed[slot + CHUNK]:
+                        first = (to + slot + SLOTS * side) * ROWS
+                        for k in range(ROWS):
+                            values[first + k] = values[first + CHUNK * ROWS + k]
+                near[block, slot] = near[block, slot + CHUNK]
+        for slot in range(PAST):
+            changed[slot] = changed[slot + CHUNK]
+    # Numba compiles a function once more for an argument that is, or begins as, a constant
     for lane in range(LANES):
-        look_inside(lane, sizes, intervals, quantities, history, modes, candidates, scratch, track)
-        # nothing is known of the slope behind the last interval
-        n_chosen = np.int64(0)  # Numba compiles a function again for an argument that began as a 0
-        for item in range(n_quantities):
-            own = row_of(item, per_block) * LANES + lane
-            if track[own + TOP * ROWS] > NEAR * track[own + PEAK * ROWS]:
-                chosen[n_chosen] = item
-                n_chosen += 1
-        if n_chosen > 0:
-            raise_peaks(
-                lane,
-                n_points - 2,
-                n_chosen,
-                chosen,
-                sizes,
-                intervals,
-                quantities,
-                history,
-                modes,
-                scratch,
-                track,
-            )
-        for interval in range(n_points - 1):
+        look_inside(
+            np.int64(lane), sizes, intervals, quantities, history, modes, candidates, dense, track
+        )
+    for interval in range(n_points - 1):
+        for lane in range(LANES):
             if strongly_cut(interval, lane, intervals, history):
                 for item in range(n_quantities):
-                    chosen[item] = item
+                    candidates.chosen[item] = item
                 raise_peaks(
-                    lane,
+                    np.int64(lane),
                     interval,
                     n_quantities,
-                    chosen,
+                    candidates.chosen,
                     sizes,
                     intervals,
                     quantities,
                     history,
                     modes,
-                    scratch,
+                    dense,
                     track,
                 )
 
@@ -238,117 +241,180 @@ def strongly_cut(interval, lane, intervals, history):
 def gather(points, present, forces, start, stride, n_points):
     """Grid points of the next evaluation and the elements' forces there, after any change."""
     for p in range(POINTS):
-        points[p] = min(start + stride * p, n_points - 1)
+        point = start + stride * p
+        points[p] = max(min(point, 2 * (n_points - 1) - point), 0)
         for e in range(N_ELEMENTS):
             at = ((points[p] * N_ELEMENTS + e) * FORCES + AFTER) * LANES
             for lane in range(LANES):
                 present[(p * N_ELEMENTS + e) * LANES + lane] = forces[at + lane]
 
 
-@by_lanes
-def look(track, at, inputs, after):
-    """Raise a block's peaks to its values at a grid point."""
-    for k in range(ROWS):
-        value = abs(inputs[after + k])
-        track[at + PEAK * ROWS + k] = max(track[at + PEAK * ROWS + k], value)
+@inline
+def changes(forces, point):
+    """Whether a current, and with it a force, changes at a grid point in some lane."""
+    count = 0
+    for e in range(N_ELEMENTS):
+        at = (point * N_ELEMENTS + e) * FORCES * LANES
+        for lane in range(LANES):
+            at_end = forces[at + BEFORE * LANES + lane]
+            count += 1 if forces[at + AFTER * LANES + lane] != at_end else 0
+    return count > 0
 
 
 @by_lanes
-def follow(track, at, inputs, before, after, turn, inverse, weight):
-    """Take a block's values at the end of an interval; whether some are near their peaks."""
+def look(track, at, values, before, after, left, right):
+    """Count a block's values at a grid point; how many are near their peaks."""
     near = 0
     for k in range(ROWS):
-        begun, ended = track[at + LEFT * ROWS + k], inputs[before + k]
-        track[at + LEFT * ROWS + k] = inputs[after + k]
-        track[at + (SLOPES + turn) * ROWS + k] = (ended - begun) * inverse
-        last = track[at + TOP * ROWS + k]
-        top = max(abs(begun), abs(ended))
-        track[at + LAST * ROWS + k] = last
-        track[at + TOP * ROWS + k] = top
-        peak = max(track[at + PEAK * ROWS + k], top)
+        ended, begun = values[before + k], values[after + k]
+        total = fused(left, ended * ended, track[at + TOTAL * ROWS + k])
+        track[at + TOTAL * ROWS + k] = fused(right, begun * begun, total)
+        value = max(abs(ended), abs(begun))
+        peak = max(track[at + PEAK * ROWS + k], value)
         track[at + PEAK * ROWS + k] = peak
-        near += 1 if last > NEAR * peak else 0
-        square = fused(begun, begun, ended * ended)
-        track[at + TOTAL * ROWS + k] = fused(weight, square, track[at + TOTAL * ROWS + k])
+        near += 1 if value > NEAR * peak else 0
     return near
 
 
-@inner
-def bound_inside(track, at, middle, reach, rows, rows_at, n_items, n_directions, n_modes, bulges):
-    """Bounds inside the interval before the last one; whether some exceed their peaks.
+@by_lanes
+def bound_inside(
+    bounds,
+    values,
+    at0,
+    at1,
+    at2,
+    at3,
+    before1,
+    before2,
+    before3,
+    inverse0,
+    inverse1,
+    inverse2,
+    reach,
+    margins,
+    track,
+    at,
+):
+    """Bounds between the second and third of four grid points; how many exceed their peaks.
 
-    What follows the modes is smooth: its change of slope tells. What follows a force directly has
-    kinks where the current begins to change: there the force's own course in the interval tells.
+    What follows the modes is smooth: its change of slope tells. ``margins`` are for the rest.
     """
     exceeded = 0
-    for r in range(n_items):
-        for lane in range(LANES):
-            k = at + r * LANES + lane
-            slope = track[k + (SLOPES + middle) * ROWS]
-            before = track[k + (SLOPES + (middle + 2) % 3) * ROWS]
-            after = track[k + (SLOPES + (middle + 1) % 3) * ROWS]
-            bound = fused(reach, abs(slope - before) + abs(after - slope), track[k + LAST * ROWS])
-            for e in range(N_ELEMENTS):
-                for direction in range(n_directions):
-                    own = rows_at + 8 * (2 * n_modes + e) + r * n_directions + direction
-                    weight = abs(rows[own * TABLE_LANES + lane % TABLE_LANES])
-                    bound = fused(weight, bulges[e * LANES + lane], bound)
-            track[k + BOUND * ROWS] = bound
-            exceeded += 1 if bound > track[k + PEAK * ROWS] else 0
-    return exceeded > 0
+    for k in range(ROWS):
+        begun, ended = values[at1 + k], values[at2 + before2 + k]
+        change0 = values[at1 + before1 + k] - values[at0 + k]
+        change1 = ended - begun
+        change2 = values[at3 + before3 + k] - values[at2 + k]
+        bend = abs(fused(change1, inverse1, -(change0 * inverse0)))
+        bend += abs(fused(change2, inverse2, -(change1 * inverse1)))
+        bound = fused(reach, bend, max(abs(begun), abs(ended)) + margins[k])
+        bounds[k] = bound
+        exceeded += 1 if bound > track[at + PEAK * ROWS + k] else 0
+    return exceeded
 
 
 @inner
-def find_bulges(bulges, interval, intervals, history, n_pad):
+def find_bulges(bulges, interval, intervals, history, n_pad, values, begun, ended, track, at_block):
     """How far every force leaves the straight line inside an interval, N in the device's scale."""
     forces, steps, cuts = history.forces, history.steps, history.cuts
     window = intervals.window_of[interval]
     n_intervals = intervals.windows[window, 2]
     within = interval - intervals.windows[window, 0]
     width, own = record_layout(steps, n_pad)
-    for lane in range(LANES):
-        n_sub = max(-cuts[interval, lane], 1)
-        begin = interval - within % n_sub
-        for e in range(N_ELEMENTS):
+    for e in range(N_ELEMENTS):
+        for lane in range(LANES):
+            n_sub = max(-cuts[interval, lane], 1)
+            past = within & (n_sub - 1)  # of the step, which spans a power of two of intervals
             first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
             last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
-            most = 0.0
-            if cuts[interval, lane] > 1:
-                numbers = own * LANES + lane
+            tau = (past + 0.5) / n_sub
+            at = ((interval - past) * N_ELEMENTS + e) * FORCES + AT_NODES
+            middle = 0.0
+            for k in range(3):
+                weight = fused(tau, fused(tau, LAGRANGE[k][2], LAGRANGE[k][1]), LAGRANGE[k][0])
+                middle = fused(weight, forces[(at + k) * LANES + lane], middle)
+            bulges[e * LANES + lane] = BULGE * abs(fused(-0.5, first + last, middle))
+    for lane in range(LANES):
+        if cuts[interval, lane] > 1 and near_in(lane, values, begun, ended, track, at_block):
+            for e in range(N_ELEMENTS):
+                first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
+                last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
+                most = 0.0
                 number = history.first_step[interval, lane]
                 for step in range(cuts[interval, lane]):
                     if step > 0:
-                        number = int(steps[number, numbers + NEXT * LANES])
+                        number = int(steps[number, (own + NEXT) * LANES + lane])
                     force = steps[number, (2 * n_pad + e * width) * LANES + lane]
-                    tau = steps[number, numbers + BEGIN * LANES] * n_intervals - within
-                    most = max(most, abs(force - first - (last - first) * tau))
-            else:
-                tau = (within % n_sub + 0.5) / n_sub
-                at = (begin * N_ELEMENTS + e) * FORCES + AT_NODES
-                middle = 0.0
-                for k in range(3):
-                    weight = LAGRANGE[k][0] + tau * (LAGRANGE[k][1] + tau * LAGRANGE[k][2])
-                    middle += weight * forces[(at + k) * LANES + lane]
-                most = abs(middle - 0.5 * (first + last))
-            bulges[e * LANES + lane] = BULGE * most
+                    tau = steps[number, (own + BEGIN) * LANES + lane] * n_intervals - within
+                    most = max(most, abs(fused(last - first, -tau, force - first)))
+                bulges[e * LANES + lane] = BULGE * most
+
+
+@inline
+def near_in(lane, values, begun, ended, track, at):
+    """Whether some quantity of a block is near its peak at an end of an interval, in one lane."""
+    count = 0
+    for k in range(lane, ROWS, LANES):
+        top = max(abs(values[begun + k]), abs(values[ended + k]))
+        count += 1 if top > NEAR * track[at + PEAK * ROWS + k] else 0
+    return count > 0
 
 
 @inner
-def undo_changes(inputs, after, before, rows, at, n_modes, forces, point):
+def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z):
+    """What forces that leave the straight line, and fast modes, may add to a block's values.
+
+    What follows a force directly has kinks where the current begins to change. Modes that are too
+    fast for the grid count with all their size.
+    """
+    rows, _, n_directions, fast, moduli = quantities
+    n_modes, n_pad = sizes.n_modes, sizes.n_pad
+    at = 8 * (block * (2 * n_modes + N_ELEMENTS + N_GROUND) + 2 * n_modes)
+    first = block * (8 // n_directions)
+    for item in range(n_items):
+        own = item * LANES
+        for lane in range(LANES):
+            margins[own + lane] = 0.0
+        for e in range(N_ELEMENTS):
+            for direction in range(n_directions):
+                weight = (at + 8 * e + item * n_directions + direction) * TABLE_LANES
+                for lane in range(LANES):
+                    share = abs(rows[weight + lane % TABLE_LANES])
+                    bulge = bulges[e * LANES + lane]
+                    margins[own + lane] = fused(share, bulge, margins[own + lane])
+        if fast.shape[0] > 0:
+            for lane in range(LANES):
+                most = 0.0
+                for end in range(2):
+                    total = 0.0
+                    for k in range(fast.shape[0]):
+                        real = z[((interval + end) * 2 * n_pad + fast[k]) * LANES + lane]
+                        imaginary = z[
+                            ((interval + end) * 2 * n_pad + n_pad + fast[k]) * LANES + lane
+                        ]
+                        modulus = np.sqrt(fused(real, real, imaginary * imaginary))
+                        share = moduli[first + item, k, lane % TABLE_LANES]
+                        total = fused(share, modulus, total)
+                    most = max(most, total)
+                margins[own + lane] += most
+
+
+@inner
+def undo_changes(values, after, before, rows, at, n_modes, forces, point):
     """A block's rows just before the current changed, from those just after it."""
     for r in range(8):
         for lane in range(LANES):
-            value = inputs[after + r * LANES + lane]
+            value = values[after + r * LANES + lane]
             for e in range(N_ELEMENTS):
                 own = (point * N_ELEMENTS + e) * FORCES * LANES + lane
                 change = forces[own + BEFORE * LANES] - forces[own + AFTER * LANES]
                 weight = (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
                 value = fused(rows[weight], change, value)
-            inputs[before + r * LANES + lane] = value
+            values[before + r * LANES + lane] = value
 
 
 @inline
-def take_norms(inputs, at, n_items, n_directions):
+def take_norms(values, at, n_items, n_directions):
     """Norms over the directions, in place of the first rows."""
     if n_directions > 1:
         for r in range(n_items):
@@ -356,51 +422,38 @@ def take_norms(inputs, at, n_items, n_directions):
                 own = at + r * n_directions * LANES + lane
                 square = 0.0
                 for direction in range(n_directions):
-                    part = inputs[own + direction * LANES]
+                    part = values[own + direction * LANES]
                     square = fused(part, part, square)
-                inputs[at + r * LANES + lane] = np.sqrt(square)
+                values[at + r * LANES + lane] = np.sqrt(square)
 
 
 @inner
-def add_fast_modes(track, at, first, n_items, quantities, z, z_at, n_pad):
-    """Add what the modes that are too fast for the grid could add to the values at the ends."""
-    fast, moduli = quantities.fast, quantities.fast_moduli
-    for item in range(n_items):
-        for lane in range(LANES):
-            size = 0.0
-            for k in range(fast.shape[0]):
-                real = z[(z_at + fast[k]) * LANES + lane]
-                imaginary = z[(z_at + n_pad + fast[k]) * LANES + lane]
-                weight = moduli[first + item, k, lane % TABLE_LANES]
-                size += weight * np.sqrt(real * real + imaginary * imaginary)
-            own = at + item * LANES + lane
-            track[own + TOP * ROWS] += max(size, track[own + QUICK * ROWS])
-            track[own + QUICK * ROWS] = size
-
-
-@inner
-def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, scratch, track):
+def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, dense, track):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
     place, bound, number, chosen = candidates
     per_block = 8 // quantities.n_directions
     while True:
-        best, most = -1, 1.0
+        best, most, left = -1, 1.0, 0
         for k in range(number[lane]):
-            own = row_of(place[lane, k, 1], per_block) * LANES + lane
+            item = place[lane, k, 1]
+            own = row_of(item, per_block) * LANES + lane
             promise = bound[lane, k] / track[own + PEAK * ROWS]
-            if promise > most:
-                best, most = k, promise
+            if promise > 1.0:
+                place[lane, left, 0], place[lane, left, 1] = place[lane, k, 0], item
+                bound[lane, left] = bound[lane, k]
+                if promise > most:
+                    best, most = left, promise
+                left += 1
+        number[lane] = left
         if best < 0:
             break
-        interval, n_chosen = place[lane, best, 0], np.int64(0)
+        interval = place[lane, best, 0]
+        n_chosen = np.int64(0)
         for k in range(number[lane]):
             if place[lane, k, 0] == interval:
-                item = place[lane, k, 1]
-                own = row_of(item, per_block) * LANES + lane
-                if bound[lane, k] > track[own + PEAK * ROWS]:
-                    chosen[n_chosen] = item
-                    n_chosen += 1
-                bound[lane, k] = 0.0
+                chosen[n_chosen] = place[lane, k, 1]
+                n_chosen += 1
+                bound[lane, k] = 0.0  # dropped in the next pass
         raise_peaks(
             lane,
             interval,
@@ -411,7 +464,7 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
             quantities,
             history,
             modes,
-            scratch,
+            dense,
             track,
         )
     number[lane] = 0
@@ -425,71 +478,59 @@ def row_of(item, per_block):
 
 @exact
 def raise_peaks(
-    lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, scratch, track
+    lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense, track
 ):
-    """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane.
-
-    scratch.dense: a row of numbers each for the modes' states, decay and three integrals against
-    powers of time, for the forces' polynomials, for the quantities' last two values, and for which
-    length and lane the decay and the integrals are.
-    """
+    """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane."""
     n_modes, n_pad = sizes.n_modes, sizes.n_pad
     windows, window_of, lengths, ground = intervals
-    rows, _, n_directions, _, _ = quantities
+    _, n_quantities, n_directions, _, _ = quantities
     z, _, forces, steps, _, cuts, first_step, _ = history
-    dense, integral, phi = scratch.dense, scratch.integral, scratch.phi
-    own = lane % TABLE_LANES
+    state, polynomials = dense.state, dense.polynomials
     per_block = 8 // n_directions
-    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    n_blocks = -(-n_quantities // per_block)
     window = window_of[interval]
     n_intervals = windows[window, 2]
     n_steps = max(cuts[interval, lane], 1)
     n_sub = max(-cuts[interval, lane], 1)
     within = interval - windows[window, 0]
-    first_column = n_modes * (1 + 2 * N_ELEMENTS)
     fastest = 0.0
     for m in range(n_modes):
-        fastest = max(fastest, abs(modes[m, own]))
-    width, numbers = record_layout(steps, n_pad)
-    numbers = numbers * LANES + lane
+        value = modes[m, lane % TABLE_LANES]
+        fastest = max(fastest, value.real * value.real + value.imag * value.imag)
+    fastest = np.sqrt(fastest)
+    width, own = record_layout(steps, n_pad)
     number, following = first_step[interval, lane], 0
     begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
-    past = 0.0
-    count = 0
+    past = 1.0  # distance between the instants before this step
+    counted = np.int64(0)
     for step in range(n_steps):
         begin = interval - within % n_sub  # where the step begins
         if n_steps > 1:
-            begun_at = steps[number, numbers + BEGIN * LANES] * n_intervals - within
-            part = steps[number, numbers + LENGTH * LANES] * n_intervals
+            begun_at = steps[number, (own + BEGIN) * LANES + lane] * n_intervals - within
+            part = steps[number, (own + LENGTH) * LANES + lane] * n_intervals
             if step + 1 < n_steps:
-                following = int(steps[number, numbers + NEXT * LANES])
+                following = int(steps[number, (own + NEXT) * LANES + lane])
         length = lengths[interval] * part
         n_dense = max(int(np.ceil(FEWEST_DENSE * part)), int(PER_RADIAN * fastest * length) + 1)
         resolved = n_dense <= MOST_DENSE
         n_dense = min(n_dense, MOST_DENSE)
         length = length / n_dense
-        known = dense[7, 0].real == length and (TABLE_LANES == 1 or dense[7, 0].imag == lane)
-        dense[7, 0] = complex(length, lane)
-        for m in range(0 if known else n_modes):
-            powers(modes[m, own], length, length, integral, phi)
-            dense[1, m] = phi[0]
-            for power in range(3):
-                dense[2 + power, m] = integral[power]
+        set_weights(length, lane % TABLE_LANES, n_modes, modes, dense)
         share = 1.0 / (n_sub * n_dense)
         tau = (within % n_sub) / n_sub
         for m in range(n_modes):
             if n_steps == 1:
                 at = (interval * 2 * n_pad + m) * LANES + lane
-                dense[0, m] = complex(z[at], z[at + n_pad * LANES])
+                state[m] = complex(z[at], z[at + n_pad * LANES])
             else:
                 at = m * LANES + lane
-                dense[0, m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
+                state[m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
         for e in range(N_ELEMENTS):
             at = (begin * N_ELEMENTS + e) * FORCES * LANES + lane
             end = ((begin + n_sub) * N_ELEMENTS + e) * FORCES * LANES + lane
             ending = forces[end + BEFORE * LANES]
             for k in range(8):
-                dense[5, 8 * e + k] = 0.0
+                polynomials[e, k] = 0.0
             for k in range(5):
                 if n_steps > 1:
                     to = (2 * n_pad + e * width) * LANES + lane
@@ -503,68 +544,150 @@ def raise_peaks(
                     force = ending
                 for power in range(3):
                     if 0 < k < 4:
-                        dense[5, 8 * e + power] += LAGRANGE[k - 1][power] * force
+                        polynomials[e, power] += LAGRANGE[k - 1][power] * force
                 for power in range(5):
-                    dense[5, 8 * e + 3 + power] += THROUGH_ENDS[k][power] * force
-        for j in range(n_dense + 1):
-            a = tau + j * share
-            b = begun_at + part * j / n_dense
-            if j > 0 or step == 0:
-                for k in range(n_chosen):
-                    item = chosen[k]
-                    base = item // per_block * size + item % per_block * n_directions
-                    square = 0.0
-                    for direction in range(n_directions):
-                        value = 0.0
-                        for m in range(n_modes):
-                            at = (base + direction + 8 * m) * TABLE_LANES + own
-                            value += rows[at] * dense[0, m].real
-                            at += 8 * n_modes * TABLE_LANES
-                            value += rows[at] * dense[0, m].imag
-                        for e in range(N_ELEMENTS):
-                            force = 0.0
-                            for power in range(4, -1, -1):
-                                force = force * a + dense[5, 8 * e + 3 + power].real
-                            at = base + direction + 8 * (2 * n_modes + e)
-                            value += rows[at * TABLE_LANES + own] * force
-                        for i in range(N_GROUND):
-                            low = ground[(interval * N_GROUND + i) * LANES + lane]
-                            high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
-                            at = base + direction + 8 * (2 * n_modes + N_ELEMENTS + i)
-                            moved = low + (high - low) * b
-                            value += rows[at * TABLE_LANES + own] * moved
-                        square += value * value
-                    value = np.sqrt(square)
-                    before, middle = dense[6, item].real, dense[6, item].imag
-                    at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
-                    # the values at both ends have been counted
-                    if count > 0 and (step + 1 < n_steps or j < n_dense):
-                        track[at] = max(track[at], value)
-                    # the parabola through three points has its top between them
-                    if resolved and count >= 2:
-                        rise, fall = (middle - before) / past, (value - middle) / length
-                        bend = (fall - rise) / (past + length)
-                        slope = (rise * length + fall * past) / (past + length)
-                        if bend < 0.0 and 2.0 * bend * length <= -slope <= -2.0 * bend * past:
-                            track[at] = max(track[at], middle - 0.25 * slope * slope / bend)
-                    dense[6, item] = complex(dense[6, item].imag, value)
-                count += 1
-                past = length
-            if j < n_dense:
+                    polynomials[e, 3 + power] += THROUGH_ENDS[k][power] * force
+        for first in range(0, n_dense + 1, DENSE):
+            n_here = min(DENSE, n_dense + 1 - first)
+            for p in range(n_here):
+                a = tau + (first + p) * share
+                b = begun_at + part * (first + p) / n_dense
                 for m in range(n_modes):
-                    state = dense[1, m] * dense[0, m]
+                    dense.z[p * 2 * n_modes + m] = state[m].real
+                    dense.z[p * 2 * n_modes + n_modes + m] = state[m].imag
+                for e in range(N_ELEMENTS):
+                    force = 0.0
+                    for power in range(4, -1, -1):
+                        force = force * a + polynomials[e, 3 + power]
+                    dense.forces[p * N_ELEMENTS + e] = force
+                for i in range(N_GROUND):
+                    low = ground[(interval * N_GROUND + i) * LANES + lane]
+                    high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
+                    dense.ground[p * N_GROUND + i] = low + (high - low) * b
+                if first + p < n_dense:
+                    for m in range(n_modes):
+                        state[m] *= dense.weights[0, m]
                     for e in range(N_ELEMENTS):
-                        c0, c1, c2 = dense[5, 8 * e], dense[5, 8 * e + 1], dense[5, 8 * e + 2]
-                        push = (c0 + a * (c1 + a * c2)) * dense[2, m]
-                        push += share * (c1 + 2.0 * a * c2) * dense[3, m]
-                        push += share * share * c2 * dense[4, m]
-                        state += modes[first_column + n_modes * (N_GROUND + e) + m, own] * push
+                        c1, c2 = polynomials[e, 1], polynomials[e, 2]
+                        push0 = polynomials[e, 0] + a * (c1 + a * c2)
+                        push1 = share * (c1 + 2.0 * a * c2)
+                        push2 = share * share * c2
+                        to = 1 + 2 * N_GROUND + 3 * e
+                        add_input(state, dense.weights, to, push0)
+                        add_input(state, dense.weights, to + 1, push1)
+                        add_input(state, dense.weights, to + 2, push2)
                     for i in range(N_GROUND):
                         low = ground[(interval * N_GROUND + i) * LANES + lane]
                         high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
+                        add_input(state, dense.weights, 1 + 2 * i, low + (high - low) * b)
                         rise = (high - low) * part / n_dense
-                        begun = low + (high - low) * b
-                        push = begun * dense[2, m] + rise * dense[3, m]
-                        state += modes[first_column + n_modes * i + m, own] * push
-                    dense[0, m] = state
+                        add_input(state, dense.weights, 2 + 2 * i, rise)
+            for block in range(n_blocks):
+                evaluated = False
+                for k in range(n_chosen):
+                    item = chosen[k]
+                    if item // per_block == block:
+                        if not evaluated:
+                            evaluate(block, lane, n_modes, quantities, dense)
+                            evaluated = True
+                        follow(
+                            item % per_block * n_directions,
+                            n_directions,
+                            first,
+                            n_here,
+                            counted,
+                            n_dense if step + 1 == n_steps else n_dense + 1,
+                            length,
+                            past if resolved else 0.0,
+                            item,
+                            row_of(item, per_block) * LANES + PEAK * ROWS + lane,
+                            dense,
+                            track,
+                        )
+        past = length
+        counted += n_dense
         number = following
+
+
+@exact_inline
+def set_weights(length, own, n_modes, modes, dense):
+    """Decay of the modes over a time, and the weights of the inputs' powers of time in it."""
+    weights, integral, phi = dense.weights, dense.integral, dense.phi
+    if dense.weights_for[0] == length and dense.weights_for[1] == own:
+        return
+    dense.weights_for[0], dense.weights_for[1] = length, own
+    first = n_modes * (1 + 2 * N_ELEMENTS)
+    for m in range(n_modes):
+        powers(modes[m, own], length, length, integral, phi)
+        weights[0, m] = phi[0]
+        for i in range(N_GROUND):
+            column = modes[first + n_modes * i + m, own]
+            for power in range(2):
+                weights[1 + 2 * i + power, m] = column * integral[power]
+        for e in range(N_ELEMENTS):
+            column = modes[first + n_modes * (N_GROUND + e) + m, own]
+            for power in range(3):
+                weights[1 + 2 * N_GROUND + 3 * e + power, m] = column * integral[power]
+
+
+@exact_inline
+def add_input(state, weights, k, value):
+    """Add an input's effect to the modes."""
+    for m in range(state.shape[0]):
+        state[m] += weights[k, m] * value
+
+
+@exact_inline
+def evaluate(block, lane, n_modes, quantities, dense):
+    """A block's rows at the instants of a dense evaluation."""
+    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    for k in range(size):
+        dense.rows[k] = quantities.rows[(block * size + k) * TABLE_LANES + lane % TABLE_LANES]
+    dense_quantities_at(
+        dense.values,
+        0,
+        dense.rows,
+        0,
+        dense.z,
+        dense.points,
+        2 * n_modes,
+        n_modes,
+        n_modes,
+        dense.forces,
+        N_ELEMENTS,
+        N_ELEMENTS,
+        dense.ground,
+        N_GROUND,
+    )
+
+
+@exact_inline
+def follow(row, n_directions, first, n_here, earlier, inside, length, past, item, at, dense, track):
+    """Raise a quantity's peak by its next instants and by the parabolas through three of them.
+
+    earlier: instants before this step; inside: instants of the step before the interval's end;
+    past: distance of the instants before the step, zero where they are too far apart for parabolas.
+    """
+    before, middle, peak = dense.last[item, 0], dense.last[item, 1], track[at]
+    for p in range(n_here):
+        j = first + p
+        if j == 0 and earlier > 0:
+            continue  # the end of the last step
+        square = 0.0
+        for direction in range(n_directions):
+            part = dense.values[8 * p + row + direction]
+            square += part * part
+        value = np.sqrt(square)
+        # the values at both ends have been counted
+        if earlier + j > 0 and j < inside:
+            peak = max(peak, value)
+        # the parabola through three points has its top between them
+        if past > 0.0 and earlier + j >= 2:
+            s = length if j >= 2 else past
+            rise, fall = middle - before, value - middle
+            bend = fall * s - rise * length
+            slope = rise * length * length + fall * s * s
+            if bend < 0.0 and 2.0 * bend * length <= -slope <= -2.0 * bend * s:
+                peak = max(peak, middle - 0.25 * slope * slope / (bend * s * length * (s + length)))
+        before, middle = middle, value
+    dense.last[item, 0], dense.last[item, 1], track[at] = before, middle, peak

@@ -12,8 +12,13 @@ def phi_functions(z, phi):
         term = 1.0 / 6.0 + 0.0j
         total = term
         for n in range(1, 21):
-            term = term * z / (n + 3)
+            term = term * z
+            # by parts: a division by a complex number takes several times as long
+            term = complex(term.real / (n + 3), term.imag / (n + 3))
             total += term
+            # all further terms are rounded off
+            if abs(term.real) + abs(term.imag) < 5e-17 * min(abs(total.real), abs(total.imag)):
+                break
         phi[3] = total
         phi[2] = 0.5 + z * phi[3]
         phi[1] = 1.0 + z * phi[2]

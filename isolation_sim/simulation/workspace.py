@@ -16,6 +16,7 @@ from .arguments import (
     Candidates,
     Coils,
     Course,
+    DenseScratch,
     History,
     Intervals,
     Lanes,
@@ -315,10 +316,10 @@ class Workspace:
         """Every quantity's peak and mean square, (n_quantities, lanes)."""
         n_quantities = quantities.n_quantities
         module, grid, lanes = self.module.summary, self.grid, self.module.LANES
+        n_modes, n_elements, n_ground = self.elements.n_modes, module.N_ELEMENTS, module.N_GROUND
         per_block = 8 // quantities.n_directions
-        track = np.zeros((-(-n_quantities // per_block), module.KINDS, 8, lanes))
-        n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
-        at_once = module.POINTS * lanes
+        n_blocks = -(-n_quantities // per_block)
+        track = np.zeros((n_blocks, module.KINDS, 8, lanes))
         candidates = Candidates(
             np.empty((lanes, module.CANDIDATES, 2), np.int64),
             np.empty((lanes, module.CANDIDATES)),
@@ -327,17 +328,33 @@ class Workspace:
         )
         scratch = SummaryScratch(
             np.empty(module.POINTS, np.int64),
-            np.empty(8 * (at_once + lanes)),
-            np.empty(module.N_ELEMENTS * at_once),
-            np.empty(module.N_ELEMENTS * lanes),
-            np.zeros((8, n_columns), complex),
+            np.empty(n_elements * module.POINTS * lanes),
+            np.zeros(n_blocks * 2 * module.SLOTS * 8 * lanes),
+            np.zeros(module.SLOTS, np.int64),
+            np.zeros((n_blocks, module.SLOTS), np.int64),
+            np.empty(n_elements * lanes),
+            np.zeros(8 * lanes),
+            np.empty(8 * lanes),
+        )
+        dense = DenseScratch(
+            np.empty(n_modes, complex),
+            np.empty((1 + 2 * n_ground + 3 * n_elements, n_modes), complex),
+            np.full(2, -1.0),
+            np.empty((n_elements, 8)),
+            np.zeros(module.DENSE * 2 * n_modes),
+            np.zeros(module.DENSE * n_elements),
+            np.zeros(module.DENSE * n_ground),
+            np.empty(8 * (2 * n_modes + n_elements + n_ground)),
+            np.empty(module.DENSE * 8),
+            np.arange(module.DENSE),
+            np.zeros((n_quantities, 2)),
             np.empty(3, complex),
             np.empty(4, complex),
         )
         *_, history, _ = self.arguments
         module.summarise(
             self.sizes, Intervals(grid.windows, grid.window_of, grid.lengths, self.ground.ravel()),
-            quantities, history, self.tables.modes, candidates, scratch, track.ravel(),
+            quantities, history, self.tables.modes, candidates, scratch, dense, track.ravel(),
         )  # fmt: skip
         result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
         peak, total = result.reshape(2, -1, lanes)[:, :n_quantities]
