@@ -102,6 +102,12 @@ class Law:
         Published parameter sets by name, the default one first: functions that return a ``Device``.
     conditions : mapping of str to callable
         The same for sets that were published for a single loading condition each.
+    unit : str
+        File of a functional mock-up unit that sets the state, the force, in a run; empty for
+        arithmetic.
+    unit_variables : mapping of str to str
+        ``displacement_m``, ``velocity_m_s``, ``current_A``, ``force_N`` by the unit's own names,
+        where these are others.
     """
 
     name: str
@@ -117,6 +123,8 @@ class Law:
     field_power: Callable[..., Any] | None = None
     sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
+    unit: str = ""
+    unit_variables: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
