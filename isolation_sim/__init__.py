@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from controllers import Controller
     from ground_motions import Record, available_records, el_centro_1940
     from ground_motions import read as read_record
 
@@ -96,6 +97,7 @@ _HOMES = {
     "Case": ".simulation.batch",
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
+    "Controller": "controllers",
     "Device": ".laws",
     "DeviceSimulator": ".simulation.substructure",
     "Diagnosis": ".discrepancy.diagnosis",
@@ -162,6 +164,7 @@ __all__ = [
     "Case",
     "CoilDriver",
     "Comparison",
+    "Controller",
     "Device",
     "DeviceSimulator",
     "Diagnosis",

@@ -69,7 +69,8 @@ def controller(name: str, **settings: Any) -> Control:
         Name of the controller, a place such as ``"my_controllers.py:Outwards"``, or a functional
         mock-up unit, ``"my.fmu"``.
     **settings : object
-        Its settings; see ``CONTROLLERS[name].settings``.
+        Its settings; the signature of its class shows them, and so does ``isolation-sim list
+        controllers``.
 
     Returns
     -------

@@ -42,14 +42,16 @@ def export_c(
 ) -> None:
     """Write a controller as C99, without allocation or dependencies."""
     from ..export.controller import controller_files
+    from ..io.atomic_write import write_text
+    from ..io.output_place import check_new_files
     from ..scenario import Scenario, main_job
 
     described = main_job() if scenario is None else Scenario.read(scenario)
     files = controller_files(described.build(), controller)
+    check_new_files(force, *(out / name for name in files))
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
-        write_new_file(out / name, text, force)
-        print(out / name)
+        print(write_text(text, out / name))
 
 
 @app.command(
@@ -101,19 +103,23 @@ OutFile = Annotated[
 
 
 @app.command("mat", epilog=examples("isolation-sim export mat results/main_job"))
-def export_mat(results: Folder, out: OutFile = None) -> None:
+def export_mat(results: Folder, out: OutFile = None, force: Force = False) -> None:
     """Write all tables and histories of a results folder to one MATLAB file."""
-    from ..io.interchange import export_results
-
-    print(export_results(results, "mat", out))
+    _export(results, "mat", out, force)
 
 
 @app.command("xlsx", epilog=examples("isolation-sim export xlsx results/main_job"))
-def export_xlsx(results: Folder, out: OutFile = None) -> None:
+def export_xlsx(results: Folder, out: OutFile = None, force: Force = False) -> None:
     """Write all tables and histories of a results folder to one Excel workbook."""
-    from ..io.interchange import export_results
+    _export(results, "xlsx", out, force)
 
-    print(export_results(results, "xlsx", out))
+
+def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
+    from ..io.interchange import export_results
+    from ..io.output_place import check_new_files
+
+    check_new_files(force, out or results / f"results.{form}")
+    print(export_results(results, form, out))
 
 
 @app.command(

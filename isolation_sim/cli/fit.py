@@ -5,16 +5,13 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from ..errors import InputError
 from ..io.output_place import check_new_files
 from .common_options import AsJson, Export, Force, Quiet, check_exports, examples, progress
-
-if TYPE_CHECKING:
-    from ..identification.fitted import Fit
 
 EXAMPLES = examples(
     "isolation-sim fit my_tests --law kelvin_voigt",
@@ -25,7 +22,9 @@ EXAMPLES = examples(
 
 def fit(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
-    law: Annotated[str, typer.Option(help="Law to fit; isolation-sim list laws.")],
+    law: Annotated[
+        str, typer.Option(help="Law to fit, of isolation-sim list laws; auto takes the best.")
+    ],
     current_degree: Annotated[
         int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
     ] = None,
@@ -76,9 +75,9 @@ def fit(
             starts=starts, progress=lambda done: step("searching", done),
         )  # fmt: skip
     if as_json:
-        print(json.dumps(result.report(), indent=2))
+        print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
-        _show(result)
+        result.report()
     where = sys.stderr if as_json else sys.stdout
     for path in (out, report, figure):
         if path is not None:
@@ -107,13 +106,3 @@ def _numbers(given: list[str]) -> dict[str, float]:
         if not equals:
             raise InputError(f"--fix {text}: expected: a parameter and a number, such as n=2")
     return numbers
-
-
-def _show(result: Fit) -> None:
-    from ..reports.console import standard_console
-
-    console = standard_console()
-    for table in result.tables():
-        console.print(table)
-    for note in result.notes:
-        console.print(f"note: {note}")

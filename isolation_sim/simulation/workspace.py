@@ -13,16 +13,20 @@ from numba import typeof
 from numpy.typing import NDArray
 
 from .arguments import (
+    Candidates,
     Coils,
     Course,
     History,
+    Intervals,
     Lanes,
     LawNumbers,
     Limits,
     Measurements,
     Propagation,
+    Quantities,
     Scratch,
     Sizes,
+    SummaryScratch,
 )
 from .elements import Elements
 from .grid import Grid
@@ -307,54 +311,34 @@ class Workspace:
             **lanes._asdict(),
         }  # fmt: skip
 
-    def summarise(
-        self,
-        quantities: NDArray,
-        n_quantities: int,
-        n_directions: int,
-        fast: NDArray,
-        fast_rows: NDArray,
-    ) -> tuple[NDArray, NDArray]:
-        """Every quantity's peak and mean square, (n_quantities, lanes).
-
-        ``fast``: modes that the grid does not resolve; ``fast_rows``: moduli of the quantities'
-        rows for them, (n_quantities, n_fast, table lanes).
-        """  # fmt: skip
-        module, grid, lanes = self.module, self.grid, self.module.LANES
-        per_block = 8 // n_directions
+    def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
+        """Every quantity's peak and mean square, (n_quantities, lanes)."""
+        n_quantities = quantities.n_quantities
+        module, grid, lanes = self.module.summary, self.grid, self.module.LANES
+        per_block = 8 // quantities.n_directions
         track = np.zeros((-(-n_quantities // per_block), module.KINDS, 8, lanes))
         n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
         at_once = module.POINTS * lanes
-        module.summarise(
-            self.sizes,
-            grid.windows,
-            grid.lengths,
-            grid.window_of,
-            quantities,
-            n_quantities,
-            n_directions,
-            fast,
-            fast_rows,
-            self.ground.ravel(),
-            self.z,
-            self.forces,
-            self.steps,
-            self.cuts,
-            self.first_step,
-            self.tables.modes,
-            np.empty(module.POINTS, np.int64),
-            np.empty(8 * (at_once + lanes)),
-            np.empty(module.N_ELEMENTS * at_once),
-            np.empty(module.N_ELEMENTS * lanes),
+        candidates = Candidates(
             np.empty((lanes, module.CANDIDATES, 2), np.int64),
             np.empty((lanes, module.CANDIDATES)),
             np.zeros(lanes, np.int64),
             np.empty(n_quantities, np.int64),
+        )
+        scratch = SummaryScratch(
+            np.empty(module.POINTS, np.int64),
+            np.empty(8 * (at_once + lanes)),
+            np.empty(module.N_ELEMENTS * at_once),
+            np.empty(module.N_ELEMENTS * lanes),
             np.zeros((8, n_columns), complex),
             np.empty(3, complex),
             np.empty(4, complex),
-            track.ravel(),
         )
+        *_, history, _ = self.arguments
+        module.summarise(
+            self.sizes, Intervals(grid.windows, grid.window_of, grid.lengths, self.ground.ravel()),
+            quantities, history, self.tables.modes, candidates, scratch, track.ravel(),
+        )  # fmt: skip
         result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
         peak, total = result.reshape(2, -1, lanes)[:, :n_quantities]
         return peak, total
