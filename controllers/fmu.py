@@ -55,6 +55,11 @@ class UnitController(Controller):
         Returns
         -------
         tuple of str
+
+        Raises
+        ------
+        InputError
+            If an input stands for no output of the structure.
         """
         known = (*output_names(nominal), *_coils(nominal, "current"))
         for name, measured in self._measured.items():
@@ -73,6 +78,11 @@ class UnitController(Controller):
         ----------
         context : RunContext
             With the period and the number of coils.
+
+        Raises
+        ------
+        InputError
+            If a coil has no output of the unit, or the unit cannot be started.
         """
         own = {self.variables.get(name, name): name for name in self._unit.outputs}
         commands = _coils(context.nominal, "command")
@@ -100,6 +110,11 @@ class UnitController(Controller):
         -------
         numpy.ndarray, shape (n_channels,), A
             Its outputs, within the supply's limits.
+
+        Raises
+        ------
+        InputError
+            If the unit fails.
         """
         given = {name: getattr(measurement, own) for name, own in self._measured.items()}
         commands = self._unit.step(t, self._period, given, self._commands)

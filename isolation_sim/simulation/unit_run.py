@@ -64,13 +64,19 @@ def at_every_sample(controller: Control, dt: float) -> Control:
         )
     # decisions one by one, in Python
     own: Any = controller.in_python() if hasattr(controller, "in_python") else copy(controller)
-    own_reset, own_current, period = own.reset, own.current, every * dt
+    own_prepare, own_reset, own_current = own.prepare, own.reset, own.current
     asked, held = 0, None
+
+    def told(context: RunContext) -> RunContext:
+        return replace(context, period=every * dt)
+
+    def prepare(context: RunContext, trial: Any) -> None:
+        own_prepare(told(context), trial)
 
     def reset(context: RunContext) -> None:
         nonlocal asked
         asked = 0
-        own_reset(replace(context, period=period))
+        own_reset(told(context))
 
     def current(t: float, measurement: Any) -> Any:
         nonlocal asked, held
@@ -79,7 +85,7 @@ def at_every_sample(controller: Control, dt: float) -> Control:
         asked += 1
         return held
 
-    own.period, own.reset, own.current = dt, reset, current
+    own.period, own.prepare, own.reset, own.current = dt, prepare, reset, current
     return own
 
 
@@ -107,11 +113,11 @@ class Coupling:
                 "expected: no delays, and no sampling of the sensors"
             )
         # the law's numbers are shared by all runs of the plant: this one writes to its own
-        *others, numbers, lanes, history, scratch = work.arguments
+        *others, self.coils, numbers, lanes, history, scratch = work.arguments
         self.table = numbers.table.copy()
         self.table.flags.writeable = False
         numbers = numbers._replace(table=self.table)
-        work.arguments = (*others, numbers, lanes, history, scratch)
+        work.arguments = (*others, self.coils, numbers, lanes, history, scratch)
         self.w, self.base = scratch.w, e * work.module.STRIDE
         self.k, self.begun = 0, False
         self.force = self.last = self.largest = 0.0
@@ -132,7 +138,7 @@ class Coupling:
         self.last = self.force
         status = self._try(guess, length)
         before = float(work.coil_history[window, self.channel, 0])
-        after = float(work.arguments[6].current[self.channel, 0])
+        after = float(self.coils.current[self.channel, 0])
         if before != self.current:
             jumped = self._force_now(start, length, begin, before, self.force)
             guess += jumped - self.force
@@ -190,7 +196,7 @@ class Coupling:
         self.table.flags.writeable = True
         self.table[self.e, 0, 0, 0, 0] = (force - self.force) / length
         self.table.flags.writeable = False
-        work.arguments[6].applied[self.e] = np.nan
+        self.coils.applied[self.e] = np.nan
         return work.integrate()
 
     def _keep(self, window: int) -> dict[str, NDArray]:
