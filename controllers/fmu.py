@@ -45,17 +45,7 @@ class UnitController(Controller):
         self._measured = {name: self.variables.get(name, name) for name in self._unit.inputs}
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Return the outputs that stand behind the unit's inputs.
-
-        Parameters
-        ----------
-        nominal : IsolatedStructure
-            With the outputs that there are.
-
-        Returns
-        -------
-        tuple of str
-        """
+        """Return the outputs that stand behind the unit's inputs."""
         known = (*output_names(nominal), *_coils(nominal, "current"))
         for name, measured in self._measured.items():
             if measured not in known:
@@ -67,13 +57,7 @@ class UnitController(Controller):
         return tuple(dict.fromkeys(m for m in self._measured.values() if m not in currents))
 
     def reset(self, context: RunContext) -> None:
-        """Start the unit anew.
-
-        Parameters
-        ----------
-        context : RunContext
-            With the period and the number of coils.
-        """
+        """Start the unit anew."""
         own = {self.variables.get(name, name): name for name in self._unit.outputs}
         commands = _coils(context.nominal, "command")
         for command in commands:
@@ -87,20 +71,7 @@ class UnitController(Controller):
         self._unit.start()
 
     def current(self, t: float, measurement: Any) -> NDArray:
-        """Let the unit step.
-
-        Parameters
-        ----------
-        t : float, s
-            Instant of the decision.
-        measurement : named tuple of float
-            What is measured, then the coil currents.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n_channels,), A
-            Its outputs, within the supply's limits.
-        """
+        """Let the unit step."""
         given = {name: getattr(measurement, own) for name, own in self._measured.items()}
         commands = self._unit.step(t, self._period, given, self._commands)
         return np.clip(commands, self._low, self._high)

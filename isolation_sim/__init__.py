@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         PlausibilityWarning,
         TestedRangeWarning,
     )
-    from .export.opensees import opensees_material
+    from .export.opensees import OpenSeesMaterial, opensees_material
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
@@ -105,6 +105,7 @@ _HOMES = {
     "Fit": ".identification.fitted",
     "InputError": ".errors",
     "IsolatedStructure": ".structures",
+    "OpenSeesMaterial": ".export.opensees",
     "PlausibilityWarning": ".errors",
     "Record": "ground_motions",
     "Run": ".simulation.result",
@@ -172,6 +173,7 @@ __all__ = [
     "Fit",
     "InputError",
     "IsolatedStructure",
+    "OpenSeesMaterial",
     "PlausibilityWarning",
     "Record",
     "Run",

@@ -26,6 +26,7 @@ from .io.atomic_write import atomic_write
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS
+from .laws.unit import of_file
 from .version import __version__
 
 FILE = "result.npz"
@@ -164,6 +165,8 @@ def _law_recipe(law: Law) -> tuple:
         return "extended", law.base, law.effects, law.breaks, n_powers
     if isinstance(law, PassiveLaw) and law.plain is not None:
         return "passive", law.plain, law.powers
+    if law.unit:
+        return "unit", law.unit, dict(law.unit_variables)
     own = law.name if law.name in LAWS and LAWS[law.name] is law else ""
     name = LAWS.called(law, own)
     if not name:
@@ -178,6 +181,7 @@ def law_of_recipe(kind: str, *parts: Any) -> Law:
     """Find or make a law by what `_law_recipe` returned."""
     makers: dict[str, Callable[..., Law]] = {
         "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
+        "unit": of_file,
     }  # fmt: skip
     return makers[kind](*parts)
 

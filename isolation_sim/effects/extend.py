@@ -70,6 +70,8 @@ def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]
     """
     if isinstance(device.law, ExtendedLaw):
         raise InputError(f"{device.name} has effects already; expected: a law without effects")
+    if device.law.unit:
+        raise InputError(f"{device.law.unit}: a functional mock-up unit takes no effects")
     effects = tuple(effect for effect, _ in applied)
     causes = [effect.cause for effect in effects]
     for cause in causes:

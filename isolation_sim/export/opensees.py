@@ -178,8 +178,8 @@ def opensees_material(
         Coil current.
     amplitude : float, optional, m
         Largest deformation of the loops; the tested one by default.
-    frequency : float, default 1, Hz
-        Of the loops.
+    frequency : float, default 1
+        Of the loops, Hz.
 
     Returns
     -------

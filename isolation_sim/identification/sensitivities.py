@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from ..generated import load_text, load_written
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
@@ -119,6 +120,10 @@ class Simulator:
 @lru_cache(maxsize=64)
 def compiled(law: Law) -> ModuleType:
     """Compiled simulation of a law under measured motion, with its derivatives."""
+    if law.unit:
+        raise InputError(
+            f"{law.unit}: a functional mock-up unit is no arithmetic; expected here: a law"
+        )
     mark = fingerprint(law)
     if mark is None:
         return load_text("device", _text(law))

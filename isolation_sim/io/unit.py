@@ -50,11 +50,30 @@ class Unit:
         return result
 
     @property
-    def step_size(self) -> float | None:
-        """Length of a step that the unit asks for, s."""
-        experiment = self._description.defaultExperiment
-        size = getattr(experiment, "stepSize", None)
-        return float(size) if size else None
+    def saves_state(self) -> bool:
+        """Whether its state can be read and set."""
+        own = self._description.coSimulation
+        return any(
+            getattr(own, name, False) for name in ("canGetAndSetFMUstate", "canGetAndSetFMUState")
+        )
+
+    @property
+    def takes_any_step(self) -> bool:
+        """Whether steps may have any length."""
+        return bool(self._description.coSimulation.canHandleVariableCommunicationStepSize)
+
+    def check_has(self, inputs: Sequence[str], outputs: Sequence[str], key: str) -> None:
+        """Refuse a unit that lacks a variable, naming the key that says what it is called."""
+        for kind, wanted, own in (
+            ("input", inputs, self.inputs),
+            ("output", outputs, self.outputs),
+        ):
+            for name in wanted:
+                if name not in own:
+                    raise InputError(
+                        f"{self.file}: no {kind} is {name}; expected: {key}, for its {kind}s "
+                        f"{', '.join(own) or 'are none'}"
+                    )
 
     def start(self) -> None:
         """Make a new instance at time 0."""
@@ -103,6 +122,22 @@ class Unit:
             words = " ".join(str(error).split())
             raise InputError(f"{self.file}: failed at t = {time:.4g} s: {words}") from None
         return self._get([self._references[name] for name in wanted])
+
+    def get_state(self) -> Any:
+        """A copy of the instance's state."""
+        return self._state("get")()
+
+    def set_state(self, state: Any) -> None:
+        """Go back to a state."""
+        self._state("set")(state)
+
+    def free_state(self, state: Any) -> None:
+        """Free the copy of a state."""
+        self._state("free")(state)
+
+    def _state(self, verb: str) -> Any:
+        second = self._description.fmiVersion == "2.0"
+        return getattr(self._instance, f"{verb}FMU{'state' if second else 'State'}")
 
 
 def _end(instance: Any, folder: tempfile.TemporaryDirectory) -> None:

@@ -146,6 +146,12 @@ class Law:
         Published parameter sets by name, the default one first: functions that return a ``Device``.
     conditions : mapping of str to callable
         The same for sets that were published for a single loading condition each.
+    unit : str
+        File of a functional mock-up unit that sets the state, the force, in a run; empty for
+        arithmetic.
+    unit_variables : mapping of str to str
+        ``displacement_m``, ``velocity_m_s``, ``current_A``, ``force_N`` by the unit's own names,
+        where these are others.
     directions : int
         Number of deformations that the functions take and of forces that they return. Above one,
         ``x``, ``v`` and the force are tuples: along x, along y and, where there are three, the
@@ -170,6 +176,8 @@ class Law:
     redundancy: Redundancy | None = None
     sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
+    unit: str = ""
+    unit_variables: Mapping[str, str] = field(default_factory=dict, repr=False)
     directions: int = 1
     plan: InPlan | None = field(default=None, repr=False)
     axial: InPlan | None = field(default=None, repr=False)

@@ -19,6 +19,7 @@ LAWS: Registry[Law] = Registry(
     "an isolation_sim.laws.Law",
     lambda found: found if isinstance(found, Law) else None,
     lambda law: law.name,
+    unit="isolation_sim.laws.unit:of_file",
 )
 """Every law by name, or by a place such as ``"my_laws.py:CUBIC"``."""
 
@@ -100,7 +101,8 @@ def law(
     Parameters
     ----------
     name : str or Law
-        Name of the law, a place such as ``"my_laws.py:CUBIC"``, or the law itself.
+        Name of the law, a place such as ``"my_laws.py:CUBIC"``, a functional mock-up unit,
+        ``"my.fmu"``, or the law itself.
     parameters : str or mapping of str to float or sequence of float, optional
         Name of a published set or condition; or numbers in SI units, constants or ascending powers
         of the current in A. Numbers replace those of the default published set where the law has

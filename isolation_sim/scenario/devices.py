@@ -63,9 +63,13 @@ _Effects = Annotated[
 
 
 class _Device(Section):
-    law: Annotated[Registered, Field(description="isolation-sim list laws, or file.py:LAW")] = (
-        "strain_stiffening"
-    )
+    law: Annotated[
+        Registered, Field(description="isolation-sim list laws, file.py:LAW or unit.fmu")
+    ] = "strain_stiffening"
+    variables: Annotated[
+        dict[str, str] | None,
+        Field(description="of a unit: displacement_m, velocity_m_s, current_A, force_N by its own"),
+    ] = None
     parameters: _Parameters = None
     current_range_A: _Range = None
     tested_deformation_m: Annotated[
@@ -95,6 +99,13 @@ class _Device(Section):
         given = self.current_range_A
         limits = None if given is None else (given[0], given[1])
         device = law(self.law, self.parameters, limits)
+        if self.variables is not None:
+            if not device.law.unit:
+                raise InputError(
+                    "variables are given, and law is no unit; expected: law = unit.fmu"
+                )
+            own = replace(device.law, unit_variables=self.variables)
+            device = replace(device, law=own)
         if self.tested_deformation_m is not None:
             device = replace(device, tested_deformation=self.tested_deformation_m)
         if self.tested_current_A is not None:
@@ -107,6 +118,8 @@ class _Device(Section):
             device = passive(device)
         if self.effect:
             device = extend(device, [one.build() for one in self.effect])
+        if device.law.unit:  # it is a part of this building, at its scale
+            length_scale = force_scale = 1.0
         return device.scaled(
             length_scale if self.length_scale is None else self.length_scale,
             self.count * (force_scale if self.force_scale is None else self.force_scale),
@@ -177,7 +190,7 @@ class Isolator(_Device):
     def scaled(self) -> Device:
         """Return the device; its scales must be given, since no building is like another."""
         for key in ("length_scale", "force_scale"):
-            if getattr(self, key) is None:
+            if getattr(self, key) is None and not self.law.endswith(".fmu"):
                 raise InputError(
                     f"{key} is missing; expected: a number above 0, which has a default for the "
                     "reference building alone, or target_period_s in place of both scales"
@@ -227,7 +240,7 @@ class NominalModel(Section):
             # another law brings its own numbers, their range and what acts around it
             changes |= {"law": self.law, "parameters": self.parameters, "effect": None}
             changes |= {"current_range_A": None, "tested_deformation_m": None}
-            changes |= {"tested_current_A": None}
+            changes |= {"tested_current_A": None, "variables": None}
         elif isinstance(self.parameters, dict) and isinstance(isolator.parameters, dict):
             changes |= {"parameters": {**isolator.parameters, **self.parameters}}
         elif self.parameters is not None:

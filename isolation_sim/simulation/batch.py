@@ -237,7 +237,8 @@ def run_cases(
         if progress is not None:
             progress(len(block))
 
-    few = len(cases) < FEWEST
+    units = (e.device.law.unit for c in cases for e in getattr(c.isolated, "elements", ()))
+    few = len(cases) < FEWEST or any(units)
     alone = list(range(len(cases))) if few else []
     blocks = _blocks(() if few else map(lane_of, cases), alone, alike)
     first = next(blocks, None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections import namedtuple
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -24,6 +24,7 @@ from .control import CoilDriver, Control, RunContext, Schedule, Sensors
 from .inputs import checked_controller, checked_plant, checked_records
 from .plan import Lane, Plan, refused
 from .result import Run
+from .unit_run import Coupling, at_every_sample, check_limits, refuse_unit, unit_element
 from .workspace import Workspace
 
 FIXED_BASE = "fixed base"
@@ -61,14 +62,26 @@ def simulate(
         )
 
     delays = sensors.delay, computation_delay
-    lane = prepared(isolated, ground, controller, nominal, driver, delays, trial)
+    e = unit_element(checked_plant(isolated))
+    if e is None:
+        lane = prepared(isolated, ground, controller, nominal, driver, delays, trial)
+    else:
+        if nominal is None:
+            raise InputError(
+                f"{isolated.elements[e].device.law.unit}: nobody can tell a controller what a unit "
+                "computes; expected: nominal, a plant with a law, or [nominal] in a scenario"
+            )
+        check_limits(isolated.elements[e], driver)
+        controller = at_every_sample(checked_controller(controller), checked_records(ground)[0].dt)
+        lane = _told(isolated, ground, controller, nominal, driver, delays, trial)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.context)
     plan = Plan([lane], sensors, computation_delay, alike=True)
     with kernel.compiling(plan.module):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
-        _drive(work, plan, controller)
+        advance = work.integrate if e is None else Coupling(work, isolated, e)
+        _drive(work, plan, controller, advance)
     failure = plan.failure(work, 0)
     if failure is not None:
         raise failure
@@ -154,7 +167,19 @@ def prepared(
     trial,
 ) -> Lane:
     """Tell a controller its run context and ask for its commands or its compiled decision."""
-    checked_plant(isolated)
+    refuse_unit(checked_plant(isolated))
+    return _told(isolated, ground, controller, nominal, driver, delays, trial)
+
+
+def _told(
+    isolated: IsolatedStructure,
+    ground: Record | Sequence[Record],
+    controller: Control,
+    nominal: IsolatedStructure | None,
+    driver: CoilDriver,
+    delays: tuple[float, float],
+    trial,
+) -> Lane:
     if nominal is not None:
         checked_plant(nominal, "nominal")
     checked_controller(controller)
@@ -294,10 +319,10 @@ def _run_context(
     )
 
 
-def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
+def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[], int]) -> None:
     """Run to the end; a controller in plain Python decides between stretches."""
     decide = plan.module.DECIDE
-    if work.integrate() != decide:
+    if advance() != decide:
         return
     context, sensing = plan.lanes[0].context, plan.sensing
     measurement_type = namedtuple("Measurement", context.outputs)  # type: ignore[misc]
@@ -314,7 +339,7 @@ def _drive(work: Workspace, plan: Plan, controller: Control) -> None:
                 f"{times[k]:.4g} s; expected: 1 for all coils, or {width}, one a coil"
             )
         work.chosen[k, 0, :width] = currents
-        if work.integrate() != decide:
+        if advance() != decide:
             return
 
 

@@ -9,6 +9,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.cli import main
+from isolation_sim.effects import effect
 from isolation_sim.export.fmu import controller_part, write_fmu
 from isolation_sim.export.part import Part
 from isolation_sim.scenario import Scenario
@@ -116,6 +117,6 @@ def test_what_cannot_be_used_is_said_in_a_line(entry, told, folder):
     assert "\n" not in str(error.value)
 
 
-def test_a_unit_is_no_law(folder):
+def test_a_unit_is_no_effect(folder):
     with pytest.raises(iso.InputError, match=r"gain\.fmu.* is a functional mock-up unit; expected"):
-        iso.law(str(folder / "gain.fmu"))
+        effect(str(folder / "gain.fmu"))

@@ -1,0 +1,221 @@
+"""Isolators that are a functional mock-up unit: building and unit stepped together.
+
+Both go from sample to sample. The unit's force is linear in time within a step. Its value at the
+end is iterated until the unit gives it for the motion to which it leads. A jump of the force with
+the current is found by a step of next to no length.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import Diverged, InputError
+from ..io.unit import Unit
+from ..structures import Element, IsolatedStructure
+from .control import CoilDriver, Control, RunContext
+from .workspace import Workspace
+
+MOST_ITERATIONS = 60
+NO_LENGTH = 1e-6
+"""Length of the step that shows a jump, in steps."""
+
+
+def unit_element(isolated: IsolatedStructure) -> int | None:
+    """Number of the element that is a unit; None if all are laws."""
+    found = [e for e, element in enumerate(isolated.elements) if element.device.law.unit]
+    if len(found) > 1:
+        raise InputError(
+            f"{len(found)} elements are functional mock-up units; expected: one, in one direction"
+        )
+    return found[0] if found else None
+
+
+def refuse_unit(isolated: IsolatedStructure) -> None:
+    """Refuse a plant with a unit where many runs go side by side, or step by step."""
+    e = unit_element(isolated)
+    if e is not None:
+        raise InputError(
+            f"{isolated.elements[e].device.law.unit}: isolators that are a functional mock-up unit "
+            "run one at a time; expected: simulate, compare or isolation-sim run"
+        )
+
+
+def check_limits(element: Element, driver: CoilDriver) -> None:
+    """Refuse a unit without limits of its current, which no law gives."""
+    if not np.isfinite(element.device.current_range).all() and None in (driver.low, driver.high):
+        raise InputError(
+            f"{element.device.law.unit}: limits of the current are missing; expected: "
+            "current_range_A of the isolator, or low and high of the driver"
+        )
+
+
+def at_every_sample(controller: Control, dt: float) -> Control:
+    """The controller, asked at every sample; it decides at its own instants."""
+    every = 1 if controller.period is None else round(controller.period / dt)
+    if every < 1 or (controller.period and abs(controller.period - every * dt) > 1e-6 * dt):
+        raise InputError(
+            f"{controller.name}: period is {controller.period} s; expected where the isolators are "
+            f"a unit: a multiple of the record's interval, {dt:g} s"
+        )
+    # decisions one by one, in Python
+    own: Any = controller.in_python() if hasattr(controller, "in_python") else copy(controller)
+    own_prepare, own_reset, own_current = own.prepare, own.reset, own.current
+    asked, held = 0, None
+
+    def told(context: RunContext) -> RunContext:
+        return replace(context, period=every * dt)
+
+    def prepare(context: RunContext, trial: Any) -> None:
+        own_prepare(told(context), trial)
+
+    def reset(context: RunContext) -> None:
+        nonlocal asked
+        asked = 0
+        own_reset(told(context))
+
+    def current(t: float, measurement: Any) -> Any:
+        nonlocal asked, held
+        if asked % every == 0:
+            held = own_current(t, measurement)
+        asked += 1
+        return held
+
+    own.period, own.prepare, own.reset, own.current = dt, prepare, reset, current
+    return own
+
+
+class Coupling:
+    """Integrates a run from decision to decision, the unit beside it."""
+
+    def __init__(self, work: Workspace, isolated: IsolatedStructure, e: int):
+        element = isolated.elements[e]
+        law = element.device.law
+        assert law.unit is not None and element.channel is not None
+        self.unit, self.work, self.e = Unit(law.unit), work, e
+        self.channel, self.small = element.channel, work.tolerance
+        names = {own: name for name, own in law.unit_variables.items()}
+        self.inputs = [names.get(n, n) for n in ("displacement_m", "velocity_m_s", "current_A")]
+        self.output = names.get("force_N", "force_N")
+        self.unit.check_has(self.inputs, (self.output,), "variables in [isolator]")
+        if not self.unit.saves_state:
+            raise InputError(
+                f"{law.unit}: cannot save its state, which stepping back needs; expected: a unit "
+                "with canGetAndSetFMUstate"
+            )
+        if not (work.grid.events[:, 1] >= 0).all():
+            raise InputError(
+                f"{law.unit}: isolators are a unit, and measurements or commands are delayed; "
+                "expected: no delays, and no sampling of the sensors"
+            )
+        # the law's numbers are shared by all runs of the plant: this one writes to its own
+        *others, self.coils, numbers, lanes, history, scratch = work.arguments
+        self.table = numbers.table.copy()
+        self.table.flags.writeable = False
+        numbers = numbers._replace(table=self.table)
+        work.arguments = (*others, self.coils, numbers, lanes, history, scratch)
+        self.w, self.base = scratch.w, e * work.module.STRIDE
+        self.k, self.begun = 0, False
+        self.force = self.last = self.largest = 0.0
+        self.current = np.nan
+        self.unit.start()
+
+    def __call__(self) -> int:
+        """Integrate to the next decision, or to the end; returns the kernel's status."""
+        if not self.begun:
+            self.begun = True
+            return self.work.integrate()
+        work, unit = self.work, self.unit
+        window, begin = int(work.position[0]), self._motion()
+        start, end = work.grid.time[work.grid.windows[window : window + 2, 0]]
+        length = float(end - start)
+        kept, state = self._keep(window), unit.get_state()
+        guess = 2.0 * self.force - self.last
+        self.last = self.force
+        status = self._try(guess, length)
+        before = float(work.coil_history[window, self.channel, 0])
+        after = float(self.coils.current[self.channel, 0])
+        if before != self.current:
+            jumped = self._force_now(start, length, begin, before, self.force)
+            guess += jumped - self.force
+            self.force = jumped
+        self.current = after
+        for _ in range(MOST_ITERATIONS):
+            self._back(window, kept)
+            status = self._try(guess, length)
+            if work.alive[0] != work.module.ALIVE:
+                break
+            motion = self._motion()
+            found = self._asked(start, length, motion, 0.5 * (before + after))
+            if after != before:
+                found = self._force_now(end, length, motion, after, found)
+            self.largest = max(self.largest, abs(found))
+            change, guess = abs(found - guess), found
+            if change <= 0.1 * self.small * self.largest:
+                break
+            unit.set_state(state)
+        else:
+            raise Diverged(
+                f"the run diverged at t = {start:.4g} s: the iteration between the building and "
+                f"{unit.file} does not converge; a shorter interval of the record may help"
+            )
+        unit.free_state(state)
+        self.force = guess
+        return status
+
+    def _motion(self) -> NDArray:
+        """Deformation and velocity of the device in its own scale."""
+        module = self.work.module
+        return self.w[self.base + np.array([module.SLOT_D_END, module.SLOT_V_END])]
+
+    def _force_now(
+        self, time: float, length: float, motion: NDArray, current: float, otherwise: float
+    ) -> float:
+        """Force under a current at once, where the unit takes a step that is short enough."""
+        if not self.unit.takes_any_step:
+            return otherwise
+        state = self.unit.get_state()
+        force = self._asked(time, NO_LENGTH * length, motion, current)
+        self.unit.set_state(state)
+        self.unit.free_state(state)
+        return force
+
+    def _asked(self, time: float, length: float, motion: NDArray, current: float) -> float:
+        given = dict(zip(self.inputs, [*motion.tolist(), current], strict=True))
+        return self.unit.step(time, length, given, [self.output])[0]
+
+    def _try(self, force: float, length: float) -> int:
+        """Integrate to the next decision with a force that becomes this one at the step's end."""
+        work, module = self.work, self.work.module
+        self.w[self.base + module.SLOT_START[module.KIND[self.e]]] = self.force
+        work.states[work.grid.windows[work.position[0], 0], self.e, 0, 0] = self.force
+        self.table.flags.writeable = True
+        self.table[self.e, 0, 0, 0, 0] = (force - self.force) / length
+        self.table.flags.writeable = False
+        self.coils.applied[self.e] = np.nan
+        return work.integrate()
+
+    def _keep(self, window: int) -> dict[str, NDArray]:
+        """All that the next step changes and depends on."""
+        work, point = self.work, self.work.grid.windows[window, 0]
+        row = len(work.z) // (len(work.grid.time) + 2)
+        return {
+            "position": work.position.copy(),
+            "z": work.z[point * row : (point + 1) * row].copy(),
+            "states": work.states[point].copy(),
+            "step_count": work.step_count.copy(),
+            **{name: array.copy() for name, array in work.carried().items()},
+        }
+
+    def _back(self, window: int, kept: dict[str, NDArray]) -> None:
+        work, point = self.work, self.work.grid.windows[window, 0]
+        row = len(kept["z"])
+        work.position[:], work.step_count[:] = kept["position"], kept["step_count"]
+        work.z[point * row : (point + 1) * row] = kept["z"]
+        work.states[point] = kept["states"]
+        for name, array in work.carried().items():
+            array[...] = kept[name]
