@@ -1,7 +1,8 @@
 """What is found by name: laws, effects, controllers, studies, readers.
 
 A name is an entry point of an installed package, of this project or a user's; or was given to
-``register``; or is itself a place, ``"my_laws.py:CUBIC"`` or ``"my_package.laws:CUBIC"``.
+``register``; or is itself a place, ``"my_laws.py:CUBIC"``, ``"my_package.laws:CUBIC"`` or, of a
+controller, ``"my.fmu"``.
 A thing is loaded when it is first asked for. A file is run only when it is named with its path.
 """
 
@@ -27,6 +28,7 @@ T = TypeVar("T")
 PROJECT = "isolation-sim"
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
 """The project's packages, all in one folder."""
+UNIT = ".fmu"
 _CHECKOUT = Path(__file__).resolve().parents[1]
 _files: dict[Path, tuple[str, ModuleType]] = {}
 
@@ -57,6 +59,9 @@ class Registry(Mapping[str, T]):
         ``usable(loaded)`` -> the thing to keep, or None if it cannot be used.
     own_name : callable, optional
         ``own_name(thing)`` -> the name that it gives itself; it must be the registered one.
+    unit : str, optional
+        Place of a function that makes a thing of a functional mock-up unit, ``"my.fmu"``; without
+        it a unit cannot be such a thing.
     """
 
     def __init__(
@@ -66,9 +71,10 @@ class Registry(Mapping[str, T]):
         accepted: str,
         usable: Callable[[Any], T | None],
         own_name: Callable[[T], str] | None = None,
+        unit: str = "",
     ) -> None:
         self.group, self.kind, self.accepted = group, kind, accepted
-        self._usable, self._own_name = usable, own_name
+        self._usable, self._own_name, self._unit = usable, own_name, unit
         self._given: dict[str, T] = {}
         self._loaded: dict[str, T] = {}
 
@@ -181,7 +187,12 @@ class Registry(Mapping[str, T]):
         label = f"{self.kind} {place!r}"
         place = absolute_place(place)
         file, name = _split(place)
-        loaded = _from_file(file, name, label) if file else _imported(place, label)
+        if file and file.suffix == UNIT:
+            if not self._unit:
+                raise InputError(f"{label} is a functional mock-up unit; expected: {self.accepted}")
+            loaded = _imported(self._unit, label)(file)
+        else:
+            loaded = _from_file(file, name, label) if file else _imported(place, label)
         thing = self._checked(loaded, label)
         # equal things stay one: a tuple may have been put around the same effect anew
         if self._loaded.get(place) != thing:
@@ -199,7 +210,7 @@ class Registry(Mapping[str, T]):
 
 def is_place(name: str) -> bool:
     """Whether a name says itself where the thing is."""
-    return ":" in name or name.endswith(".py")
+    return ":" in name or name.endswith((".py", UNIT))
 
 
 def absolute_place(name: str, folder: str | Path = ".") -> str:
@@ -237,7 +248,7 @@ def checkout_entries() -> dict[str, dict[str, str]]:
 
 def _split(name: str) -> tuple[Path | None, str]:
     """File and name inside it; no file where the place is a module's or none at all."""
-    if name.endswith(".py"):
+    if name.endswith((".py", UNIT)):
         return Path(name), ""
     file, _, inside = name.rpartition(":")
     return (Path(file), inside) if file.endswith(".py") else (None, inside)

@@ -50,11 +50,6 @@ class ResultsFolder:
         self.path = self._free()
         self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
 
-    @property
-    def renamed(self) -> bool:
-        """Whether the wanted name was taken, so that a number stands after it."""
-        return self.path != self._target.absolute()
-
     def _free(self) -> Path:
         target = self._target.absolute()
         if self._overwrite:
@@ -115,8 +110,8 @@ _CONTENTS = {
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
     "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
     "tuning.json": "every trial of the search with its scores; --resume continues from it",
-    "table.parquet": "a row a run, in SI units; isolation_sim.sweeps.Sweep reads it",
-    "result.npz": "all of it as data; isolation_sim.load gives back the object",
+    "table.npz": "one row per run, one array per column, in SI units; isolation_sim.load reads it",
+    "result.npz": "all data; isolation_sim.load returns the object",
     "fitted.toml": "the fitted law: the [isolator] section of a scenario",
     "manifest.json": "what the sweep ran",
     "statistics.csv": "mean, median, 84th percentile, maximum of every criterion, in SI units",

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Diverged, InputError
+from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
 from ..simulation.batch import Case, run_cases
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
 from .design import CaseSpec, validated
-from .rows import Row, energy_record, table_bytes
+from .rows import Row, energy_record, table_columns
 
 if TYPE_CHECKING:
     from ..simulation.result import Run
@@ -71,7 +72,7 @@ class Finished:
     number : int
         Place of the chunk in the plan.
     table : bytes
-        Parquet, a row a run.
+        Content of a file of columns, a row a run.
     n_runs, n_failed : int
         How many there are, and how many of them failed.
     histories : dict of str to bytes
@@ -111,7 +112,7 @@ def run_chunk(chunk: Chunk) -> Finished:
     for group in alike.values():
         _side_by_side(group)
     failed = sum(row.status != "ok" for row in rows)
-    table = table_bytes(rows, chunk.parameters, chunk.controllers, chunk.energy)
+    table = columns_bytes(table_columns(rows, chunk.parameters, chunk.controllers, chunk.energy))
     return Finished(chunk.number, table, len(rows), failed, histories)
 
 
