@@ -101,7 +101,7 @@ def _is_free(path: Path) -> bool:
 _CONTENTS = {
     "report.html": "start here: opens in any browser, needs no network",
     "table.txt": "criteria and energies of each run, in engineering units",
-    "criteria.csv": "the same in SI units, a line a run",
+    "criteria.csv": "the same in SI units, one line per run",
     "criteria.json": "the same as JSON",
     "scenario.toml": "what was run; isolation-sim run scenario.toml runs it again",
     "finding.txt": "what was found, in a paragraph",

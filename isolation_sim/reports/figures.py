@@ -71,7 +71,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
 
 
 def loops(runs: Runs, element: str | None = None) -> Figure:
-    """Force over deformation of an isolator, a panel a run on the same axes.
+    """Force over deformation of an isolator, one panel per run on the same axes.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
 
 
 def currents(runs: Runs) -> Figure:
-    """Coil currents over time, a panel a run on the same axes, a line a channel.
+    """Coil currents over time, one panel per run on the same axes, one line per channel.
 
     Parameters
     ----------

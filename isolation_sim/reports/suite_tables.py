@@ -68,7 +68,7 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
 
 def records_table(suite: Suite, criterion: str) -> Table:
     """A criterion of every motion under every controller."""
-    table = _table(f"{heading(criterion)}, a row a motion")
+    table = _table(f"{heading(criterion)}, one row per motion")
     table.add_column("motion")
     for label in suite.controllers:
         table.add_column(label, justify="right")
