@@ -269,8 +269,8 @@ def diagnose(
         CSV files of building records.
     law : str or Law, default "strain_stiffening"
         Law to evaluate, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
-        tests and loop tables. "auto" compares all registered laws on device tests first, and
-        evaluates the one that predicts the held-out runs best.
+        tests and loop tables. "auto" first compares all registered laws on device tests; the one
+        that predicts the held-out runs best is evaluated.
     parameters : str, pathlib.Path or Device, default "fit"
         Its numbers: "fit", "published", or a file that ``fit --out`` writes.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional

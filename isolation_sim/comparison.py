@@ -29,6 +29,7 @@ OPTIMUM = "clairvoyant"
 _FIGURES = {
     "time_histories": "time_histories",
     "loops": "loops",
+    "loops_in_plan": "loops_in_plan",
     "currents": "currents",
     "floor_envelopes": "floor_envelopes",
     "energy": "energy_figure",
@@ -202,7 +203,7 @@ class Comparison(Printed):
 
         Parameters
         ----------
-        kind : {"time_histories", "loops", "currents", "floor_envelopes", "energy"}
+        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
             Which figure of ``isolation_sim.reports.figures``.
         direction : str, optional
             Direction of the time histories; the first by default.

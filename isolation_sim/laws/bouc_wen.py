@@ -11,13 +11,19 @@ can cause such a state.
 No stored energy is declared. ``alpha z^2 / (2 A)`` is a stored energy if ``|gamma| <= beta``. For
 other parameters it would return more energy than was stored, and the true stored energy has no
 closed form for every n (see ``improved_bouc_wen`` for n = 2).
+
+In plan ``z' = A v - |z|^(n-2) (beta |v.z| + gamma v.z) z`` for vectors z and v: the form of Park,
+Wen and Ang, with the product of the vectors in place of that of each direction. So it is the same
+in every direction, and in sliding ``|z|`` tends to ``(A / (beta + gamma))^(1/n)`` exactly: the
+interaction curve is a circle for every n. See ``park_wen_ang`` for the form as published.
 """
 
 from typing import Any
 
 import numpy as np
 
-from .law import Law, Quantity, Redundancy
+from .in_plan import power_of_length
+from .law import InPlan, Law, Quantity, Redundancy
 
 # keeps log(0) and 0^(n - 2) out of derivatives at rest; changes no value above 1e-148
 _TINY = 1e-300
@@ -39,6 +45,22 @@ def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     return (A * v - (beta * np.fabs(v) * z + gamma * v * np.fabs(z)) * shape,)
 
 
+def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Spring, dashpot and hysteretic force along x and y; the initial force is along x."""
+    k, c, alpha, _, _, _, _, F0 = parameters
+    z_x, z_y = states
+    return k * x[0] + c * v[0] + alpha * z_x + F0, k * x[1] + c * v[1] + alpha * z_y
+
+
+def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Rate of the hysteretic vector."""
+    z_x, z_y = states
+    _, _, _, A, beta, gamma, n, _ = parameters
+    loading = v[0] * z_x + v[1] * z_y
+    decay = (beta * np.fabs(loading) + gamma * loading) * power_of_length(z_x, z_y, n - 2)
+    return A * v[0] - decay * z_x, A * v[1] - decay * z_y
+
+
 LAW = Law(
     name="bouc_wen",
     title="Bouc-Wen",
@@ -57,4 +79,5 @@ LAW = Law(
     rates=rates,
     source="Yu et al., Eqs 19 and 20; Tao et al., Eq 19",
     redundancy=Redundancy("A", 1.0, ("alpha", "A", "beta", "gamma")),
+    plan=InPlan(plan_force, plan_rates, None),
 )

@@ -5,6 +5,7 @@
 
 from typing import Any
 
+from .in_plan import each_direction
 from .law import Law, Quantity, Spring
 
 
@@ -42,4 +43,5 @@ LAW = Law(
     stored_energy=stored_energy,
     source="Maxwell",
     springs=(Spring("k", ("y",)),),
+    plan=each_direction(force, rates, stored_energy, n_states=1),
 )

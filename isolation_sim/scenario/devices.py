@@ -11,7 +11,7 @@ from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
 from ..old_names import renamed_value
-from ..structures import IsolatedStructure, Structure
+from ..structures import IsolatedStructure, Structure, with_p_delta
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from ..structures.sizing import sized
 from .fields import Coefficients, Number, Positive, Registered, Section
@@ -130,6 +130,27 @@ class Isolator(_Device):
             ge=0, lt=1, description="damping ratio of the first mode; a dashpot adds the difference"
         ),
     ] = None
+    biaxial: Annotated[
+        bool,
+        Field(description="both directions act on each other; one device a known position"),
+    ] = False
+    overturning: Annotated[
+        bool, Field(description="overturning changes each device's vertical load; with biaxial")
+    ] = False
+    p_delta_height_m: Annotated[
+        Positive | None, Field(description="of the bearings, for P-delta: stiffness -W / h")
+    ] = None
+
+    def put_under(self, structure: Structure, device: Device) -> IsolatedStructure:
+        """Return the structure on the isolators."""
+        if self.p_delta_height_m is not None:
+            structure = with_p_delta(structure, self.p_delta_height_m)
+        return structure.on(
+            device,
+            damping=self.damping_ratio,
+            biaxial=self.biaxial,
+            overturning=self.overturning,
+        )
 
     def sized(self, structure: Structure) -> Isolator:
         """Return the section with scales in place of a target period."""

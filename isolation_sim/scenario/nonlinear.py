@@ -1,4 +1,4 @@
-"""The ``[yielding]`` and ``[moat_wall]`` sections: a building that is not elastic, or not free."""
+"""Sections ``[yielding]``, ``[moat_wall]``, ``[soil]``: a building not elastic, free or fixed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pydantic import Field
 
 from ..effects import effect, extend
 from ..laws import law
-from ..structures import IsolatedStructure, yielding_storeys
-from .fields import Positive, Section
+from ..structures import IsolatedStructure, cones, on_soil, yielding_storeys
+from .fields import NonNegative, Positive, Section
 
 
 class Yielding(Section):
@@ -56,3 +56,23 @@ class MoatWall(Section):
             name = "moat_wall" if len(structure.directions) == 1 else f"moat_wall_{label}"
             isolated = isolated.with_element(device, row, name=name)
         return isolated
+
+
+class Soil(Section):
+    """Soil under the foundation of the isolators: Wolf's cones, whatever the frequency."""
+
+    radius_m: Annotated[Positive, Field(description="of a disk with the foundation's area")]
+    shear_wave_velocity_m_s: Annotated[Positive, Field(description="at the earthquake's strains")]
+    density_kg_m3: Positive = 1800.0
+    poisson_ratio: Annotated[float, Field(ge=0, le=0.5)] = 0.33
+    foundation_mass_kg: Annotated[Positive, Field(description="below the isolators")]
+    foundation_inertia_kg_m2: Annotated[
+        NonNegative, Field(description="about a horizontal axis; needed with storey heights")
+    ] = 0.0
+
+    def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
+        """Return the structure on soil springs."""
+        soil = cones(
+            self.radius_m, self.shear_wave_velocity_m_s, self.density_kg_m3, self.poisson_ratio
+        )
+        return on_soil(isolated, soil, self.foundation_mass_kg, self.foundation_inertia_kg_m2)

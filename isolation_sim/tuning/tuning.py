@@ -16,7 +16,7 @@ from .intervals import MARGIN, MeanInterval, mean_interval
 from .search import Trial
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import RenderableType
 
 _STATE = "tuning.json"
 
@@ -182,12 +182,12 @@ class Tuning(Printed):
         """
         return render("html.tuning_report:tuning_report", self).write(path)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[RenderableType]:
         """Build the tables of settings and of gains.
 
         Returns
         -------
-        list of rich.table.Table
+        list of rich.console.RenderableType
         """
         return render("tuning_tables:tuning_tables", self)
 

@@ -148,7 +148,7 @@ class DeviceTests(Problem[FittedModel]):
         earlier = (one.base for one in reversed(result.rounds))
         for best in dict.fromkeys((result.best, *earlier)):
             self._extend(best)
-            if not best.effects or (self._holds() and not self._loses()):
+            if not best.effects or self._holds():
                 break
         while best.effects:
             corrected = [self._corrected(best, k) for k in range(len(best.effects))]
@@ -180,6 +180,14 @@ class DeviceTests(Problem[FittedModel]):
         """
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             return False
+        return not self._loses()
+
+    def _loses(self) -> bool:
+        """Whether the law that was judged is better on held-out runs.
+
+        On a single run far better; on all of them, or on those of one condition, beyond a
+        negligible share of the force and beyond noise.
+        """
         data = self.data
         for run in data.runs:
             if not data.fitted[run].all():
@@ -189,26 +197,19 @@ class DeviceTests(Problem[FittedModel]):
                     for force in (self.before, self.after)
                 )
                 if after > max(WORSE * before, before + self.significance):
-                    return False
-        return True
-
-    def _loses(self) -> bool:
-        """Whether the law that was judged is better on held-out runs, or on those of a condition.
-
-        Beyond a negligible share of the force, and beyond noise.
-        """
-        data = self.data
+                    return True
         held_out = ~data.fitted[data.starts[:-1]]
         if not held_out.any():
             return False
         noise = np.repeat(data.believed_noise, data.lengths)
-        before, after = self.before - data.force, self.after - data.force
+        residual = self.before - data.force
+        change = self.after - self.before
         shared = (runs & held_out for _, runs in conditions(data))
         for runs in (held_out, *(runs for runs in shared if np.sum(runs) > 1)):
             at = np.repeat(runs, data.lengths)
-            loss = float(np.sum(after[at] ** 2 - before[at] ** 2))
+            loss = float(np.sum(((residual + change)[at]) ** 2 - residual[at] ** 2))
             negligible = self.significance**2 * float(np.sum(data.force[at] ** 2))
-            chance = 2 * float(np.linalg.norm((noise * (after - before))[at]))
+            chance = 2 * float(np.linalg.norm((noise * change)[at]))
             if loss > negligible + 2 * chance:
                 return True
         return False
