@@ -120,7 +120,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Two columns wide, a row a run.
+        Two columns wide, one row per run.
 
     Raises
     ------
