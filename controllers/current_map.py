@@ -266,7 +266,7 @@ class CurrentMap:
             Deformation in the structure's scale.
         v : float, m/s
             Its velocity.
-        states : sequence of float, one entry a state
+        states : sequence of float, one entry per state
             Internal states in the device's units.
 
         Returns

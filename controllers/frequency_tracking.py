@@ -21,7 +21,7 @@ N_FREQUENCIES = 64
 N_CURRENTS = 31
 SLOWEST, FASTEST = 0.1, 10.0
 """Hz; between them the best currents are tabulated, at equal ratios."""
-# settings: these, then the table of currents, one row a coil
+# settings: these, then the table of currents, one row per coil
 FORGETTING, CORNER, THRESHOLD, SETTLING, TABLE = range(5)
 # memory: last instant, states of the low-pass, the last two filtered accelerations, the two
 # coefficients, the inverse covariance (symmetric, 3 numbers), the mean square; each coil's current

@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from ground_motions.suites import SuiteRecord, read_files, read_folder, read_peer
     from ground_motions.units import ACCELERATION_UNITS, STANDARD_GRAVITY
 
-# one line a name: where it lives
+# one line per name: where it lives
 _HOMES = {
     "ACCELERATION_UNITS": "ground_motions.units",
     "AminAng": "ground_motions.envelopes",

@@ -90,7 +90,7 @@ def _check_ground_motions() -> None:
 
 _check_ground_motions()
 
-# one line a name: where it lives
+# one line per name: where it lives
 _HOMES = {
     "AccuracyWarning": ".errors",
     "Batch": ".simulation.batch",

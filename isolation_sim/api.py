@@ -49,7 +49,7 @@ def simulate(
     isolated : IsolatedStructure
         The plant, such as ``reference_building().on(reference_isolators())``.
     ground : Record or sequence of Record
-        Ground acceleration, m/s^2, one record a direction of the structure.
+        Ground acceleration, m/s^2, one record per direction of the structure.
     controller : str or Control, default "passive_off"
         Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or one with
         settings such as ``controller("constant", amperes=1.5)``, or one of your own.
@@ -117,7 +117,7 @@ def compare(
     isolated : IsolatedStructure
         The plant.
     ground : Record or sequence of Record
-        Ground acceleration, m/s^2, one record a direction of the structure.
+        Ground acceleration, m/s^2, one record per direction of the structure.
     controllers : sequence or mapping of str or Control
         Names or controllers; a mapping's keys are the names to print.
     nominal, driver, sensors, computation_delay, tolerance, current_outside

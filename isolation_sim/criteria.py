@@ -82,7 +82,7 @@ class Response:
     time : (n,) array
         Samples, s, increasing.
     base_displacement : (..., n, n_bases) array
-        Displacement of the base relative to the ground, m; one column a slab.
+        Displacement of the base relative to the ground, m; one column per slab.
     floor_acceleration : (..., n, n_levels) array
         Absolute acceleration of the base and the floors, m/s^2.
     superstructure_acceleration : (..., n, n_floors) array

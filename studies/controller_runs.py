@@ -103,7 +103,7 @@ class Judgement:
     possible: dict[str, dict[str, Any]]
 
     def of(self, name: str, case: str, key: str, motions: Iterable[str]) -> NDArray:
-        """One number of one controller in one case, a value a motion."""
+        """One number of one controller in one case, one value per motion."""
         result = (self.rows[case, m] for m in motions)
         rows = [next(row for row in some if row["controller"] == name) for some in result]
         return np.array([row.get(key, np.nan) for row in rows])

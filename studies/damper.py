@@ -127,7 +127,7 @@ def judged(
 
 
 def table(outcomes: Sequence[Outcome], labels: Sequence[str]) -> Table:
-    """Errors of fitted and of left-out runs, a line a law and what it was not shown."""
+    """Errors of fitted and of left-out runs, one line per law and what it was not shown."""
     result = Table(title="Force residual over measured force (RMS), %")
     result.add_column("left out")
     for outcome in outcomes:

@@ -139,7 +139,7 @@ def _finding(
 def _figure(
     means: dict[tuple[str, str], MeanInterval], names: list[str], sets: dict[str, MotionSet]
 ) -> Figure:
-    """Draw mean scores with their intervals, a panel a set of motions."""
+    """Draw mean scores with their intervals, one panel per set of motions."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
     with style():

@@ -55,7 +55,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What an observer makes of measurements, one row an instant.
+    """What an observer makes of measurements, one row per instant.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ def suite(
         int | None, typer.Option(help="Processes of this machine; one a processor by default.")
     ] = None,
     criterion: Annotated[
-        str, typer.Option(help="Criterion of the table with a row a motion.")
+        str, typer.Option(help="Criterion of the table with one row per motion.")
     ] = "peak_base_displacement_m",
     as_json: AsJson = False,
     quiet: Quiet = False,

@@ -210,7 +210,7 @@ class LawEvaluation(Printed):
         }
 
     def plot(self) -> Figure:
-        """Loops measured and modelled, a panel a run.
+        """Loops measured and modelled, one panel per run.
 
         Returns
         -------

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Motion(NamedTuple):
-    """Histories of a sinusoidal test; a column a case.
+    """Histories of a sinusoidal test; one column per case.
 
     Attributes
     ----------

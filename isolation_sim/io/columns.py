@@ -1,4 +1,4 @@
-"""Tables of columns in one file: a NumPy ``.npz`` with an array a column."""
+"""Tables of columns in one file: a NumPy ``.npz`` with one array per column."""
 
 from __future__ import annotations
 

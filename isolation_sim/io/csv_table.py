@@ -77,7 +77,7 @@ def read_csv_table(path: str | Path) -> CsvTable:
 
 
 def write_table(records: Sequence[Mapping[str, Any]], path: str | Path) -> Path:
-    """Write records as CSV, a column a key."""
+    """Write records as CSV, one column per key."""
     keys = list(dict.fromkeys(key for record in records for key in record))
     with (
         atomic_write(path) as unfinished,

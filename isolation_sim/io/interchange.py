@@ -32,7 +32,7 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         Results of a run, a diagnosis, a sweep or a study: its CSV files, ``table.npz`` and
         netCDF files.
     form : {"mat", "xlsx"}
-        ``"mat"``: MATLAB's format of version 5, a struct a file, whose fields are a table's
+        ``"mat"``: MATLAB's format of version 5, one struct per file, whose fields are a table's
         columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: a sheet a
         table; a history gets a sheet for each of its first axes, a column for each place on the
         others.

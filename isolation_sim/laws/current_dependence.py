@@ -178,7 +178,7 @@ class CurrentDependence:
 
         Returns
         -------
-        tuple, one entry a parameter
+        tuple, one entry per parameter
             Values in SI units, of the type and shape of ``current``.
         """
         pieces = self.coefficients.tolist()

@@ -121,7 +121,7 @@ class Device:
 
         Returns
         -------
-        tuple, one entry a parameter
+        tuple, one entry per parameter
             In the law's order and SI units.
         """
         return self.current.at(current)
@@ -135,7 +135,7 @@ class Device:
             Deformation in the structure's scale.
         v : float, numpy.ndarray or casadi.SX, m/s
             Its velocity.
-        states : sequence, one entry a state
+        states : sequence, one entry per state
             Internal states in the device's units.
         current : float, numpy.ndarray or casadi.SX, A
             Coil current.
@@ -158,14 +158,14 @@ class Device:
             Deformation in the structure's scale.
         v : float, numpy.ndarray or casadi.SX, m/s
             Its velocity.
-        states : sequence, one entry a state
+        states : sequence, one entry per state
             Internal states in the device's units.
         current : float, numpy.ndarray or casadi.SX, A
             Coil current.
 
         Returns
         -------
-        tuple, one entry a state
+        tuple, one entry per state
             In the state's unit / s, in the device's scale.
         """
         parameters = self.parameters_at(current)
@@ -178,7 +178,7 @@ class Device:
         ----------
         x : float, numpy.ndarray or casadi.SX, m
             Deformation in the structure's scale.
-        states : sequence, one entry a state
+        states : sequence, one entry per state
             Internal states in the device's units.
         current : float, numpy.ndarray or casadi.SX, A
             Coil current.

@@ -75,7 +75,7 @@ def published_stiffness(C: Any, k1: Any, k2: Any, C_e: Any, k_e: Any, omega: Any
 
 
 def columns() -> dict[str, np.ndarray]:
-    """Table 1 as one row a loading condition."""
+    """Table 1 as one row per loading condition."""
     keys = list(product(LINEARISED_FIELDS_T, LINEARISED_AMPLITUDES_MM, LINEARISED_FREQUENCIES_HZ))
     table = dict(zip(("field_T", "amplitude_mm", "frequency_Hz"), np.array(keys).T, strict=True))
     table |= {name: np.ravel(values) for name, values in LINEARISED_PARAMETERS.items()}

@@ -94,7 +94,7 @@ def causes_table(diagnosis: Diagnosis) -> TextTable:
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:
-    """A cause's cells under ``CAUSE_HEADINGS``, a row a parameter."""
+    """A cause's cells under ``CAUSE_HEADINGS``, one row per parameter."""
     first = [
         cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
         ", ".join(_stability(cause).values()),

@@ -33,7 +33,7 @@ INSTANTS = 900
 
 
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
-    """Energy ledgers over time, a panel a run, and below what they fail to account for.
+    """Energy ledgers over time, one panel per run, and below what they fail to account for.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
 
 
 def loops(runs: Runs, element: str | None = None) -> Figure:
-    """Force over deformation of an isolator, a panel a run on the same axes.
+    """Force over deformation of an isolator, one panel per run on the same axes.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Two columns wide, a row a run.
+        Two columns wide, one row per run.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
 
 
 def currents(runs: Runs) -> Figure:
-    """Coil currents over time, a panel a run on the same axes, a line a channel.
+    """Coil currents over time, one panel per run on the same axes, one line per channel.
 
     Parameters
     ----------

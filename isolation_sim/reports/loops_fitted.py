@@ -17,7 +17,7 @@ _MOST_PANELS = 18
 
 
 def fitted_loops(fit: LawEvaluation) -> Figure:
-    """Loops of the runs of a fit or an evaluation, measured and modelled, a panel a run."""
+    """Loops of the runs of a fit or an evaluation, measured and modelled, one panel per run."""
     errors = fit.errors[:: -(-len(fit.errors) // _MOST_PANELS)]
     across = min(len(errors), 4 if len(errors) > 9 else 3)
     down = -(-len(errors) // across)

@@ -63,7 +63,7 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
 
 def records_table(suite: Suite, criterion: str) -> TextTable:
     """A criterion of every motion under every controller."""
-    title = f"{heading(criterion)}, a row a motion"
+    title = f"{heading(criterion)}, one row per motion"
     headings = ("motion", *suite.controllers)
     rows = records_rows(suite, criterion)
     return TextTable(title, headings, rows, caption="* governs under this controller")

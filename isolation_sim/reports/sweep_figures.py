@@ -35,7 +35,7 @@ _ACROSS = 3
 
 
 def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
-    """Criteria side by side, each as a ratio, a line a controller."""
+    """Criteria side by side, each as a ratio, one line per controller."""
     peaks = [name for name in sweep.criteria if name.startswith("peak_")]
     target = peaks if criteria is None else list(criteria)
     for name in target:
@@ -65,7 +65,7 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
 
 
 def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figure:
-    """A criterion over two varied quantities, a panel a controller, all on one scale."""
+    """A criterion over two varied quantities, one panel per controller, all on one scale."""
     x, y = _two(sweep, x, y)
     sweep.check(criterion, sweep.criteria, "criterion")
     unit, factor = unit_of(criterion)

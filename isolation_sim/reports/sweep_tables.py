@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def controllers_table(sweep: Sweep) -> WideTable:
-    """Median of every peak and RMS value, and of J1 to J9, a column a controller."""
+    """Median of every peak and RMS value, and of J1 to J9, one column per controller."""
     cases = sweep.table["case"].nunique()
     state = "" if sweep.finished else ", unfinished"
     title = f"{sweep.plan.name}: medians over {cases} cases{state}"

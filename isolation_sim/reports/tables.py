@@ -81,7 +81,7 @@ def criteria_table(
     energy: Mapping[str, Mapping[str, float]],
     title: str = "",
 ) -> Table:
-    """Table of criteria and energies, a column a run."""
+    """Table of criteria and energies, one column per run."""
     return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
 
 

@@ -49,7 +49,7 @@ class Case:
     isolated : IsolatedStructure
         The plant.
     ground : Record or sequence of Record
-        Ground acceleration, m/s^2, one record a direction.
+        Ground acceleration, m/s^2, one record per direction.
     controller : Control
         Sets the coil currents, such as ``controller("clipped_lqr")``; an instance of its own.
     nominal : IsolatedStructure or None

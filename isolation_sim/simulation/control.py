@@ -180,7 +180,7 @@ class RunContext:
     delays : tuple of float
         Nominal age of a measurement at a decision, and time from this to its command, s.
     ground : tuple of Record or None
-        The ground motion, one record a direction; None for a controller without ``preview_time``.
+        The ground motion, one record per direction; None for a controller without ``preview_time``.
     """
 
     nominal: IsolatedStructure

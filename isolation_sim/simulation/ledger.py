@@ -228,13 +228,13 @@ class _Pieces:
         windows, kinds = grid.windows[:-1, 0], grid.windows[:-1, 1]
         intervals = grid.windows[:-1, 2]
         span = grid.spans[kinds]
-        # one row a step
+        # one row per step
         steps = work.steps[: work.step_count[0]]
         window, begin, length, _ = steps[:, -work.module.STEP :].T
         window = window.astype(int)
         step_start = begin * intervals[window]  # in grid intervals
         step_size = length * intervals[window]
-        # one row a piece
+        # one row per piece
         per_step = np.maximum(np.round(step_size), 1).astype(int)
         step = np.repeat(np.arange(len(window)), per_step)
         within = np.arange(per_step.sum()) - np.repeat(np.cumsum(per_step) - per_step, per_step)

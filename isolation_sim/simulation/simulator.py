@@ -62,7 +62,7 @@ class Simulator:
     isolated : IsolatedStructure
         The plant.
     ground : Record or sequence of Record, optional
-        Ground acceleration, m/s^2, one record a direction; without it every step is given its
+        Ground acceleration, m/s^2, one record per direction; without it every step is given its
         ground acceleration, and ``period`` and ``duration`` are needed.
     period : float, optional
         Length of a step, s; the record's sampling interval by default.

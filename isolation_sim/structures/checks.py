@@ -54,7 +54,7 @@ def positive_numbers(what: str, given: Any, unit: str) -> np.ndarray:
     """Turn user input into a read-only row of positive numbers."""
     row = np.atleast_1d(numbers(what, given))
     if row.ndim != 1 or row.size == 0:
-        raise InputError(f"{what} has shape {row.shape}; expected: one number a storey")
+        raise InputError(f"{what} has shape {row.shape}; expected: one number per storey")
     for i, value in enumerate(row):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{what}[{i}] is {value:g} {unit}; expected: above zero")

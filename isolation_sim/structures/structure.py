@@ -36,7 +36,7 @@ class Structure:
     stiffness : numpy.ndarray, shape (n, n), N/m
         Stiffness.
     influence : numpy.ndarray, shape (n, n_directions)
-        Displacement of the dofs when the ground moves rigidly by one unit; one column a direction
+        Displacement of the dofs when the ground moves rigidly by one unit; one column per direction
         of ground motion.
     base : tuple of int
         Dofs of the isolated base; none where the ground holds the structure itself.

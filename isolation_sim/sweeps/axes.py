@@ -205,9 +205,11 @@ def _file_axis(path: Path) -> Axis:
         reason = getattr(error, "strerror", None) or "not UTF-8"
         raise InputError(f"{path}: cannot be read ({reason}); expected: CSV") from None
     except ValueError:
-        raise InputError(f"{path}: empty; expected: a heading of fields and a row a case") from None
+        raise InputError(
+            f"{path}: empty; expected: a heading of fields and one row per case"
+        ) from None
     if not rows:
-        raise InputError(f"{path}: no cases; expected: a row a case below the heading")
+        raise InputError(f"{path}: no cases; expected: one row per case below the heading")
     names = [name.strip() for name in header]
     for k, row in enumerate(rows):
         if len(row) != len(names):

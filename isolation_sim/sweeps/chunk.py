@@ -72,7 +72,7 @@ class Finished:
     number : int
         Place of the chunk in the plan.
     table : bytes
-        Content of a file of columns, a row a run.
+        Content of a file of columns, one row per run.
     n_runs, n_failed : int
         How many there are, and how many of them failed.
     histories : dict of str to bytes

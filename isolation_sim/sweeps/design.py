@@ -224,7 +224,7 @@ def _digest(path: str) -> str:
 
 
 def differences(stored: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield what differs between two plans' contents, a line a place."""
+    """Yield what differs between two plans' contents, one line per place."""
     if isinstance(stored, dict) and isinstance(now, dict):
         for key in {**stored, **now}:
             inner = f"{place}.{key}".removeprefix(".")

@@ -63,7 +63,7 @@ class Vary(Section):
         if self.step is not None and self.spacing == "log":
             raise InputError("step goes with linear spacing; expected with log spacing: count")
         if self.names is not None and len(self.names) != len(self.values or ()):
-            raise InputError("names and values differ in number; expected: a name a value")
+            raise InputError("names and values differ in number; expected: one name per value")
         return self
 
     @property
@@ -99,7 +99,7 @@ class Sample(Section):
 
 
 class CaseFile(Section):
-    """Cases of your own: a CSV file with a column a field."""
+    """Cases of your own: a CSV file with one column per field."""
 
     file: InputPath
 

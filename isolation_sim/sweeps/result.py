@@ -265,7 +265,7 @@ class Sweep(Printed):
         y: str | None = None,
         criterion: str = "peak_floor_acceleration_m_s2",
     ) -> Figure:
-        """Draw a criterion over two varied quantities, a panel a controller.
+        """Draw a criterion over two varied quantities, one panel per controller.
 
         Parameters
         ----------

@@ -30,7 +30,7 @@ class Candidate(NamedTuple):
 
 
 class CandidateRun(NamedTuple):
-    """A candidate and the ground motion that it is run under, one record a direction."""
+    """A candidate and the ground motion that it is run under, one record per direction."""
 
     candidate: Candidate
     records: tuple[Record, ...]

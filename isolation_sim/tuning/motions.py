@@ -81,6 +81,6 @@ def motion_set(given: Motions, job: Job, seed: int = 0, pga_g: float | None = No
         if len(records) != n:
             raise InputError(
                 f"motions, {records[0].name}", f"{len(records)} directions",
-                f"{n}, one record a direction of {job.isolated.structure.name}",
+                f"{n}, one record per direction of {job.isolated.structure.name}",
             )  # fmt: skip
     return MotionSet(name, each)

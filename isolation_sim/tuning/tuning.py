@@ -23,7 +23,7 @@ _STATE = "tuning.json"
 
 @dataclass(frozen=True)
 class Judgement:
-    """Scores under one set of motions, a number a motion.
+    """Scores under one set of motions, one number per motion.
 
     Attributes
     ----------

@@ -132,7 +132,7 @@ def test_an_adequate_model_has_a_short_report(diagnosis):
     titles = [section.title for section in page.sections]
     assert titles == ["Verdict", "Evidence", "Gain", "What was diagnosed"]
     text = page.html().replace("\u00a0", " ")
-    assert "by 1.2 % (RMS) on the fitted data." in text and "nothing is missing" in text
+    assert "by 1.2 % (RMS) on the fitted data." in text and "no effect is missing" in text
     assert "nan" not in text and "Plotly, Inc." not in text
 
 

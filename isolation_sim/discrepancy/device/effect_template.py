@@ -9,7 +9,7 @@ def trajectory(starts, dt, x, v, a, current, force, temperature, parameters, fir
     """What the effect does at every sample of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s.
-    first: states at each run's start. out: one row a function that the effect has.
+    first: states at each run's start. out: one row per function that the effect has.
     """
     for run in range(starts.shape[0] - 1):
         h = dt[run]

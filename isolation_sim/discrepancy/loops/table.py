@@ -1,7 +1,7 @@
 """A loop table: effective stiffness and damping ratio of steady harmonic tests.
 
 A CSV file with the columns ``amplitude_mm, frequency_Hz, current_A, effective_stiffness_N_per_mm,
-damping_ratio``, a row a test; an optional column ``hold_out`` of 0 and 1.
+damping_ratio``, one row per test; an optional column ``hold_out`` of 0 and 1.
 """
 
 from __future__ import annotations

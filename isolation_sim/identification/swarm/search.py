@@ -13,7 +13,7 @@ from ...errors import InputError, unknown_name
 from . import fish_swarm, fruit_fly, library
 from .budget import Budget, BudgetSpent
 
-# one line a method: a function of the budgeted objective and a random generator
+# one line per method: a function of the budgeted objective and a random generator
 _METHODS: dict[str, Callable[..., None]] = {
     "fruit_fly": fruit_fly.adaptive_step,
     "fruit_fly_fixed": fruit_fly.fixed_step,

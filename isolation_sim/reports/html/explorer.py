@@ -116,14 +116,14 @@ def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
     )  # fmt: skip
     charts = [
         Chart(
-            "Runs over all quantities, a line a run, the best one bold",
+            "Runs over all quantities, one line per run, the best one bold",
             {"data": [], "layout": paths},
             "Each axis lies across the page, its least value at the left; the table names the "
             "best runs.",
             height=50 * axes + 40,
         ),
         Chart(
-            "One criterion against another, a point a run",
+            "One criterion against another, one point per run",
             {"data": [], "layout": layout("", "", hovermode="closest")},
             "The table names the best runs.", height=400,
         ),

@@ -30,7 +30,7 @@ def trade_off(
     looks: Mapping[str, Look],
     optima: Collection[str] = (),
 ) -> Chart:
-    """Peak floor acceleration over peak base displacement, a point a run."""
+    """Peak floor acceleration over peak base displacement, one point per run."""
     traces = []
     values = {
         name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])

@@ -87,7 +87,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
 
 
 def criteria_table(comparison: Comparison) -> Table:
-    """Criteria and energies, a column a controller, with the best of each row marked."""
+    """Criteria and energies, one column per controller, with the best of each row marked."""
     rows = []
     baseline = comparison.baseline
     for group, lines in _lines(comparison):
