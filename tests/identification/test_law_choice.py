@@ -1,4 +1,4 @@
-"""All laws compared on short data: the one that made them is found, and what fits as well is told."""
+"""All laws compared on short data: the one that made them is found, and which others are near."""
 
 from functools import partial
 
@@ -50,7 +50,7 @@ def test_fit_takes_the_law_that_fits_best(campaign_of, monkeypatch):
 
 
 def test_given_numbers_belong_to_a_law(campaign_of):
-    with pytest.raises(InputError, match='law is "auto"; expected: .*the name of a law'):
+    with pytest.raises(InputError, match=r'law is "auto"; expected: .*the name of a law'):
         diagnose(campaign_of("maxwell", 0), "auto", "published")
 
 
