@@ -89,4 +89,4 @@ def diagnose(
         print(result.to_json())
     elif not quiet:
         result.report()
-    print_results(folder.path, as_json, quiet, folder.renamed)
+    print_results(folder.path, as_json, quiet, where)

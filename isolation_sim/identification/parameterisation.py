@@ -140,7 +140,7 @@ class Parameterisation:
             if np.isfinite(q.lower) and np.isfinite(q.upper)
         }
         # a unit such as 1/m^n means another size for every n
-        exponents = self.fixed | bounded
+        exponents = {name: float(np.take(value, 0)) for name, value in self.fixed.items()} | bounded
         drawn = []
         for quantity in self.free:
             size = characteristic_scale(quantity.unit, *self.sizes, exponents=exponents)

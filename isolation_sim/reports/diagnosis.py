@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -22,35 +23,30 @@ CAUSE_HEADINGS = (
 """Named again: in the fits without the runs of one condition, in the resamplings of the runs."""
 
 
-def print_diagnosis(diagnosis: Diagnosis) -> None:
-    """Print a diagnosis to standard output."""
-    from .console import standard_console
-
-    console = standard_console()
-    console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
-    console.print()
-    console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
+def shown(diagnosis: Diagnosis) -> Iterator[Any]:
+    """Tables and sentences of a diagnosis, for a terminal."""
+    yield f"{diagnosis.model} against {diagnosis.data}\n"
+    yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
     if "law_choice" in diagnosis.details:
-        console.print(diagnosis.details["law_choice"]["text"])
-    console.print(errors_table(diagnosis))
+        yield diagnosis.details["law_choice"]["text"]
+    yield errors_table(diagnosis)
     if diagnosis.causes:
-        console.print(causes_table(diagnosis))
+        yield causes_table(diagnosis)
         for cause in diagnosis.causes:
-            console.print(f"{cause.label}: {evidence_text(cause)}")
+            yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                console.print(f"  hardly to be told from {', '.join(cause.confusable_with)}")
+                yield f"  hardly to be told from {', '.join(cause.confusable_with)}"
     if diagnosis.depends_on:
-        console.print(f"The residual depends on {', '.join(diagnosis.depends_on)}.")
+        yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
-        console.print(f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit.")
+        yield f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit."
     if diagnosis.next_test:
-        console.print(f"Next test. {diagnosis.next_test}")
+        yield f"Next test. {diagnosis.next_test}"
     if diagnosis.consequence is not None:
         if diagnosis.consequence.performance:
-            console.print(consequence_table(diagnosis.consequence))
-            console.print(NOTE)
-        for line in consequence_text(diagnosis.consequence):
-            console.print(line)
+            yield consequence_table(diagnosis.consequence)
+            yield NOTE
+        yield from consequence_text(diagnosis.consequence)
 
 
 def consequence_table(consequence: Consequence) -> Table:

@@ -315,9 +315,9 @@ class _Collected:
             if name not in self.criteria:
                 # another thread may have been first
                 self.criteria.setdefault(name, np.full(len(self.failure), np.nan))
-            keep = self.criteria[name]
-            keep[numbers] = np.atleast_1d(values)[: len(numbers)]
-            keep[list(failed)] = np.nan
+            stored = self.criteria[name]
+            stored[numbers] = np.atleast_1d(values)[: len(numbers)]
+            stored[list(failed)] = np.nan
         for k, failure in failed.items():
             self.failure[k] = str(failure)
             self.diverged[k] = isinstance(failure, Diverged)

@@ -155,8 +155,8 @@ class EffectSearch:
         return costs + count * float(np.log(len(one.residual)))
 
     def _helps(self, without: FittedModel, given: FittedModel) -> bool:
-        costs = (np.array(one.cost) for one in (without, given))
-        return bool(self.helps(without, given, *costs, np.array(self.misfit)))
+        cost_without, cost = (np.array(one.cost) for one in (without, given))
+        return bool(self.helps(without, given, cost_without, cost, np.array(self.misfit)))
 
     def helps(
         self, without: FittedModel, given: FittedModel, cost_without: NDArray, cost: NDArray,
