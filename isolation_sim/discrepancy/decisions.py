@@ -218,6 +218,9 @@ RESAMPLES = 2000
 
 REDRAWN = 200
 """Resamplings of the runs behind a cause's stability. Effort."""
+NEEDED = 0.5
+"""Share of the fits from other runs in which a cause must be more than noise to be named.
+Convention."""
 RIVAL_WINS = 0.1
 """Share of the refits in which a rival is named instead, above which it is confusable.
 Convention."""

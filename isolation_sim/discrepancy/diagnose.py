@@ -45,6 +45,9 @@ def diagnose(
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
+    if isinstance(law, str) and law != AUTO:
+        law = LAWS[law]
+    device = None if isinstance(law, str) else read_parameters(law, parameters)
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
     from .adapters.device_tests import DeviceTests
@@ -53,7 +56,7 @@ def diagnose(
     report = progress or (lambda text: None)
     with workers(threads) as pool:
         choice = None
-        if law == AUTO:
+        if isinstance(law, str):
             if isinstance(data, LoopTable) or parameters != "fit":
                 raise InputError(
                     'law is "auto"; expected: a campaign of device tests and parameters "fit", or '
@@ -62,10 +65,7 @@ def diagnose(
             choice = choose_law(
                 data, current_degree, pool, seed=seed, advance=lambda: report("comparing laws")
             )
-            law = choice.best.law
-        if isinstance(law, str):
-            law = LAWS[law]
-        device = read_parameters(law, parameters)
+            law = LAWS[choice.best.law]
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
             return diagnose_problem(LoopTableTests(data, *options))[0]

@@ -62,8 +62,9 @@ def fit(
         Degree of the polynomials of the current; by default the highest that the currents of the
         fitted runs determine, 2 at most.
     fixed : mapping of str to float, optional
-        Parameters that are not fitted, in SI units. Of parameters among which one is redundant,
-        such as A, alpha, beta and gamma of the Bouc-Wen law, one is held in any case.
+        Parameters that are not fitted, in SI units. Of parameters among which one is redundant at
+        constant currents, such as A, alpha, beta and gamma of the Bouc-Wen law, one is held in any
+        case if no run changes its current.
     starts : int, default 20
         Number of starts.
     seed : int, default 0

@@ -35,6 +35,8 @@ _MOST = 16
 _NOTHING_GAINED = 1e-3
 """Share of one sample's cost; a step that gains less ends a fit."""
 _MOST_ITERATIONS = 300
+_STEADY = 0.02
+"""Range of a run's current, A or relative, below which it is one current."""
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
@@ -145,7 +147,8 @@ def parameterise(
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
 
-    A redundant parameter is held: at its value in a ``given`` device, else at the law's own.
+    Where every run has one current a redundant parameter is held: at its value in a ``given``
+    device, else at the law's own. A current that changes within a run determines it.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -161,7 +164,11 @@ def parameterise(
     span = float(data.current.min()), float(data.current.max())
     held: dict[str, float | NDArray] = dict(fixed or {})
     redundancy = law.redundancy
-    if redundancy is not None and not held.keys() & set(redundancy.among):
+    steady = all(
+        np.ptp(run.current) < _STEADY * np.max(np.abs(run.current)) + _STEADY
+        for run in campaign.fitted
+    )
+    if steady and redundancy is not None and not held.keys() & set(redundancy.among):
         held[redundancy.held] = redundancy.value
         if given is not None:
             values = given.current.at(currents)[law.parameter_names.index(redundancy.held)]

@@ -71,13 +71,14 @@ class Spring:
 class Redundancy:
     """Parameters of which one is redundant, since scaling a state moves a factor between them.
 
-    A fit that leaves all of them free has no single answer. Where they follow the current, answers
-    that agree at the tested currents differ widely between these.
+    At constant currents a fit that leaves all of them free has no single answer. Where they follow
+    the current, answers that agree at the tested currents differ widely between these. A current
+    that changes within a run tells them apart, for the state is kept and not scaled.
 
     Attributes
     ----------
     held : str
-        The parameter that a fit holds, unless it holds another one of them.
+        The parameter that a fit to constant currents holds, unless it holds another one of them.
     value : float
         Value at which it is held, in its SI unit.
     among : tuple of str

@@ -8,8 +8,10 @@ import pytest
 
 from isolation_sim.discrepancy.device.conditions import conditions
 from isolation_sim.discrepancy.device.model import Model, fit_model
+from isolation_sim.discrepancy.device.next_test import _tests
 from isolation_sim.discrepancy.device.stability import _costs
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
@@ -94,3 +96,26 @@ def test_numbers_that_predict_left_out_tests_worse_are_not_taken(degree):
     assert before.held_out == pytest.approx(0.01, rel=0.2)
     assert after.held_out <= before.held_out + 1e-3
     assert not found.causes
+
+
+def test_a_rest_tells_heat_from_wear():
+    """Both lose 1e-4 of the force for a joule; heat goes in half a minute."""
+    data = measured_runs(campaign().runs)
+    model = Model(data, parameterise(campaign(), LAWS["kelvin_voigt"], data, 0))
+    rivals = (
+        (effect("self_heating", "exponential"), [STIFFNESS, DAMPING, 1e-4, 30.0]),
+        (effect("cyclic_degradation", "work"), [STIFFNESS, DAMPING, 0.5, 5e3]),
+    )
+    *steady, (rest, words) = _tests(data)
+    same, _, after = words.partition(", and ")
+    assert after == "the same again after 60 s of rest"
+
+    def difference(test):
+        forces = [
+            replace(model.with_effects(one), data=test).forces(np.array(values), False)[0]
+            for one, values in rivals
+        ]
+        return np.max(np.abs(forces[0] - forces[1]))
+
+    without_rest = next(test for test, words in steady if words == same)
+    assert difference(rest) > 2 * difference(without_rest) > 0

@@ -1,4 +1,4 @@
-"""All laws compared on short data: the right one is found, and those that fit as well are named."""
+"""All laws compared on short data: the one that made them is found, and which others are near."""
 
 from functools import partial
 

@@ -27,6 +27,7 @@ from ..decisions import (
     CONFUSABLE_GAIN,
     FAR,
     HELD_OUT_RUNS,
+    NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
     SIGNIFICANCE,
@@ -76,6 +77,7 @@ class DeviceTests(Problem[FittedModel]):
         self.choice, self.degree = choice, degree
         self.significance = significance
         self.negligible: list[str] = []
+        self.unstable: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
@@ -146,7 +148,7 @@ class DeviceTests(Problem[FittedModel]):
         self.progress("fitting all samples")
         # effects that do not hold on held-out data are dropped, the last one found first
         earlier = (one.base for one in reversed(result.rounds))
-        for best in dict.fromkeys((result.best, *earlier)):
+        for best in dict.fromkeys((self._needed(result.best), *earlier)):
             self._extend(best)
             if not best.effects or self._holds():
                 break
@@ -161,6 +163,17 @@ class DeviceTests(Problem[FittedModel]):
             best = self.space.without(best, least)
             self._extend(best)
         return replace(result, best=best)
+
+    def _needed(self, best: FittedModel) -> FittedModel:
+        """Drop effects that most fits from other runs do not ask for."""
+        while best.effects:
+            shares = [one.needed for one in stability(self.space, best, self.seed)]
+            least = int(np.argmin(shares))
+            if shares[least] >= NEEDED:
+                break
+            self.unstable.append(best.effects[least].title)
+            best = self.space.without(best, least)
+        return best
 
     def _extend(self, best: FittedModel) -> None:
         """Take the effects of a searched model, and fit them to all samples."""
@@ -558,6 +571,11 @@ class DeviceTests(Problem[FittedModel]):
         self, result: Found[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Why nothing was found, and effects that are too small to matter."""
+        if self.unstable:
+            return Text(
+                "Dropped, since most fits from other runs do not ask for it: "
+                f"{', '.join(self.unstable)}."
+            )
         if self.negligible:
             least = f"less than {100 * self.significance:g} % of the force is negligible"
             return Text(f"{'; '.join(self.negligible)}: {least}.")

@@ -7,13 +7,14 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...identification.measured_runs import MeasuredRuns
 from .effect_search import EffectSearch
 from .model import FittedModel
 
-DURATION = 12.0
-"""s."""
+DURATION, REST = 12.0, 60.0
+"""Of a test, and of a rest between two equal parts of it, s."""
 _SAMPLING = 256.0
 
 
@@ -36,8 +37,9 @@ def next_test(
         forces = [
             replace(f.model, data=test).forces(f.values, False)[0] for f in (result, rivals[0])
         ]
+        moves = test.v != 0
         with np.errstate(over="ignore"):  # a law that diverges in this test
-            difference = float(np.sqrt(np.mean((forces[0] - forces[1]) ** 2)))
+            difference = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2)))
         noise = float(np.median(final.model.data.force_noise)) or 1e-12
         if np.isfinite(difference) and difference / noise > best:
             best, words = difference / noise, description
@@ -50,11 +52,13 @@ def next_test(
 
 
 def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
-    """Sinusoids within the tested ranges and a little beyond, at steady and at stepped current."""
+    """Sinusoids within the tested ranges and a little beyond, at steady and at stepped current.
+
+    One has a rest between two equal parts: heat goes, wear and remanence stay.
+    """
     largest = float(np.max(np.abs(data.x)))
     low, high = float(data.current.min()), float(data.current.max())
     fastest = float(np.max(np.abs(data.v))) / largest / (2 * np.pi)
-    result = []
     time = np.arange(0.0, DURATION, 1 / _SAMPLING)
     schedules = [(np.full(len(time), high), f"{high:.3g} A")]
     if high > low:
@@ -65,30 +69,45 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
                 f"the current stepping between {low:.3g} and {high:.3g} A every 2 s",
             ),
         ]
+    result = []
     parts = ((0.25, "small"), (1.0, "as large as before"), (1.3, "larger than before"))
     for (part, size), speed, (current, words) in product(parts, (0.25, 1.0, 3.0), schedules):
         frequency = max(speed * fastest, 0.05)
-        omega = 2 * np.pi * frequency
-        x = part * largest * np.sin(omega * time)
-        test = replace(
-            data,
-            names=("next test",),
-            starts=np.array([0, len(time)]),
-            dt=np.array([1 / _SAMPLING]),
-            x=x,
-            v=part * largest * omega * np.cos(omega * time),
-            a=-(omega**2) * x,
-            force=np.ones_like(x),
-            current=current.astype(float),
-            temperature=np.full(len(time), float(np.mean(data.temperature))),
-            fitted=np.ones(len(time), bool),
-            force_noise=np.ones(1),
-            displacement_noise=np.zeros(1),
-            sigma=np.ones(1),
-            velocity_measured=np.ones(1, bool),
-        )
-        result.append(
-            (test, f"a sinusoid of {1e3 * part * largest:.3g} mm ({size}) at {frequency:.2g} Hz, "
-                   f"{words}")
-        )  # fmt: skip
-    return result
+        test = _sinusoid(data, part * largest, frequency, time, current)
+        result.append((test, f"{_words(part * largest, size, frequency)}, {words}"))
+    frequency = max(fastest, 0.05)
+    again = max(round(DURATION * frequency), 1) / frequency + REST
+    twice = np.arange(0.0, 2 * again - REST, 1 / _SAMPLING)
+    test = _sinusoid(data, largest, frequency, np.where(twice < again, twice, twice - again), high)
+    moves = (twice < again - REST) | (twice >= again)
+    test = replace(test, x=test.x * moves, v=test.v * moves, a=test.a * moves)
+    words = f"{schedules[0][1]}, and the same again after {REST:g} s of rest"
+    return [*result, (test, f"{_words(largest, parts[1][1], frequency)}, {words}")]
+
+
+def _words(amplitude: float, size: str, frequency: float) -> str:
+    return f"a sinusoid of {1e3 * amplitude:.3g} mm ({size}) at {frequency:.2g} Hz"
+
+
+def _sinusoid(
+    data: MeasuredRuns, amplitude: float, frequency: float, time: NDArray, current: NDArray | float
+) -> MeasuredRuns:
+    omega = 2 * np.pi * frequency
+    x = amplitude * np.sin(omega * time)
+    return replace(
+        data,
+        names=("next test",),
+        starts=np.array([0, len(time)]),
+        dt=np.array([1 / _SAMPLING]),
+        x=x,
+        v=amplitude * omega * np.cos(omega * time),
+        a=-(omega**2) * x,
+        force=np.ones_like(x),
+        current=np.broadcast_to(np.asarray(current, float), x.shape).copy(),
+        temperature=np.full(len(time), float(np.mean(data.temperature))),
+        fitted=np.ones(len(time), bool),
+        force_noise=np.ones(1),
+        displacement_noise=np.zeros(1),
+        sigma=np.ones(1),
+        velocity_measured=np.ones(1, bool),
+    )

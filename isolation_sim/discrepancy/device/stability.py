@@ -32,12 +32,15 @@ class Stability:
         their conditions.
     resamplings : float
         Share of the resamplings of the runs.
+    needed : float
+        Share of both in which the cause, or one that is named instead, is more than noise.
     rivals : tuple of str
         Causes that are named instead in a share of these that counts, the most frequent first.
     """
 
     conditions: float
     resamplings: float
+    needed: float
     rivals: tuple[str, ...]
 
 
@@ -65,6 +68,7 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
             Stability(
                 float(np.mean(named[: len(kept)])) if len(kept) else float("nan"),
                 float(np.mean(named[len(kept) :])),
+                float(np.mean(helps)),
                 tuple(one for one, n in wins.most_common() if n > RIVAL_WINS * len(weights)),
             )
         )
