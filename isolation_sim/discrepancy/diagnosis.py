@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..laws import Device
     from ..structures import IsolatedStructure
     from .consequence import Consequence
+    from .tiers.result import Ladder
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
@@ -236,6 +237,8 @@ class Diagnosis:
         What the error would have meant for a controlled building; None where nobody asked.
     details : mapping of str to object
         More plain numbers, for the JSON.
+    ladder : Ladder or None
+        How far causes, an equation and a learned term come; None where nobody asked.
     """
 
     data: str
@@ -255,6 +258,7 @@ class Diagnosis:
     traces: tuple[Trace, ...] = ()
     consequence: Consequence | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
+    ladder: Ladder | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but steps and traces as plain numbers and text.
@@ -298,6 +302,7 @@ class Diagnosis:
             "depends_on": list(self.depends_on),
             "next_test": self.next_test,
             **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
+            **({"ladder": self.ladder.to_dict()} if self.ladder else {}),
             **self.details,
         }
 
