@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..rendering import render
+from .interval import Interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,28 +32,6 @@ MEANINGS: dict[Verdict, str] = {
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
 """What each verdict says, in a sentence."""
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A number with its 95 % interval.
-
-    Attributes
-    ----------
-    value, low, high : float
-        In ``unit``.
-        Infinite ends belong to a value that the data do not determine.
-    unit : str
-        SI unit.
-    at_bound : bool
-        Whether the value lies at a bound of its range.
-    """
-
-    value: float
-    low: float
-    high: float
-    unit: str
-    at_bound: bool = False
 
 
 @dataclass(frozen=True)

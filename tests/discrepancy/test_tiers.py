@@ -72,9 +72,7 @@ def test_the_ladder_goes_down_to_the_noise_and_the_equation_is_offered(diagnosis
     assert diagnosis.to_dict()["ladder"]["equation"][0]["term"] == "x^2 v"
 
 
-def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(
-    diagnosis, campaign, tmp_path
-):
+def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, campaign, tmp_path):
     diagnosis.save(tmp_path / "out")
     text = (tmp_path / "out" / "report.md").read_text()
     assert "with an equation (offered)" in text and "x^2 v" in text

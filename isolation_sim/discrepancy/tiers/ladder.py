@@ -21,8 +21,9 @@ from ..decisions import ADEQUATE, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
 from ..device.load_cell_offset import EACH_RUN
 from ..device.model import FittedModel, Model, fit_model
-from ..diagnosis import Diagnosis, Errors, Interval, Verdict
+from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
+from ..interval import Interval
 from .equation import select
 from .law_file import Chosen, Network, TermParameterisation, law_of, law_text, shown
 from .learned import learn

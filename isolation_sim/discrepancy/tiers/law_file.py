@@ -36,7 +36,15 @@ N_STATES, N_PARAMETERS = len(BASE.states), len(BASE.parameters)
 
 @dataclass(frozen=True)
 class Chosen:
-    """A term of an equation with the powers of the current that its coefficient has."""
+    """A term of an equation.
+
+    Attributes
+    ----------
+    term : Term
+        The term.
+    powers : tuple of int
+        Powers of the current that its coefficient has.
+    """
 
     term: Term
     powers: tuple[int, ...]

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..diagnosis import Interval
+from ..interval import Interval
 
 Tier = Literal["causes", "equation", "learned"]
 TIERS: tuple[Tier, ...] = ("causes", "equation", "learned")

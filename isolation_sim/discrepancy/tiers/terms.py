@@ -28,7 +28,15 @@ _STEP, _MOST_STEPS = 0.3, 64
 
 @dataclass(frozen=True)
 class Number:
-    """A number inside a term: symbol, unit, meaning, value."""
+    """A number inside a term.
+
+    Attributes
+    ----------
+    symbol, unit, meaning : str
+        As it is written, its SI unit, and what it is.
+    value : float
+        In ``unit``.
+    """
 
     symbol: str
     unit: str
