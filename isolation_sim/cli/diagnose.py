@@ -67,6 +67,12 @@ def diagnose(
             "not for building records."
         ),
     ] = None,
+    tiers: Annotated[
+        str,
+        typer.Option(
+            help="What is tried of device tests: causes; an equation, too; or a learned term, too."
+        ),
+    ] = "causes",
     out: Out = None,
     overwrite: Overwrite = False,
     export: Export = None,
@@ -83,7 +89,8 @@ def diagnose(
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, significance=significance, progress=step,
+                current_degree=current_degree, significance=significance, tiers=tiers,
+                progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
         write_exports(export, folder.unfinished, f"Diagnosis of {result.data}")

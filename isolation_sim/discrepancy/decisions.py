@@ -224,3 +224,31 @@ Convention."""
 RIVAL_WINS = 0.1
 """Share of the refits in which a rival is named instead, above which it is confusable.
 Convention."""
+
+# Equation and learned term
+
+LEFT_OUT_GROUPS = 6
+"""Groups of conditions that are left out in turn. Effort."""
+SAME_CONDITION = 0.1
+"""Relative difference of amplitude and velocity up to which runs have one motion. Convention."""
+TIER_SAMPLES = 6000
+"""Samples, about, on which terms are selected. Effort."""
+EQUATION_TERMS = 6
+"""Terms of an equation, at most. Convention: more cannot be read."""
+EQUATION_GAIN = 0.03
+"""Share of the squared error on conditions left out that a term must remove. MR damper and blind
+(``outside``)."""
+EQUATION_STABLE = 0.6
+"""Share of the conditions without which a term must be chosen as well. Convention (Meinshausen and
+Buehlmann 2010)."""
+NEARLY_CHOSEN = 0.7
+"""Share of the largest gain from which a term counts as chosen: neighbours on the grid of numbers
+are alike. MR damper."""
+SIMPLER = 0.95
+"""Share of the best term's gain from which a term with fewer numbers is preferred. Convention."""
+LEARNED_UNITS = 60
+"""Units of the learned term. Effort."""
+LEARNED_PENALTIES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+"""Penalties of the ridge regression that are tried. Effort."""
+EQUATION_PREFERRED = 1.05
+"""Factor on the learned term's left-out error up to which the equation is offered. Convention."""

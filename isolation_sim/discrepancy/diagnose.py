@@ -22,6 +22,7 @@ from .loops.table import LoopTable, read_loop_table
 from .problem import Problem
 from .report_steps import report_steps
 from .search import Found, H
+from .tiers.result import TIERS, Tier
 
 if TYPE_CHECKING:
     from ..structures import IsolatedStructure
@@ -37,6 +38,7 @@ def diagnose(
     *,
     current_degree: int | None = None,
     significance: float | None = None,
+    tiers: Tier = "causes",
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -45,6 +47,8 @@ def diagnose(
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
+    if tiers not in TIERS:
+        raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
     if isinstance(law, str) and law != AUTO:
         law = LAWS[law]
     device = None if isinstance(law, str) else read_parameters(law, parameters)
@@ -68,8 +72,16 @@ def diagnose(
             law = LAWS[choice.best.law]
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
+            if tiers != "causes":
+                raise InputError(f"tiers is {tiers!r}; expected of a loop table: causes")
             return diagnose_problem(LoopTableTests(data, *options))[0]
-        return diagnose_problem(DeviceTests(data, *options, significance, choice))[0]
+        problem = DeviceTests(data, *options, significance, choice)
+        diagnosis = diagnose_problem(problem)[0]
+        if tiers == "causes":
+            return diagnosis
+        from .tiers.ladder import climb
+
+        return climb(problem, diagnosis, tiers)
 
 
 def diagnose_building(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..rendering import Printed, render
+from .interval import Interval
 
 if TYPE_CHECKING:
     import pandas
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ..laws import Device
     from ..structures import IsolatedStructure
     from .consequence import Consequence
+    from .tiers.result import Ladder
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
@@ -31,28 +33,6 @@ MEANINGS: dict[Verdict, str] = {
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
 """What each verdict says, in a sentence."""
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A number with its 95 % interval.
-
-    Attributes
-    ----------
-    value, low, high : float
-        In ``unit``.
-        Infinite ends belong to a value that the data do not determine.
-    unit : str
-        SI unit.
-    at_bound : bool
-        Whether the value lies at a bound of its range.
-    """
-
-    value: float
-    low: float
-    high: float
-    unit: str
-    at_bound: bool = False
 
 
 @dataclass(frozen=True)
@@ -242,6 +222,8 @@ class Diagnosis(Printed):
         What the error would have meant for a controlled building; None where nobody asked.
     details : mapping of str to object
         More plain numbers, for the JSON.
+    ladder : Ladder or None
+        How far causes, an equation and a learned term come; None where nobody asked.
     """
 
     data: str
@@ -261,6 +243,7 @@ class Diagnosis(Printed):
     traces: tuple[Trace, ...] = ()
     consequence: Consequence | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
+    ladder: Ladder | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but steps and traces as plain numbers and text.
@@ -305,6 +288,7 @@ class Diagnosis(Printed):
             "depends_on": list(self.depends_on),
             "next_test": self.next_test,
             **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
+            **({"ladder": self.ladder.to_dict()} if self.ladder else {}),
             **self.details,
         }
 

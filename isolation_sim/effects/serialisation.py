@@ -13,7 +13,7 @@ from .extend import separate
 from .registry import EFFECTS
 
 
-def device_section(device: Device, *comments: str) -> str:
+def device_section(device: Device, *comments: str, law_place: str = "") -> str:
     """Write a device as the ``[isolator]`` section of a scenario.
 
     Effects of the instruments, which are none of the device's, are left out and named in a comment.
@@ -24,6 +24,9 @@ def device_section(device: Device, *comments: str) -> str:
         In the tested device's own scale; with effects or without.
     *comments : str
         Lines to put on top.
+    law_place : str, optional
+        Place of the law beside the section, such as ``"extended_law.py:LAW"``, in place of the one
+        where it was found.
 
     Returns
     -------
@@ -47,14 +50,15 @@ def device_section(device: Device, *comments: str) -> str:
         )
     section = tomlkit.table()
     names = {effect: EFFECTS.called(effect, effect.cause) for effect, _ in applied}
-    for path, digest in code_files([data["law"], *names.values()]).items():
+    places = [*names.values()] if law_place else [data["law"], *names.values()]
+    for path, digest in code_files(places).items():
         comments = (*comments, f"code: {path}, SHA-256 {digest}")
     left_out = [effect.name for effect, _ in applied if not effect.of_device]
     if left_out:
         comments = (*comments, f"without what happened in the instruments: {', '.join(left_out)}")
     for line in comments:
         section.add(tomlkit.comment(line))
-    section["law"] = data["law"]
+    section["law"] = law_place or data["law"]
     if np.isfinite(data["current_range"]).all():
         section["current_range_A"] = data["current_range"]
     if np.isfinite(data["tested_deformation"]):

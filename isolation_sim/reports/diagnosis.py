@@ -35,6 +35,9 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
             yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
                 yield f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
+    if diagnosis.ladder is not None:
+        yield TextTable(LADDER, LADDER_HEADINGS, ladder_rows(diagnosis))
+        yield from ladder_text(diagnosis)
     if diagnosis.depends_on:
         yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
@@ -81,6 +84,57 @@ def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
         low, high = (100 * g for g in diagnosis.gain)
         rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}"))
     return rows
+
+
+LADDER = "Residual over force (RMS) of each tier"
+LADDER_HEADINGS = ("", "fitted, %", "held out, %", "conditions left out, %")
+_RUNGS = {
+    "law": "law", "causes": "with causes", "equation": "with an equation",
+    "learned": "with a learned term",
+}  # fmt: skip
+
+
+def ladder_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
+    """Errors of every tier, %, the best attainable and the noise floor, as text."""
+    ladder = diagnosis.ladder
+    if ladder is None:
+        return []
+
+    def percent(value: float) -> str:
+        return f"{100 * value:.2f}" if np.isfinite(value) else ""
+
+    rows: list[tuple[str, ...]] = [
+        (_RUNGS[one.name] + " (offered)" * (one.name == ladder.offered), percent(one.fit),
+         percent(one.held_out), percent(one.left_out))
+        for one in ladder.rungs
+    ]  # fmt: skip
+    columns = [[getattr(one, name) for one in ladder.rungs] for name in
+               ("fit", "held_out", "left_out")]  # fmt: skip
+    rows.append(("best attained", *(percent(min(column)) for column in columns)))
+    rows.append(("noise floor", percent(diagnosis.noise_floor), "", ""))
+    return rows
+
+
+def ladder_text(diagnosis: Diagnosis) -> list[str]:
+    """The equation, and what is left to explain."""
+    ladder = diagnosis.ladder
+    if ladder is None:
+        return []
+    lines = []
+    if ladder.terms:
+        lines.append(f"Equation. F = law {ladder.equation}".replace("\n", " "))
+        lines.append(
+            "Chosen without each condition in turn: "
+            + ", ".join(f"{100 * term.stability:.0f} %" for term in ladder.terms)
+            + "."
+        )
+    if np.isfinite(ladder.explainable):
+        lines.append(
+            f"Unexplained by causes and equation: {100 * ladder.explainable:.0f} % of the law's "
+            "misfit that a flexible model of the measured variables explains, and "
+            f"{100 * ladder.inexplicable:.0f} % that nothing measured explains."
+        )
+    return [*lines, *ladder.notes]
 
 
 def causes_table(diagnosis: Diagnosis) -> TextTable:
@@ -142,6 +196,9 @@ def markdown(diagnosis: Diagnosis) -> str:
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
         parts.append(_grid(CAUSE_HEADINGS, rows))
         parts += [f"- **{cause.label}**: {evidence_text(cause)}" for cause in diagnosis.causes]
+    if diagnosis.ladder is not None:
+        parts += ["## Tiers", _grid(LADDER_HEADINGS, ladder_rows(diagnosis))]
+        parts += ladder_text(diagnosis)
     for number, step in enumerate(diagnosis.steps, start=1):
         parts.append(f"## {number}. {step.title}\n\n{step.text}")
         if step.rows:

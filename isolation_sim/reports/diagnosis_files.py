@@ -14,6 +14,8 @@ from .diagnosis import markdown
 from .html.diagnosis_report import diagnosis_report
 from .style import save
 
+LAW_FILE = "extended_law.py"
+
 
 def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     """Write report, JSON, text, figures and extended law into a folder; return the files."""
@@ -22,7 +24,12 @@ def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     section = ""
     if diagnosis.extended is not None:
         comment = f"{diagnosis.model}, extended by a diagnosis of {diagnosis.data}"
-        section = texts["extended_law.toml"] = device_section(diagnosis.extended, comment)
+        place = ""
+        if diagnosis.ladder is not None and diagnosis.ladder.law_text:
+            texts[LAW_FILE] = diagnosis.ladder.law_text
+            place = f"{LAW_FILE}:LAW"
+        section = device_section(diagnosis.extended, comment, law_place=place)
+        texts["extended_law.toml"] = section
     written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
     written += [write_text(text, folder / name) for name, text in texts.items()]
     if diagnosis.traces:

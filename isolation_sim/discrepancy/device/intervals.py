@@ -12,8 +12,8 @@ from ...identification.law_fit import SEARCHED
 from ...identification.least_squares import DETERMINED, unit_columns
 from ...identification.noise import correlation_time
 from ..decisions import INTERVAL_EXAMPLES, LEAST_EXAMPLES
-from ..diagnosis import Interval
 from ..inference import at_bound, half_widths
+from ..interval import Interval
 from .model import FittedModel, Model
 from .noise_examples import motion_noise
 

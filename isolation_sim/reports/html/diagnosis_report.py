@@ -12,7 +12,16 @@ import numpy as np
 from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace, worst_first
 from ...effects.effect import in_sentence
 from ..consequence import HEADINGS, NOTE, TITLE, consequence_rows
-from ..diagnosis import cause_rows, consequence_text, error_rows, evidence_text
+from ..diagnosis import (
+    LADDER,
+    LADDER_HEADINGS,
+    cause_rows,
+    consequence_text,
+    error_rows,
+    evidence_text,
+    ladder_rows,
+    ladder_text,
+)
 from ..references import cited
 from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
 from .page import (
@@ -50,6 +59,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Where it is wrong", [*_where(diagnosis, traces)]),
         ("Evidence", [*_evidence(diagnosis)]),
         ("Causes", [*_causes(diagnosis)]),
+        ("Tiers", [*_tiers(diagnosis)]),
         ("Extended law", [*_extended(diagnosis, section)]),
         ("Gain", [*_gain(diagnosis)]),
         ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
@@ -163,6 +173,19 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     )
     if rivals:
         yield Prose(rivals, "warning")
+
+
+def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
+    if diagnosis.ladder is None:
+        return
+    rows = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in ladder_rows(diagnosis))
+    yield Table(
+        LADDER, LADDER_HEADINGS, rows,
+        note="Every condition left out is predicted by a model fitted without it.",
+    )  # fmt: skip
+    yield Prose(tuple(ladder_text(diagnosis)))
+    if diagnosis.ladder.law_text:
+        yield Listing("The extended law, as a Python file", diagnosis.ladder.law_text)
 
 
 def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:

@@ -1,0 +1,337 @@
+"""Climb the ladder of a diagnosis of device tests: law, causes, equation, learned term.
+
+Every rung is a law that is fitted through its simulation, and predicts conditions that were left
+out of its fit. A rung is offered only if it loses on none of them, nor on a run held out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import extend
+from ...identification.measured_runs import MeasuredRuns
+from ...identification.noise import correlation_time
+from ...laws import Device
+from ..decisions import ADEQUATE, EQUATION_PREFERRED, TIER_SAMPLES
+from ..device.generic_terms import OUTSIDE
+from ..device.load_cell_offset import EACH_RUN
+from ..device.model import FittedModel, Model, fit_model
+from ..diagnosis import Diagnosis, Errors, Verdict
+from ..inference import at_bound, half_widths
+from ..interval import Interval
+from .equation import select
+from .law_file import Chosen, Network, TermParameterisation, law_of, law_text, shown
+from .learned import learn
+from .regression import conditions
+from .result import EquationTerm, Ladder, Rung, Tier
+
+if TYPE_CHECKING:
+    from ..adapters.device_tests import DeviceTests
+
+_FOLD_STEPS = 10
+"""Steps of a fit without one condition, from the values of the fit to all."""
+_LAST_STEPS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class _Rung:
+    """A rung on all samples and on those that select; its forces by fits without each condition."""
+
+    final: FittedModel
+    part: FittedModel
+    without: NDArray
+    left_out: NDArray
+    chosen: tuple[Chosen, ...] = ()
+    stability: tuple[float, ...] = ()
+    text: str = ""
+
+
+class Climb:
+    """Models of all rungs.
+
+    Parameters
+    ----------
+    problem : DeviceTests
+        After its search.
+    """
+
+    def __init__(self, problem: DeviceTests):
+        self.problem = problem
+        full = problem.data
+        self.data = full.thinned(TIER_SAMPLES).without_held_out()
+        self.folds = conditions(self.data)
+        self.masks = [mask for _, mask in self.folds]
+        self.law, self.causes = (
+            _Rung(final, part, without, self._left_out(without))
+            for final in (problem.law, problem.final)
+            for part in (self._part(final),)
+            for without in (self._without(part),)
+        )
+
+    def _rung(
+        self, part: FittedModel, chosen: Sequence[Chosen] = (), stability: Sequence[float] = (),
+        text: str = "",
+    ) -> _Rung:  # fmt: skip
+        """A rung from its model on the samples that select."""
+        whole = replace(part.model, data=self.problem.data).resolve_steps(part.values)
+        final = fit_model(whole, part.values, _LAST_STEPS, 1e-6)
+        without = self._without(part)
+        return _Rung(
+            final, part, without, self._left_out(without), tuple(chosen),
+            tuple(stability[: len(chosen)]), text,
+        )  # fmt: skip
+
+    def _part(self, final: FittedModel) -> FittedModel:
+        """A model on the samples that select, fitted a little further."""
+        here = replace(final.model, data=self.data).resolve_steps(final.values, 1)
+        return fit_model(here, final.values, _FOLD_STEPS, 1e-4)
+
+    def _without(self, part: FittedModel) -> NDArray:
+        """Force of a model fitted without each condition, (n_folds, n_samples), N."""
+
+        def force(mask: NDArray) -> NDArray:
+            data = replace(self.data, fitted=self.data.fitted & ~mask)
+            result = replace(part.model, data=data).minimise(part.values, _FOLD_STEPS, 1e-4)
+            return self.data.bounded(part.model.forces(result.x, False)[0])
+
+        return np.stack(list(self.problem.pool.map(force, self.masks)))
+
+    def _left_out(self, without: NDArray) -> NDArray:
+        """Residual of every condition, predicted by the model fitted without it, N."""
+        residual = np.zeros(len(self.data.x))
+        for mask, force in zip(self.masks, without, strict=True):
+            residual[mask] = (force - self.data.force)[mask]
+        return residual
+
+    def equation(self) -> _Rung | None:
+        """The second tier, beside the causes or in their place; None if no term loses nowhere."""
+        starts = [self._catalogue(self.causes.part)]
+        if starts[0].effects:
+            starts.append(self.law.part)
+        found = [rung for start in starts if (rung := self._equation(start)) is not None]
+        return min(found, key=lambda rung: float(rung.left_out @ rung.left_out), default=None)
+
+    def _equation(self, start: FittedModel) -> _Rung | None:
+        """The equation beside a model, with as many terms as lose nowhere."""
+        found = select(start.model, start.values, self.masks)
+        for count in range(len(found.chosen), 0, -1):
+            chosen = found.chosen[:count]
+            numbers = [
+                np.concatenate([c, [n.value for n in one.term.numbers]])
+                for one, c in zip(chosen, found.coefficients, strict=False)
+            ]
+            model, text = self._extended(start.model, chosen, None)
+            values = np.insert(found.values, start.model.n_law, np.concatenate(numbers))
+            rung = self._rung(
+                fit_model(model, values, _LAST_STEPS, 1e-5), chosen, found.stability, text
+            )
+            if not self.losses(rung, self.law):
+                return rung
+        return None
+
+    def learned(self, below: _Rung) -> _Rung:
+        """The third tier, beside a rung below, whose values stay."""
+        start, without = below.part, below.without
+        if OUTSIDE in start.causes:
+            start = self._catalogue(start)
+            without = self._without(start)
+        network, left_out = learn(start.model, start.force, without, self.masks, self.problem.seed)
+        model, text = self._extended(start.model, below.chosen, network)
+        part = fit_model(model, start.values, 0)
+        whole = replace(model, data=self.problem.data).resolve_steps(start.values)
+        return _Rung(
+            fit_model(whole, start.values, 0), part, without, left_out, below.chosen,
+            below.stability, text,
+        )  # fmt: skip
+
+    def _catalogue(self, part: FittedModel) -> FittedModel:
+        """A fitted model without generic terms, for which an equation is the place."""
+        model, values = part.model, part.values
+        for place, cause in reversed(list(enumerate(model.causes))):
+            if cause == OUTSIDE:
+                gone = model.slices()[place]
+                values = np.delete(values, np.arange(gone.start, gone.stop))
+                model = model.without(place)
+        return part if model is part.model else fit_model(model, values, _LAST_STEPS, 1e-5)
+
+    def _extended(
+        self, model: Model, chosen: Sequence[Chosen], network: Network | None
+    ) -> tuple[Model, str]:
+        """The model with a law that has terms and a learned term."""
+        base = self.problem.law.model.parameterisation
+        what = "an equation" if network is None else "a learned term"
+        title = f"{base.law.title}, with {what} found in {self.problem.campaign.name}."
+        text = law_text(base.law, chosen, network, title)
+        powers: dict[str, tuple[int, ...]] = {}
+        for k, one in enumerate(chosen, start=1):
+            powers[f"c{k}"] = one.powers
+            powers |= {f"{n.symbol}{k}": (0,) for n in one.term.numbers}
+        held = {}
+        if network is not None:
+            largest = float(np.max(np.abs(self.data.current))) or 1.0
+            held = {f"share{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
+        own = TermParameterisation(law_of(text), base, powers, held)
+        expected = model.expected
+        if expected is not None:
+            expected = np.concatenate([expected, np.zeros(len(own.scale) - len(expected))])
+        return replace(model, parameterisation=own, expected=expected), text
+
+    def losses(self, rung: _Rung, against: _Rung) -> tuple[str, ...]:
+        """Conditions left out of a fit, and conditions held out, on which a rung loses."""
+        data, least = self.problem.data, self.problem.significance
+
+        def loses(one: NDArray, other: NDArray, data: MeasuredRuns, mask: NDArray) -> bool:
+            return data.relative(one, mask) > data.relative(other, mask) + least
+
+        result = [
+            name for name, mask in self.folds
+            if loses(rung.left_out, against.left_out, self.data, mask)
+        ]  # fmt: skip
+        after, before = (data.bounded(one.final.force) - data.force for one in (rung, against))
+        held = conditions(replace(data, fitted=~data.fitted)) if not data.fitted.all() else []
+        return (
+            *result,
+            *(f"{name} (held out)" for name, mask in held if loses(after, before, data, mask)),
+        )
+
+    def errors(self, name: str, rung: _Rung, against: _Rung | None) -> Rung:
+        """Errors of a rung."""
+        data = self.problem.data
+        residual = data.bounded(rung.final.force) - data.force
+        return Rung(
+            name,
+            data.relative(residual, data.fitted),
+            data.relative(residual, ~data.fitted),
+            self.data.relative(rung.left_out, np.logical_or.reduce(self.masks)),
+            self.losses(rung, against) if against is not None else (),
+        )
+
+    def terms(self, rung: _Rung) -> tuple[EquationTerm, ...]:
+        """Terms of an equation with their 95 % intervals."""
+        final = rung.final
+        memory = correlation_time(final.residual, np.array([0, len(final.residual)]))
+        n, n_values = final.jacobian.shape
+        variance = memory * float(final.residual @ final.residual) / max(n - n_values, 1)
+        half = half_widths(final.jacobian, variance)
+        lower, upper = final.model.bounds()
+        at = self.problem.law.model.n_law
+        result = []
+        for k, (one, stable) in enumerate(zip(rung.chosen, rung.stability, strict=False), start=1):
+            numbers = {}
+            units = [(f"c{k}_{p}", one.term.unit + f"/A^{p}" * (p > 0)) for p in one.powers]
+            units += [(f"{n.symbol}{k}", n.unit) for n in one.term.numbers]
+            for name, unit in units:
+                value = float(final.values[at])
+                numbers[name] = Interval(
+                    value,
+                    float(max(value - half[at], lower[at])),
+                    float(min(value + half[at], upper[at])),
+                    unit,
+                    at_bound(value, float(lower[at]), float(upper[at])),
+                )
+                at += 1
+            result.append(EquationTerm(shown(one, k), stable, numbers))
+        return tuple(result)
+
+    def device(self, rung: _Rung, like: Device) -> Device:
+        """The rung's law as a device."""
+        final = rung.final
+        inner = replace(
+            like,
+            law=final.model.parameterisation.law,
+            current=final.model.parameterisation.dependence(final.values[: final.model.n_law]),
+            name="",
+        )
+        applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
+        kept = [one for one in applied if one[0] is not EACH_RUN]
+        return extend(inner, kept) if kept else inner
+
+
+def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
+    """Add the second tier to a diagnosis, and the third if it is asked for."""
+    problem.progress("leaving conditions out")
+    ladder = Climb(problem)
+    rungs = {"law": ladder.law, "causes": ladder.causes}
+    problem.progress("finding an equation")
+    equation = ladder.equation()
+    if equation is not None:
+        rungs["equation"] = equation
+    if tier == "learned":
+        problem.progress("learning")
+        rungs["learned"] = ladder.learned(equation or ladder.causes)
+    shown_rungs = [ladder.errors("law", ladder.law, None)]
+    shown_rungs += [ladder.errors(name, rung, ladder.law) for name, rung in list(rungs.items())[1:]]
+    errors = {one.name: one for one in shown_rungs}
+    offered = _offered(errors, OUTSIDE in ladder.causes.final.causes)
+    judged = {name: _judging(one) for name, one in errors.items()}
+    named = min(value for name, value in judged.items() if name != "learned")
+    attainable = min(judged.values())
+    floor = min(diagnosis.noise_floor, attainable) if diagnosis.noise_floor > 0 else 0.0
+    misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
+    has_learned = "learned" in judged
+    notes = [
+        f"The {one.name} loses against the law in {', '.join(one.worse)}, and is not offered."
+        for one in shown_rungs
+        if one.worse
+    ]
+    if equation is not None and ladder.causes.final.effects and not equation.final.effects:
+        notes.append("The equation stands in place of the causes.")
+    if equation is None:
+        notes.append("No term of an equation lowers the error on every condition left out.")
+    best = rungs[offered]
+    result = Ladder(
+        rungs=tuple(shown_rungs),
+        terms=ladder.terms(equation) if equation is not None else (),
+        law_text=best.text,
+        offered=offered,
+        attainable=attainable,
+        explainable=(named**2 - attainable**2) / misfit if has_learned else float("nan"),
+        inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
+        notes=tuple(notes),
+    )
+    if offered in ("law", "causes"):
+        return replace(diagnosis, ladder=result)
+    assert diagnosis.judged is not None
+    data = problem.data
+    force = data.bounded(best.final.force)
+    after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
+    return replace(
+        diagnosis,
+        ladder=result,
+        verdict=_verdict(diagnosis.verdict, named, max(attainable, floor), judged["law"]),
+        error_after=Errors(errors[offered].fit, errors[offered].held_out),
+        extended=ladder.device(best, diagnosis.judged),
+        traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
+    )
+
+
+def _judging(rung: Rung) -> float:
+    """Error on the data that judge: held out if there are any, else left out."""
+    return rung.held_out if np.isfinite(rung.held_out) else rung.left_out
+
+
+def _offered(errors: dict[str, Rung], generic: bool) -> str:
+    """The rung with the least error left out among those that lose nowhere.
+
+    One nearly as good is preferred to the learned term, and an equation to causes with a generic
+    term.
+    """
+    good = {name: one.left_out for name, one in errors.items() if not one.worse}
+    least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
+    if generic and "causes" in good:
+        least["causes"] = good["causes"] * EQUATION_PREFERRED
+    return min(good, key=lambda name: least.get(name, good[name]))
+
+
+def _verdict(verdict: Verdict, named: float, attainable: float, before: float) -> Verdict:
+    """Explained means down to what the best attainable model leaves."""
+    if verdict in ("adequate", "explained"):
+        return verdict
+    if named**2 < ADEQUATE * attainable**2:
+        return "explained"
+    return "partly_explained" if named < before else verdict

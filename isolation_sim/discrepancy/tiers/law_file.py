@@ -1,0 +1,282 @@
+"""A law with further terms, written as a Python file that a user can read and edit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...generated import load_text
+from ...identification.parameterisation import Parameterisation
+from ...laws.law import Law
+from ...laws.registry import LAWS
+from .terms import Term
+
+NAME = "LAW"
+_HEAD = '''"""{title}
+
+    F = {base}(x, v)
+{equation}
+{note}"""
+
+from typing import Any
+
+import numpy as np
+
+from isolation_sim.laws import LAWS
+from isolation_sim.laws.law import Law, Quantity
+
+BASE = LAWS["{base}"]
+N_STATES, N_PARAMETERS = len(BASE.states), len(BASE.parameters)
+'''
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A term of an equation.
+
+    Attributes
+    ----------
+    term : Term
+        The term.
+    powers : tuple of int
+        Powers of the current that its coefficient has.
+    """
+
+    term: Term
+    powers: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """A learned term: a sum of hyperbolic tangents of bounded inputs.
+
+    Attributes
+    ----------
+    states : tuple of Term
+        Terms with a state, whose value over their first number is an input.
+    inputs : tuple of (str, float)
+        Python code of each input, and the value at which it is limited.
+    units : (n_units, n_inputs + 1) array
+        Offset and weights of each unit.
+    weights : (n_powers, n_units) array
+        N; what each unit adds at each power of the current over the largest current.
+    """
+
+    states: tuple[Term, ...]
+    inputs: tuple[tuple[str, float], ...]
+    units: NDArray
+    weights: NDArray
+
+
+def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title: str) -> str:
+    """Write the file of a law with terms, and a learned term if there is one."""
+    parameters, states, rates, force, lines = [], [], [], [], []
+    unpack_parameters: list[str] = []
+    for k, one in enumerate(chosen, start=1):
+        names = _names(one, k)
+        coefficient = f"c{k}"
+        unpack_parameters += [coefficient, *(names[n.symbol] for n in one.term.numbers)]
+        meaning = f"of {one.term.text}"
+        parameters.append(f'    Quantity("{coefficient}", "{one.term.unit}", "{meaning}"),')
+        for n in one.term.numbers:
+            lower = "" if n.symbol == "b" else f", lower={0.05 * n.value:.3g}, divides=True"
+            upper = "" if n.symbol == "b" else f", upper={20 * n.value:.3g}"
+            parameters.append(
+                f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
+            )
+        if one.term.rate:
+            states.append(f'    Quantity("s{k}", "m", "hysteretic state of c{k}"),')
+            rates.append(_named(one.term.rate, names))
+        force.append(f"{coefficient} * ({_named(one.term.code, names)})")
+        lines.append(f"      + c{k} ({shown(one, k)})")
+    note = ""
+    learned = ""
+    if network is not None:
+        note = "plus a learned term of inputs limited to the range of the tests.\n"
+        learned, own_parameters, own_states, own_rates, own_force = _network_text(network)
+        parameters += own_parameters
+        unpack_parameters += [f"share{k}" for k in range(len(network.weights))]
+        states += own_states
+        rates += own_rates
+        force.append(own_force)
+    state_names = [line.split('"')[1] for line in states]
+    head = _HEAD.format(title=title, base=LAWS.called(base, base.name),
+                        equation="\n".join(lines) or "      + learned", note=note)  # fmt: skip
+    unpack = [
+        f"    {', '.join(unpack_parameters)}, = parameters[N_PARAMETERS:]",
+        *([f"    {', '.join(state_names)}, = states[N_STATES:]"] if state_names else []),
+    ]
+    body = [
+        head + learned,
+        "\ndef force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:",
+        '    """Force of the law and of the terms."""',
+        *unpack,
+        "    total = BASE.force(x, v, states[:N_STATES], parameters[:N_PARAMETERS])",
+        *(f"    total = total + {one}" for one in force),
+        "    return total\n",
+        "\ndef rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:",
+        '    """Rates of the law\'s states and of the terms\' states."""',
+        *unpack,
+        "    inner = BASE.rates(x, v, states[:N_STATES], parameters[:N_PARAMETERS])",
+        f"    return (*inner, {', '.join(rates)})\n" if rates else "    return tuple(inner)\n",
+    ]
+    extra = []
+    if base.stored_energy is not None:
+        body += [
+            "\ndef stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:",
+            '    """Energy of the law; the work of the terms counts as dissipated."""',
+            "    return BASE.stored_energy(x, states[:N_STATES], parameters[:N_PARAMETERS])\n",
+        ]
+        extra.append("    stored_energy=stored_energy,")
+    if base.field_power is not None:
+        body += [
+            "\ndef field_power(x: Any, states: tuple, parameters: tuple) -> Any:",
+            '    """What a change of the field does on the law\'s stored energy."""',
+            "    return BASE.field_power(x, states[:N_STATES], parameters[:N_PARAMETERS])\n",
+        ]
+        extra.append("    field_power=field_power,")
+    if base.rest is not None:
+        body += [
+            "\ndef rest(parameters: tuple) -> tuple:",
+            '    """States of the undeformed device."""',
+            f"    return (*BASE.rest(parameters[:N_PARAMETERS]), *(0.0,) * {len(states)})\n",
+        ]
+        extra.append("    rest=rest,")
+    body += [
+        "\nPARAMETERS = (", *parameters, ")", "STATES = (", *states, ")", "LAW = Law(",
+        f'    name="{base.name.replace("+", "_")}_extended",',
+        f'    title="{base.title}, extended by {"a learned term" if network else "an equation"}",',
+        "    parameters=(*BASE.parameters, *PARAMETERS),",
+        "    states=(*BASE.states, *STATES),",
+        "    force=force,", "    rates=rates,", *extra, "    source=BASE.source,", ")",
+    ]  # fmt: skip
+    return "\n".join(body) + "\n"
+
+
+def _names(one: Chosen, place: int) -> dict[str, str]:
+    """Symbols of a term as they are called in the equation."""
+    return {symbol: f"{symbol}{place}" for symbol in ("s", *(n.symbol for n in one.term.numbers))}
+
+
+def shown(one: Chosen, place: int) -> str:
+    """A term as it stands in the equation at some place, from 1."""
+    return _named(one.term.text, _names(one, place))
+
+
+def _named(code: str, names: Mapping[str, str]) -> str:
+    """Code with a term's own symbols renamed."""
+    return re.sub(r"(?<![\w.])[a-z](?![\w(])", lambda m: names.get(m[0], m[0]), code)
+
+
+def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str], str]:
+    """Definitions of a learned term, its parameters, states, rates and force."""
+
+    def number(value: float) -> str:
+        return f"{value:.9g}"
+
+    states, rates, names = [], [], {}
+    for k, term in enumerate(network.states):
+        values = {n.symbol: number(n.value) for n in term.numbers} | {"s": f"m{k}"}
+        states.append(f'    Quantity("m{k}", "m", "memory of the learned term"),')
+        rates.append(_named(term.rate, values))
+        names[f"m{k}"] = k
+    arguments = ["x", "v", *names]
+    inputs = [f"        limited({code}, {number(most)})," for code, most in network.inputs]
+    units = [f"    ({', '.join(number(u) for u in row)})," for row in network.units]
+    weights = [f"    ({', '.join(number(w) for w in row)})," for row in network.weights]
+    shares = ", ".join(f"share{k}" for k in range(len(network.weights)))
+    text = "\n".join([
+        "UNITS = (", *units, ")",
+        '"""Offset and weights of each unit of the learned term."""',
+        "WEIGHTS = (", *weights, ")",
+        '"""N; what each unit adds, a row for each power of the current."""',
+        "",
+        "",
+        "def limited(u: Any, most: float) -> Any:",
+        '    """A value, limited to -most and most."""',
+        "    return u * (np.fabs(u) <= most) + most * np.sign(u) * (np.fabs(u) > most)",
+        "",
+        "",
+        f"def learned({', '.join(arguments)}, shares: tuple) -> Any:",
+        '    """Odd units of limited inputs: the term vanishes at rest."""',
+        "    inputs = (", *inputs, "    )",
+        "    total = 0.0 * x",
+        "    for k, (offset, *weights) in enumerate(UNITS):",
+        "        at = 0.0",
+        "        for weight, value in zip(weights, inputs):",
+        "            at = at + weight * value",
+        "        size = 0.0",
+        "        for share, row in zip(shares, WEIGHTS):",
+        "            size = size + share * row[k]",
+        "        total = total + size * (np.tanh(at + offset) + np.tanh(at - offset))",
+        "    return total",
+        "",
+    ])  # fmt: skip
+    parameters = [
+        f'    Quantity("share{k}", "1", "of the learned term, power {k} of the current"),'
+        for k in range(len(network.weights))
+    ]
+    return text, parameters, states, rates, f"learned({', '.join(arguments)}, ({shares},))"
+
+
+def law_of(text: str) -> Law:
+    """Load a law from the text of its file, which is kept in the cache folder."""
+    module = load_text("law", text)
+    return LAWS[f"{module.__file__}:{NAME}"]
+
+
+class TermParameterisation(Parameterisation):
+    """Unknowns of a law with terms: some parameters have given powers of the current alone.
+
+    Parameters
+    ----------
+    law : Law
+        The law with its terms.
+    base : Parameterisation
+        That of the law without them.
+    powers : mapping of str to tuple of int
+        Powers of the current of each further parameter; none where it is held.
+    held : mapping of str to sequence of float
+        Coefficients (ascending powers of the current) of parameters that are not free.
+    """
+
+    def __init__(
+        self,
+        law: Law,
+        base: Parameterisation,
+        powers: Mapping[str, tuple[int, ...]],
+        held: Mapping[str, Sequence[float]] | None = None,
+    ):
+        # as the base's, with all further parameters fixed; those with powers are freed below
+        fixed = base.fixed | dict.fromkeys([*powers, *(held or {})], 0.0)
+        super().__init__(law, base.currents, base.sizes, fixed)
+        n, names = len(base.currents), law.parameter_names
+        own = base.spread.shape[0]
+        self.spread = np.zeros_like(base.spread, shape=(len(self.owner), base.spread.shape[1]))
+        self.spread[:own] = base.spread
+        self._offset[:own] = base._offset
+        self.basis, self.scale = base.basis, base.scale
+        self.lower, self.upper = base.lower, base.upper
+        quantities = {q.name: q for q in law.parameters}
+        columns, lower, upper = [], [], []
+        for name, given in powers.items():
+            for power in given:
+                column = np.zeros(len(self.owner))
+                column[names.index(name) * n + power] = 1.0
+                columns.append(column)
+                alone = given == (0,)
+                lower.append(quantities[name].lower if alone else -np.inf)
+                upper.append(quantities[name].upper if alone else np.inf)
+        for name, coefficients in (held or {}).items():
+            at = names.index(name) * n
+            self._offset[at : at + len(coefficients)] = coefficients
+        if columns:
+            self.spread = np.column_stack([self.spread, *columns])
+        # of no size of their own: nothing pulls them
+        self.scale = np.concatenate([self.scale, np.full(len(columns), np.inf)])
+        self.lower = np.concatenate([self.lower, lower])
+        self.upper = np.concatenate([self.upper, upper])

@@ -1,0 +1,150 @@
+"""The ladder of a diagnosis: how far each tier comes, on data fitted, held out and left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from ..interval import Interval
+
+Tier = Literal["causes", "equation", "learned"]
+TIERS: tuple[Tier, ...] = ("causes", "equation", "learned")
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One model of the ladder.
+
+    Attributes
+    ----------
+    name : str
+        "law", "causes", "equation" or "learned".
+    fit, held_out : float
+        RMS residual over RMS force of the fitted and of the held-out samples.
+    left_out : float
+        The same of each condition, predicted by the model fitted without it, pooled.
+    worse : tuple of str
+        Conditions left out, and runs held out, on which the model loses against the one before.
+    """
+
+    name: str
+    fit: float
+    held_out: float
+    left_out: float
+    worse: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class EquationTerm:
+    """One term of an equation.
+
+    Attributes
+    ----------
+    text : str
+        The term, with its numbers' names.
+    stability : float
+        Share of the conditions without which the term is chosen as well.
+    numbers : mapping of str to Interval
+        Coefficients by power of the current, and the numbers inside, with 95 % intervals.
+    """
+
+    text: str
+    stability: float
+    numbers: Mapping[str, Interval]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Law, causes, equation, learned term, and what is attainable.
+
+    Attributes
+    ----------
+    rungs : tuple of Rung
+        In the order of the tiers.
+    terms : tuple of EquationTerm
+        The equation; empty where none was found.
+    law_text : str
+        File of the extended law, if a tier beyond the causes is offered; else empty.
+    offered : str
+        The rung whose law is offered.
+    attainable : float
+        Smallest error of any rung, on the data that judge.
+    explainable : float
+        Share of the law's squared misfit that causes and equation leave and a flexible model of the
+        measured variables explains; not a number where none was fitted.
+    inexplicable : float
+        Share that nothing measured explains.
+    notes : tuple of str
+        Such as a rung that is not offered, and why.
+    """
+
+    rungs: tuple[Rung, ...]
+    terms: tuple[EquationTerm, ...] = ()
+    law_text: str = ""
+    offered: str = "causes"
+    attainable: float = float("nan")
+    explainable: float = float("nan")
+    inexplicable: float = float("nan")
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    @property
+    def equation(self) -> str:
+        """The equation with its numbers, one term a line; empty where none was found."""
+        return "\n".join(
+            f"+ {' + '.join(_coefficients(term))} · ({term.text}){_inside(term)}"
+            for term in self.terms
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the ladder as plain numbers and text."""
+        return {
+            "rungs": [
+                {
+                    "name": one.name, "fit": number(one.fit), "held_out": number(one.held_out),
+                    "left_out": number(one.left_out), "worse": list(one.worse),
+                }
+                for one in self.rungs
+            ],
+            "equation": [
+                {
+                    "term": term.text, "stability": term.stability,
+                    "numbers": {
+                        name: {"value": number(n.value), "low": number(n.low),
+                               "high": number(n.high), "unit": n.unit}
+                        for name, n in term.numbers.items()
+                    },
+                }
+                for term in self.terms
+            ],
+            "offered": self.offered,
+            "attainable": number(self.attainable),
+            "explainable_share": number(self.explainable),
+            "inexplicable_share": number(self.inexplicable),
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+
+def number(value: float) -> float | None:
+    """A number for JSON."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _coefficients(term: EquationTerm) -> list[str]:
+    return [
+        f"{n.value:.4g} ({n.low:.3g} to {n.high:.3g}) {n.unit}"
+        + (f" I^{power}" if int(power) > 1 else " I" if power == "1" else "")
+        for name, n in term.numbers.items()
+        if name.startswith("c") and (power := name.rpartition("_")[2])
+    ]
+
+
+def _inside(term: EquationTerm) -> str:
+    inside = [
+        f"{name} = {n.value:.4g} ({n.low:.3g} to {n.high:.3g}) {n.unit}"
+        for name, n in term.numbers.items()
+        if not name.startswith("c")
+    ]
+    return f", {', '.join(inside)}" if inside else ""

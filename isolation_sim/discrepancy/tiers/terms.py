@@ -1,0 +1,208 @@
+"""Terms that an equation may add to a law's force: static ones, and ones with a hysteretic state.
+
+A term is written once, as the text that stands in the law's file. The same text is evaluated along
+measured runs when terms are selected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import Effect, EffectParameter, Signals
+from ...identification.measured_runs import MeasuredRuns
+from ...laws.law import Quantity
+from ..device.effect_evaluation import evaluate
+
+_PLAY_LAG = 2e-3
+"""s: within which a play state follows the edge of its gap."""
+_STEP, _MOST_STEPS = 0.3, 64
+"""Motion in one step over the deformation at which a state yields, and steps a sample at most."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number inside a term.
+
+    Attributes
+    ----------
+    symbol, unit, meaning : str
+        As it is written, its SI unit, and what it is.
+    value : float
+        In ``unit``.
+    """
+
+    symbol: str
+    unit: str
+    meaning: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """A function of the motion, to be multiplied by a coefficient.
+
+    Attributes
+    ----------
+    text : str
+        As it is printed; its numbers' symbols, and ``s`` for its state, stand for themselves.
+    code : str
+        As Python code of ``x``, ``v``, ``s`` and its numbers' symbols.
+    unit : str
+        SI unit of its coefficient.
+    numbers : tuple of Number
+        Numbers inside the term, all positive but a position.
+    rate : str
+        Python code of the state's time derivative; empty where there is no state.
+    """
+
+    text: str
+    code: str
+    unit: str
+    numbers: tuple[Number, ...] = ()
+    rate: str = ""
+
+    @property
+    def title(self) -> str:
+        """Text and numbers."""
+        values = ", ".join(f"{n.symbol} = {n.value:.3g} {n.unit}" for n in self.numbers)
+        return f"{self.text} ({values})" if values else self.text
+
+
+_STATIC = (
+    ("1", "1.0 + 0.0 * x", "N"),
+    ("x", "x", "N/m"),
+    ("x |x|", "x * np.fabs(x)", "N/m^2"),
+    ("x^2", "x**2", "N/m^2"),
+    ("x^3", "x**3", "N/m^3"),
+    ("x^5", "x**5", "N/m^5"),
+    ("v", "v", "N s/m"),
+    ("|v|", "np.fabs(v)", "N s/m"),
+    ("v^2", "v**2", "N s^2/m^2"),
+    ("v |v|", "v * np.fabs(v)", "N s^2/m^2"),
+    ("v^3", "v**3", "N s^3/m^3"),
+    ("|x| v", "np.fabs(x) * v", "N s/m^2"),
+    ("x v", "x * v", "N s/m^2"),
+    ("x^2 v", "x**2 * v", "N s/m^3"),
+    ("x |v|", "x * np.fabs(v)", "N s/m^2"),
+    ("x v^2", "x * v**2", "N s^2/m^3"),
+)
+_MEMORY = (
+    ("relaxation s' = v - s/t", "v - s / t", "t"),
+    ("friction s' = v - |v| s/r", "v - np.fabs(v) * s / r", "r"),
+    ("Bouc-Wen s' = v - |v| s |s|/r^2", "v - np.fabs(v) * s * np.fabs(s) / r**2", "r"),
+    ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw"),
+    (
+        "play of x over r",
+        f"((x - s - r) * (x - s > r) + (x - s + r) * (x - s < -r)) / {_PLAY_LAG}",
+        "r",
+    ),
+)
+_LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
+_SPEEDS = (0.01, 0.03, 0.1, 0.3)
+_TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+_MEANINGS = {
+    "r": ("m", "deformation at which it yields"),
+    "w": ("m/s", "velocity at which it saturates"),
+    "t": ("s", "relaxation time"),
+    "b": ("m", "position"),
+}
+
+
+def _numbers(**values: float) -> tuple[Number, ...]:
+    return tuple(Number(name, *_MEANINGS[name], value) for name, value in values.items())
+
+
+def library(data: MeasuredRuns) -> tuple[Term, ...]:
+    """Candidate terms, their numbers at characteristic scales of the data."""
+    return tuple(_library(float(np.max(np.abs(data.x))), float(np.max(np.abs(data.v)))))
+
+
+def _library(x: float, v: float) -> Iterator[Term]:
+    yield from (Term(*one) for one in _STATIC)
+    for share in _SPEEDS:
+        for name in ("tanh", "arcsinh"):
+            yield Term(f"{name}(v/w)", f"np.{name}(v / w)", "N", _numbers(w=share * v))
+    for share in (-0.5, -0.25, 0.25, 0.5):
+        u = "(x - b) / r"
+        yield Term(
+            "u exp(-u^2/2), u = (x - b)/r", f"{u} * np.exp(-0.5 * ({u})**2)", "N",
+            _numbers(b=share * x, r=0.15 * x),
+        )  # fmt: skip
+    for text, rate, symbols in _MEMORY:
+        if symbols == "t":
+            choices = [_numbers(t=t * x / v) for t in _TIMES]
+        elif symbols == "r":
+            choices = [_numbers(r=share * x) for share in _LENGTHS]
+        else:
+            choices = [
+                _numbers(r=r * x, w=w * v) for r in _LENGTHS[:-1] for w in _SPEEDS[:-1]
+            ]  # fmt: skip
+        for numbers in choices:
+            yield Term(f"s, {text}", "s", "N/m", numbers, rate)
+
+
+def along(term: Term, data: MeasuredRuns) -> NDArray:
+    """Value of a term at every sample, (n_samples,), in SI units."""
+    values = {n.symbol: n.value for n in term.numbers}
+    known = {"x": data.x, "v": data.v, **values}
+    if term.rate:
+        known["s"] = _state(term, data)
+    with np.errstate(all="ignore"):
+        return run(term.code, known) + np.zeros(len(data.x))
+
+
+def _state(term: Term, data: MeasuredRuns) -> NDArray:
+    """State of a term along runs, between whose samples the motion is a straight line."""
+    length = min((n.value for n in term.numbers if n.symbol == "r"), default=np.inf)
+    moved = float(np.max(np.abs(data.v) * np.repeat(data.dt, data.lengths)))
+    m = int(np.clip(np.ceil(moved / (_STEP * length)), 1, _MOST_STEPS))
+    grids = [np.arange(m * (n - 1) + 1) / m for n in data.lengths]
+    ends = np.concatenate([[0], np.cumsum([len(grid) for grid in grids])])
+
+    def finer(values: NDArray) -> NDArray:
+        parts = zip(data.runs, grids, strict=True)
+        return np.concatenate([
+            np.interp(grid, np.arange(run.stop - run.start), values[run]) for run, grid in parts
+        ])  # fmt: skip
+
+    x = finer(data.x)
+    nothing = np.zeros(len(x))
+    fine = replace(
+        data, starts=ends, dt=data.dt / m, x=x, v=finer(data.v), a=nothing, current=nothing,
+        temperature=nothing,
+    )  # fmt: skip
+    effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers))
+    numbers = np.array([n.value for n in term.numbers])
+    state = evaluate(effect, fine, nothing, numbers)["force"]
+    return np.concatenate([state[a:b:m] for a, b in pairwise(ends)])
+
+
+def run(code: str, known: dict[str, Any]) -> Any:
+    """Evaluate a term's code, which is this module's own text."""
+    return eval(code, {"np": np, "__builtins__": {}}, known)
+
+
+@lru_cache(maxsize=64)
+def _state_alone(rate: str, symbols: tuple[str, ...]) -> Effect:
+    """An effect whose force is a term's state, so that it is simulated as effects are."""
+
+    def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+        known = {"x": signals.x, "v": signals.v, "s": states[0]}
+        return (run(rate, known | dict(zip(symbols, parameters, strict=True))),)
+
+    return Effect(
+        cause="term",
+        form=rate,
+        title="State of a term",
+        parameters=tuple(EffectParameter(s, _MEANINGS[s][0], _MEANINGS[s][1]) for s in symbols),
+        states=(Quantity("s", "m", "state"),),
+        rates=rates,
+        force=lambda signals, states, parameters: states[0],
+    )

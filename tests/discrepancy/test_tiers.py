@@ -1,0 +1,146 @@
+"""The tiers beyond named causes: an equation, a learned term, and the ladder that compares them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.tiers.regression import Regression, conditions
+from isolation_sim.discrepancy.tiers.terms import Number, Term, along
+from isolation_sim.errors import InputError
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws.registry import LAWS
+
+STEP, N = 0.005, 500
+MOTIONS = ((3, 0.5), (4, 1.6), (6, 1.0), (8, 0.5), (9, 1.4), (12, 0.7), (12, 1.3), (15, 1.0))
+K, C, SQUEEZE = 9e3, 400.0, 2.5e7
+
+
+def _run(amplitude_mm, frequency, seed, hold_out):
+    """A spring, a dashpot and a squeeze film, with 0.3 % of noise."""
+    omega, time = 2 * np.pi * frequency, STEP * np.arange(N)
+    x = 1e-3 * amplitude_mm * np.sin(omega * time)
+    v = 1e-3 * amplitude_mm * omega * np.cos(omega * time)
+    force = K * x + C * v + SQUEEZE * x**2 * v
+    noise = 0.003 * np.std(force) * np.random.default_rng(seed).standard_normal(N)
+    name = f"{amplitude_mm}mm_{frequency}Hz"
+    return TestRun(
+        name, time, x, v, force + noise, np.zeros(N), hold_out, velocity_measured=True
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    runs = [_run(*motion, k, k == 4) for k, motion in enumerate(MOTIONS)]
+    return Campaign("squeeze film", "made", tuple(runs))
+
+
+@pytest.fixture(scope="module")
+def diagnosis(campaign):
+    return diagnose(campaign, "kelvin_voigt", tiers="learned")
+
+
+def test_the_equation_is_the_true_one(diagnosis, campaign):
+    (term,) = diagnosis.ladder.terms
+    assert term.text == "x^2 v" and term.stability == 1.0
+    (coefficient,) = term.numbers.values()
+    assert coefficient.unit == "N s/m^3"
+    assert coefficient.value == pytest.approx(SQUEEZE, rel=0.02)
+    data = measured_runs(campaign.runs)
+    columns = np.stack([data.x, data.v, data.x**2 * data.v], axis=1)[data.fitted]
+    weights = np.repeat(1 / data.believed_noise, data.lengths)[data.fitted, np.newaxis]
+    deviation = np.sqrt(np.linalg.inv((weights * columns).T @ (weights * columns))[2, 2])
+    assert coefficient.high - coefficient.low == pytest.approx(2 * 1.96 * deviation, rel=0.5)
+
+
+def test_the_ladder_goes_down_to_the_noise_and_the_equation_is_offered(diagnosis):
+    rungs = {one.name: one for one in diagnosis.ladder.rungs}
+    assert list(rungs) == ["law", "causes", "equation", "learned"]
+    assert rungs["equation"].left_out < 0.1 * rungs["law"].left_out
+    for error in (rungs["equation"].fit, rungs["equation"].held_out, rungs["equation"].left_out):
+        assert error == pytest.approx(0.003, rel=0.15)
+    assert diagnosis.ladder.offered == "equation" and not rungs["equation"].worse
+    assert diagnosis.verdict == "explained"
+    # on noise alone a flexible model explains nothing
+    assert abs(diagnosis.ladder.explainable) < 0.01
+    assert abs(diagnosis.ladder.inexplicable) < 0.01
+    assert diagnosis.to_dict()["ladder"]["equation"][0]["term"] == "x^2 v"
+
+
+def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, campaign, tmp_path):
+    diagnosis.save(tmp_path / "out")
+    text = (tmp_path / "out" / "report.md").read_text()
+    assert "with an equation (offered)" in text and "x^2 v" in text
+    assert "x^2 v" in (tmp_path / "out" / "report.html").read_text()
+    file = tmp_path / "out" / "extended_law.py"
+    result = iso.evaluate(tmp_path / "out" / "extended_law.toml", campaign)
+    assert result.error == pytest.approx(0.003, rel=0.15)
+    assert iso.load(tmp_path / "out").ladder.equation == diagnosis.ladder.equation
+    law = LAWS[f"{file}:LAW"]
+    assert law.parameter_names == ("k", "c", "c1")
+    fitted = iso.fit(campaign, law=law)
+    assert {e.name: e.value for e in fitted.estimates} == pytest.approx(
+        {"k": K, "c": C, "c1": SQUEEZE}, rel=0.02
+    )
+    assert fitted.device.linearised(0.0, 1.0) == pytest.approx(complex(K, 2 * np.pi * C), rel=0.02)
+    building = iso.reference_building().on(fitted.device.scaled(20.0, 34e3))
+    run = iso.simulate(building, el_centro_1940())
+    assert run.energy.closure_error < 1e-6
+
+
+def test_a_learned_term_follows_what_no_equation_may(campaign):
+    """A learned law is a law as well, whose force stays bounded beyond the tests."""
+    from isolation_sim.discrepancy.tiers.law_file import Network, law_of, law_text
+
+    rows = np.array([[0.3, 50.0, 2.0], [-0.2, 10.0, 5.0]])
+    network = Network((), (("x", 0.01), ("v", 0.1)), rows, np.array([[40.0, -15.0]]))
+    law = law_of(law_text(LAWS["kelvin_voigt"], (), network, "A learned term."))
+    device = iso.law(law, {"k": 0.0, "c": 0.0, "share0": 1.0})
+    at = np.array([0.004, 0.02])
+    limited = np.minimum(at, 0.01)
+    expected = sum(
+        w * (np.tanh(row[1] * limited + row[0]) + np.tanh(row[1] * limited - row[0]))
+        for w, row in zip((40.0, -15.0), rows, strict=True)
+    )
+    np.testing.assert_allclose(device.force(at, np.zeros(2), (), 0.0), expected, rtol=1e-12)
+
+
+def test_a_friction_state_is_the_closed_form(campaign):
+    """Dahl's friction is an exponential of the deformation between turning points."""
+    data = measured_runs(campaign.runs)
+    value = along(
+        Term("s", "s", "N/m", (Number("r", "m", "yields", 2e-3),), "v - np.fabs(v) * s / r"), data
+    )
+    run = data.runs[0]
+    rising = slice(run.start, run.start + int(0.25 / 0.5 / STEP))
+    expected = 2e-3 * (1 - np.exp(-data.x[rising] / 2e-3))
+    np.testing.assert_allclose(value[rising], expected, atol=1e-5)
+
+
+def test_left_out_errors_are_those_of_least_squares():
+    random = np.random.default_rng(3)
+    columns, residual = random.standard_normal((60, 5)), random.standard_normal(60)
+    folds = [np.arange(60) % 3 == k for k in range(3)]
+    chosen = np.array([0, 3])
+    errors = Regression.of(columns, residual, folds).left_out(chosen)
+    for fold, error in zip(folds, errors, strict=True):
+        c = np.linalg.lstsq(columns[~fold][:, chosen], -residual[~fold], rcond=None)[0]
+        left = residual[fold] + columns[fold][:, chosen] @ c
+        assert error == pytest.approx(float(left @ left), rel=1e-6)
+
+
+def test_conditions_are_motions(campaign):
+    data = measured_runs(campaign.runs)
+    groups = conditions(data)
+    assert sum(mask.sum() for _, mask in groups) == data.fitted.sum()
+    assert not any(np.any(a & b) for _, a in groups for _, b in groups if a is not b)
+
+
+def test_unknown_tiers_are_refused(campaign):
+    with pytest.raises(InputError, match="tiers is 'all'; expected: causes, equation, learned"):
+        diagnose(campaign, "kelvin_voigt", tiers="all")
