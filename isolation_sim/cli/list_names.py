@@ -127,9 +127,8 @@ def list_names(
     as_json: AsJson = False,
 ) -> None:
     """List what a scenario may name."""
-    from rich.table import Table
-
     from ..reports.console import standard_console
+    from ..reports.tables import TextTable
 
     if subject not in SUBJECTS:
         raise unknown_name("subject", subject, SUBJECTS)
@@ -140,9 +139,5 @@ def list_names(
     if not entries:
         print(f"no {subject} yet")
         return
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for k, heading in enumerate(headings):
-        table.add_column(heading, no_wrap=k == 0, overflow="fold")
-    for entry in entries:
-        table.add_row(*entry)
-    standard_console().print(table)
+    keys = 2 if subject in ("effects", "sets") else 1
+    standard_console().print(TextTable("", headings, entries, keys=keys))

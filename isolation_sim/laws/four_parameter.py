@@ -1,8 +1,8 @@
 """Standard solid beside a strain-stiffening spring: four parameters.
 
 ``F = k1 y + alpha x^3``, ``k1 y = k0 (x - y) + c0 (v - y')``. The stiffening spring has no dashpot
-of its own, so the loop stiffens at a fixed deformation whatever the amplitude. In plan its force is
-``alpha r^2`` times the deformation, with the radial deformation r.
+in series. The loop therefore stiffens at a fixed deformation for every amplitude. In plan its force
+is ``alpha r^2`` times the deformation, with the radial deformation r.
 """
 
 from typing import Any

@@ -17,7 +17,7 @@ def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
 
 
 def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-    """Rate of the spring's extension: what the dashpot leaves of the velocity."""
+    """Rate of the spring's extension: the velocity minus that of the dashpot."""
     (y,) = states
     k, c = parameters
     return (v - k * y / c,)

@@ -72,8 +72,6 @@ def check_page(rows: Sequence[CheckRow], isolated: IsolatedStructure, name: str)
             "Verdict", [Prose((f"{verdict(rows)}.",), "verdict"), Prose((STATEMENT,), "warning")]
         ),
         Section("Checks", [checks]),
-        Section(
-            "Structure", [Picture("The structure", svg=svg_text(structure_drawing(isolated)))]
-        ),
+        Section("Structure", [Picture("The structure", svg=svg_text(structure_drawing(isolated)))]),
     ]
     return Page(f"Code checks: {name}", isolated.structure.name, sections)

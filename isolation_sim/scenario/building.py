@@ -46,7 +46,7 @@ class ShearBuilding(Section):
         list[int], Field(min_length=2, max_length=2, description="the two with the ratio, from 1")
     ] = Field(default_factory=lambda: [1, 2])
     storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
-    name: Annotated[str, Field(min_length=1, description="to print")] = "shear building"
+    name: Annotated[str, Field(min_length=1, description="name in reports")] = "shear building"
 
     def build(self) -> Structure:
         """Return the structure."""
@@ -123,9 +123,9 @@ class MatricesFile(Section):
 
     def build(self) -> Structure:
         """Return the structure."""
-        labels = {"names": self.dof_names, "directions": self.directions, "name": self.name}
-        given = {key: value for key, value in labels.items() if value is not None}
-        return read_matrices(self.file, **given)
+        return read_matrices(
+            self.file, names=self.dof_names, directions=self.directions, name=self.name
+        )
 
 
 Building = Annotated[

@@ -18,13 +18,14 @@ class Yielding(Section):
 
     yield_shear_N: Annotated[
         Positive | Annotated[list[Positive], Field(min_length=1)],
-        Field(description="storey shear at yield; one for all, or one a storey from below"),
+        Field(description="storey shear at yield; one for all, or one per storey from below"),
     ]
     hardening_ratio: Annotated[
         float, Field(ge=0, lt=1, description="stiffness after yielding over that before")
     ] = 0.05
     smoothness: Annotated[
-        float, Field(ge=1, description="exponent of Bouc and Wen; large is a sharp corner")
+        float,
+        Field(ge=1, description="exponent of the Bouc-Wen law; a large value gives a sharp corner"),
     ] = 5.0
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
@@ -37,10 +38,11 @@ class MoatWall(Section):
 
     gap_m: Annotated[Positive, Field(description="between base and wall, at rest")]
     stiffness_N_per_m: Annotated[
-        Positive, Field(description="of the wall; its secant at gap / 10 if not linear")
+        Positive, Field(description="of the wall; secant stiffness at gap / 10 if not linear")
     ]
     exponent: Annotated[
-        float, Field(ge=1, description="of the force over the penetration; 1.5 is Hertz's")
+        float,
+        Field(ge=1, description="exponent of the penetration in the force; 1.5 for Hertz's law"),
     ] = 1.0
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:

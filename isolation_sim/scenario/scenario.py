@@ -30,8 +30,8 @@ MAIN_CONTROLLERS = ("passive_off", "passive_on", "best_constant", "on_off", "cli
 """Controllers of a scenario that names none."""
 
 _CONTROLLERS = (
-    "controllers to compare; label is the name to print, every other key a setting that "
-    "isolation-sim list controllers shows"
+    "controllers to compare; label is the name in reports, every other key is a setting "
+    "(isolation-sim list controllers)"
 )
 
 
@@ -54,7 +54,7 @@ class Scenario(Section):
     ground: Annotated[
         list[Ground],
         BeforeValidator(_one_or_more),
-        Field(min_length=1, description="ground motion; [[ground]] once a direction if several"),
+        Field(min_length=1, description="ground motion; one [[ground]] per direction"),
     ] = Field(default_factory=_main_ground)
     structure: Annotated[Building, Field(description="the building, base included")] = (
         ReferenceBuilding()
@@ -76,16 +76,16 @@ class Scenario(Section):
         Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
     )
     driver: Annotated[Driver, Field(description="coils and supply")] = Driver()
-    sensors: Annotated[SensorSet, Field(description="what controllers see")] = SensorSet()
-    simulation: Annotated[Simulation, Field(description="how runs are made")] = Simulation()
+    sensors: Annotated[SensorSet, Field(description="sensors of the controllers")] = SensorSet()
+    simulation: Annotated[Simulation, Field(description="numerical options")] = Simulation()
     nominal: Annotated[
         NominalModel | None,
-        Field(description="isolators as controllers believe them; the truth if none"),
+        Field(description="nominal isolators of the controllers; those of the plant if left out"),
     ] = None
 
-    check: Annotated[
-        Check | None, Field(description="what isolation-sim check needs to know")
-    ] = None
+    check: Annotated[Check | None, Field(description="what isolation-sim check needs to know")] = (
+        None
+    )
 
     _source: str = PrivateAttr(default="")
 
@@ -277,9 +277,7 @@ class Scenario(Section):
         job = self.build()
         gap = None if self.moat_wall is None else self.moat_wall.gap_m
         settings = self.check.settings(gap)
-        return job.isolated, check_building(
-            job.isolated, settings, simulator(job), job.controllers
-        )
+        return job.isolated, check_building(job.isolated, settings, simulator(job), job.controllers)
 
     def _isolated(
         self, structure: Structure, isolator: Isolator, length: float, force: float, section: str

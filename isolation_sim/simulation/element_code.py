@@ -341,9 +341,7 @@ class ElementCode:
         body.append("roughness = last if kink > 0.0 else roughness")
         for a in self.directions:
             body += self.store("d_end", "v_end", "force_end", direction=a)
-        return body + self.store(
-            *self.end, *self.end_rate, "defect", "error", "roughness", "kink"
-        )
+        return body + self.store(*self.end, *self.end_rate, "defect", "error", "roughness", "kink")
 
     def _kink(self, forces: Sequence[str]) -> list[str]:
         """Statements that set ``kink`` to 1 if a quantity that the law switches at changes sign."""

@@ -20,9 +20,10 @@ from .folded_constants import folded_constants
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "integration", "summary")
+    for part in ("step", "control", "integration")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
+SUMMARY_TEMPLATE = Path(__file__).with_name("kernel_summary_template.py")
 HEADER = """
 import math
 
@@ -41,6 +42,20 @@ inline = njit(forceinline=True, **INNER)
 # no product is fused with a sum: the same bits wherever it stands
 exact = njit(**{**INNER, "fastmath": False})
 """
+# how forces and steps are recorded; what integrates writes it, what summarises reads it
+RECORDS = {
+    # forces of an element at a grid point: before and after a change of current, at the nodes
+    "BEFORE": 0,
+    "AFTER": 1,
+    "AT_NODES": 2,
+    "FORCES": 5,
+    # a step's own numbers: window, begin and length in it, record of the interval's next step
+    "WINDOW": 0,
+    "BEGIN": 1,
+    "LENGTH": 2,
+    "NEXT": 3,
+    "STEP": 4,
+}
 # element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
     ("prepare_held", "", ""),
@@ -109,10 +124,10 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
         "FORCE_SLOTS": tuple(
             e * stride + COMMON.index("f0") + k for e in range(len(laws)) for k in range(3)
         ),
+        **RECORDS,
         "PAD": padding(lanes),
         "NODES_AND_END": (*NODES, 1.0),
         "LAGRANGE": polynomials(*NODES),
-        "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
         "MOVING_FACTOR": MOVING_FACTOR,
         "TINY": 1e-300,
         "HOPELESS": 1e12,
@@ -126,11 +141,10 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
-        "build_table, layout, powers = tables.build_table, tables.layout, tables.powers\n"
+        "build_table, layout = tables.build_table, tables.layout\n"
+        "summary = kernel.load_summary(N_ELEMENTS, N_GROUND, LANES, TABLE_LANES)\n"
         "respond_to_others = intrinsics.make_respond_to_others(\n"
         "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
-        "POINTS = intrinsics.points_at_once(LANES)\n"
-        "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
@@ -158,6 +172,35 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
     return load_written("tables", (n_elements, n_ground, table_lanes), text)
 
 
+@lru_cache
+def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -> ModuleType:
+    """Peaks and mean squares, which do not depend on the laws either."""
+
+    def text() -> str:
+        constants = {
+            "N_ELEMENTS": n_elements,
+            "N_GROUND": n_ground,
+            "LANES": lanes,
+            "ROWS": 8 * lanes,
+            "TABLE_LANES": table_lanes,
+            "LAGRANGE": polynomials(*NODES),
+            "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
+            **RECORDS,
+        }
+        blocks = [
+            HEADER,
+            _assigned(constants),
+            f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
+            "powers = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES).powers\n"
+            "POINTS = intrinsics.points_at_once(LANES)\n"
+            "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)",
+            SUMMARY_TEMPLATE.read_text(),
+        ]
+        return folded_constants("\n\n".join(blocks))
+
+    return load_written("summary", (n_elements, n_ground, lanes, table_lanes), text)
+
+
 def _assigned(constants: dict[str, object]) -> str:
     return "\n".join(f"{name} = {value!r}" for name, value in constants.items())
 
@@ -167,9 +210,7 @@ def padding(lanes: int) -> int:
     return 8 if lanes == 1 else 1
 
 
-def load(
-    laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False
-) -> ModuleType:
+def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
     """Kernel module for elements of these laws; written once to the cache folder.
 
     The file is named by what goes into it, so that a later process finds it without tracing the

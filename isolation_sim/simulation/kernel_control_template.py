@@ -62,9 +62,7 @@ def set_moving_parameters(
 
 
 @inner
-def change_current(
-    e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going
-):
+def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going):
     """Give an element the coil current that it has from a grid point on; its force may jump."""
     base = e * STRIDE
     for lane in range(LANES):

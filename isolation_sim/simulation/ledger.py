@@ -1,13 +1,13 @@
 """The energy ledger of a run: where the energy came from and where it went.
 
-Every term is integrated by itself, from the run's own piecewise solution: the modes are propagated
-exactly to the Gauss points of each grid interval (or of each step, where steps are smaller), the
-device states are read off their collocation polynomials, and the powers are summed there. So the
+Every term is integrated separately from the piecewise solution of the run. The modes are propagated
+exactly to the Gauss points of each grid interval (or of each step, if steps are smaller), the
+device states follow from their collocation polynomials, and the powers are summed there. The
 balance
 
     input + field work = kinetic + strain + device's stored + structural damping + device's loss
 
-is a check of the integration, and its mismatch is reported.
+therefore checks the integration. Its error is reported.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def ledger(run: Trajectory) -> Ledger:
     Parameters
     ----------
     run : Trajectory
-        A run that kept its steps.
+        A run with its stored steps.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Linear structures and the nonlinear elements that they stand on."""
+"""Linear structures and their nonlinear elements."""
 
 from .element import Element
 from .matrices import from_fixed_base, from_matrices, read_matrices

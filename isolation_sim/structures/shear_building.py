@@ -95,9 +95,7 @@ def _ratios(given: Any, n: int, damping: str) -> np.ndarray:
     return np.broadcast_to(ratio, (n,))
 
 
-def modal_damping(
-    mass: np.ndarray, stiffness: np.ndarray, ratio: float | np.ndarray
-) -> np.ndarray:
+def modal_damping(mass: np.ndarray, stiffness: np.ndarray, ratio: float | np.ndarray) -> np.ndarray:
     """Damping matrix with a ratio of critical damping at every mode."""
     frequencies, shapes = undamped_modes(mass, stiffness)
     weighted = mass @ shapes
