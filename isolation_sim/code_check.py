@@ -59,21 +59,24 @@ class CheckSettings:
 class EffectiveProperties(NamedTuple):
     """Equivalent linear isolation at its design displacement.
 
+    ``D_M = S_M1 T_M / (4 pi^2 B_M)`` with S_M1 in m/s^2 and T_M in s, k_M = (F+ - F-) / (2 D_M) and
+    β_M = loop area / (2 pi k_M D_M^2).
+
     Attributes
     ----------
     displacement : float, m
         D_M.
     period : float, s
         T_M.
-    damping : float
+    damping : float, dimensionless
         β_M.
     stiffness : float, N/m
         k_M.
     shear : float, N
         V_b = k_M D_M.
-    restoring : float
+    restoring : float, dimensionless
         Force at D_M less that at half of it in a slow cycle, over the weight.
-    softening : float
+    softening : float, dimensionless
         k_M over the effective stiffness at a fifth of D_M.
     """
 
@@ -122,24 +125,7 @@ def isolation_elements(isolated: IsolatedStructure) -> list[int]:
 def with_factors(
     isolated: IsolatedStructure, factors: float | Mapping[str, float]
 ) -> IsolatedStructure:
-    """Multiply the isolators' force, or some of their parameters, by factors λ.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The building on its isolators.
-    factors : float or mapping of str to float
-        A factor on the force, or factors by the parameter's name.
-
-    Returns
-    -------
-    IsolatedStructure
-
-    Raises
-    ------
-    InputError
-        If no isolator's law has a parameter of that name.
-    """
+    """Multiply the isolators' force, or some of their parameters, by factors λ."""
     elements = list(isolated.elements)
     used = set()
     for e in isolation_elements(isolated):
@@ -162,26 +148,7 @@ def with_factors(
 def isolation_loop(
     isolated: IsolatedStructure, amplitude: float, period: float, current: float
 ) -> tuple[NDArray, NDArray]:
-    """Steady loop of all isolators under a sinusoidal displacement along the first direction.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The building on its isolators.
-    amplitude : float, m
-        Of the base against the foundation.
-    period : float, s
-        Of the motion.
-    current : float, A
-        Of every coil.
-
-    Returns
-    -------
-    displacement : numpy.ndarray, shape (241,), m
-        One cycle from the largest displacement to the next.
-    force : numpy.ndarray, shape (241,), N
-        Of all isolators together, P-delta included.
-    """
+    """Steady loop of all isolators under a sinusoidal displacement along the first direction."""
     from scipy.integrate import solve_ivp
 
     omega = 2 * np.pi / period
@@ -215,31 +182,7 @@ def isolation_loop(
 def effective_properties(
     isolated: IsolatedStructure, spectral_acceleration: float, current: float = 0.0
 ) -> EffectiveProperties:
-    """Effective period and damping at the displacement that they lead to.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The building on its isolators.
-    spectral_acceleration : float, m/s^2
-        S_M1 of the maximum considered earthquake, at 1 s.
-    current : float, default 0, A
-        Of every coil.
-
-    Returns
-    -------
-    EffectiveProperties
-
-    Raises
-    ------
-    InputError
-        If the isolators do not restore.
-
-    Notes
-    -----
-    ``D_M = S_M1 T_M / (4 pi^2 B_M)`` with S_M1 in m/s^2 and T_M in s, k_M = (F+ - F-) / (2 D_M) and
-    β_M = loop area / (2 pi k_M D_M^2).
-    """
+    """Effective period and damping at the displacement that they lead to."""
     rigid = isolated.structure.above_foundation[:, 0]
     mass = float(rigid @ isolated.structure.mass @ rigid)
     period, displacement = 2.0, 0.1
@@ -286,30 +229,7 @@ def check_building(
     simulate: Callable[..., Run],
     controllers: Mapping[str, Any],
 ) -> Iterator[CheckRow]:
-    """Check an isolated building.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        The building on its isolators, with nominal properties.
-    settings : CheckSettings
-        Demand, bounds and capacity.
-    simulate : callable
-        ``simulate(isolated, controller, quiet)`` -> Run, under the scenario's ground motion
-        with still ground for a time (s) after it.
-    controllers : mapping of str to Control
-        By the name to print.
-
-    Yields
-    ------
-    CheckRow
-        In the order of the table.
-
-    Raises
-    ------
-    InputError
-        If a factor names no parameter, or the isolators do not restore.
-    """
+    """Check an isolated building."""
     bounds = {
         "lower bound": with_factors(isolated, settings.lower),
         "nominal": isolated,
@@ -453,13 +373,7 @@ def _against_capacity(
 
 def base_motion(run: Run) -> NDArray:
     """Deformation of the isolators at every isolator or at the base, shape (n_times, n, 2 or 1)."""
-    from .structures.vertical_load import isolation_rows
-
-    structure = run.isolated.structure
-    rows = isolation_rows(structure)
-    if structure.isolator_positions is None:
-        below = list(structure.foundation)
-        rows[0][:, below] = -structure.influence[below].T
+    rows = run.isolated.structure.isolation_rows
     return np.einsum("ndk,tk->tnd", rows, run.history.displacement.values)
 
 

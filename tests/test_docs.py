@@ -80,6 +80,7 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
     # the suite of its page, with short records
     suite = _blocks(TEXTS["docs/suites.md"], "toml")[0]
     (tmp_path / "my_suite.toml").write_text(suite)
+    (tmp_path / "my_plan.toml").write_text(_blocks(TEXTS["docs/biaxial.md"], "toml")[0])
     (tmp_path / "records").mkdir()
     for k in range(3):
         write_csv(el_centro_1940().cut(k, k + 6), tmp_path / "records" / f"{k}.csv")
@@ -131,7 +132,7 @@ def test_commands_named_in_passing_exist():
 
 @pytest.mark.parametrize(
     "page", ["README.md", *(n for n in TEXTS if n.startswith("docs/ideas/") or n in (
-        "docs/effects.md", "docs/observers.md", "docs/guide/own_parts.md",
+        "docs/biaxial.md", "docs/effects.md", "docs/observers.md", "docs/guide/own_parts.md",
         "docs/guide/step_by_step.md"))],
 )  # fmt: skip
 def test_the_python_of_a_page_runs(page, desk, monkeypatch):

@@ -211,7 +211,26 @@ class Law:
         )  # fmt: skip
 
     def respond(self, x: Any, v: Any, states: tuple, parameters: tuple) -> tuple[tuple, tuple]:
-        """Forces along every direction, and rates, for tuples of deformations and velocities."""
+        """Forces along every direction, and rates of the states, whatever the directions.
+
+        Parameters
+        ----------
+        x : tuple of float or numpy.ndarray, one entry a direction, m
+            Deformations.
+        v : tuple of float or numpy.ndarray, one entry a direction, m/s
+            Their velocities.
+        states : tuple, one entry a state
+            Internal states, in their units.
+        parameters : tuple, one entry a parameter
+            In the law's order and SI units.
+
+        Returns
+        -------
+        forces : tuple, one entry a direction
+            In N.
+        rates : tuple, one entry a state
+            Time derivatives of the states.
+        """
         if self.directions == 1:
             (x,), (v,) = x, v
             forces = (self.force(x, v, states, parameters),)

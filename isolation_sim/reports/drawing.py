@@ -22,19 +22,7 @@ _WIDTH = 10.0
 
 
 def structure_drawing(isolated: IsolatedStructure) -> Figure:
-    """Draw a structure with its isolators, walls and soil springs.
-
-    Parameters
-    ----------
-    isolated : IsolatedStructure
-        A structure on isolators or without.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Two columns wide: from the side, heights to scale where they are known; and from above,
-        to scale, where isolator positions are known.
-    """
+    """Draw a structure with its isolators, walls and soil springs."""
     places = isolated.structure.isolator_positions
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.6)

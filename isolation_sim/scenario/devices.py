@@ -11,7 +11,7 @@ from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
 from ..old_names import renamed_value
-from ..structures import IsolatedStructure, Structure, with_p_delta
+from ..structures import IsolatedStructure, Structure, overturning_rows, with_p_delta
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from ..structures.sizing import sized
 from .fields import Coefficients, Number, Positive, Registered, Section
@@ -162,7 +162,7 @@ class Isolator(_Device):
             device,
             damping=self.damping_ratio,
             biaxial=self.biaxial,
-            overturning=self.overturning,
+            load_changes=overturning_rows(structure) if self.overturning else None,
         )
 
     def sized(self, structure: Structure) -> Isolator:

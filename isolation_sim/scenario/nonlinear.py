@@ -63,8 +63,8 @@ class Soil(Section):
 
     radius_m: Annotated[Positive, Field(description="of a disk with the foundation's area")]
     shear_wave_velocity_m_s: Annotated[Positive, Field(description="at the earthquake's strains")]
-    density_kg_m3: Positive = 1800.0
-    poisson_ratio: Annotated[float, Field(ge=0, le=0.5)] = 0.33
+    density_kg_m3: Annotated[Positive, Field(description="of the soil")] = 1800.0
+    poisson_ratio: Annotated[float, Field(ge=0, le=0.5, description="of the soil")] = 0.33
     foundation_mass_kg: Annotated[Positive, Field(description="below the isolators")]
     foundation_inertia_kg_m2: Annotated[
         NonNegative, Field(description="about a horizontal axis; needed with storey heights")

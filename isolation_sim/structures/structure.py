@@ -153,6 +153,22 @@ class Structure:
         rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation)].T
         return rows
 
+    @property
+    def isolation_rows(self) -> np.ndarray:
+        """Rows for displacements over the isolators, whether or not their positions are known.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_isolators, n_directions, n)
+            Those of `isolator_rows`; without positions, of one isolator at the base's own dofs.
+        """
+        if self.isolator_positions is not None:
+            return self.isolator_rows
+        rows = np.zeros((1, len(self.directions), self.n_dofs))
+        for dofs, sign in ((list(self.base), 1.0), (list(self.foundation), -1.0)):
+            rows[0][:, dofs] = sign * self.influence[dofs].T
+        return rows
+
     def plan_dofs(self) -> tuple[int, int, int]:
         """Dofs of the base along x, along y and in rotation."""
         moved = [tuple(self.influence[dof]) for dof in self.base]
@@ -285,7 +301,7 @@ class Structure:
         design_displacement_m: float | None = None,
         damping: float | None = None,
         biaxial: bool = False,
-        overturning: bool = False,
+        load_changes: np.ndarray | None = None,
     ) -> IsolatedStructure:
         """Put the structure on isolators between the ground and the base.
 
@@ -309,9 +325,10 @@ class Structure:
         biaxial : bool, default False
             Whether both directions act on each other, by the law's form in two directions. Where
             isolator positions are known there is a device at each, with an equal share.
-        overturning : bool, default False
-            Whether overturning changes the vertical load of each device; for biaxial devices at
-            known positions whose law has a form under axial load.
+        load_changes : numpy.ndarray, shape (n_isolators, n), optional, 1/m
+            Rows that turn displacements into the change of each biaxial device's vertical load
+            over its mean, such as `overturning_rows` returns; the law needs a form under axial
+            load.
 
         Returns
         -------
@@ -335,10 +352,10 @@ class Structure:
         elif design_displacement_m is not None:
             raise InputError("design_displacement_m needs target_period_s; expected: both or none")
         channel = 0 if device.depends_on_current else None
-        if overturning and not biaxial:
+        if load_changes is not None and not biaxial:
             raise InputError("overturning needs biaxial isolators; expected: biaxial as well")
         if biaxial:
-            isolated = self._on_biaxial(device.scaled(force=count), channel, overturning)
+            isolated = self._on_biaxial(device.scaled(force=count), channel, load_changes)
             return isolated if damping is None else with_damping(isolated, device, damping)
         elements = []
         for column, label in zip(self.influence.T, self.directions, strict=True):
@@ -350,18 +367,20 @@ class Structure:
         return isolated if damping is None else with_damping(isolated, device, damping)
 
     def _on_biaxial(
-        self, device: Device, channel: int | None, overturning: bool
+        self, device: Device, channel: int | None, load_changes: np.ndarray | None
     ) -> IsolatedStructure:
         """Put the structure on isolators that act in two directions at once."""
-        from .vertical_load import isolation_rows, overturning_rows
-
         if len(self.directions) != 2:
             raise InputError(
                 f"{self.name} is shaken along {', '.join(self.directions)}; expected for biaxial "
                 "isolators: two directions"
             )
-        places = isolation_rows(self)
-        changes = overturning_rows(self) if overturning else [None] * len(places)
+        places = self.isolation_rows
+        changes = [None] * len(places) if load_changes is None else list(load_changes)
+        if len(changes) != len(places):
+            raise InputError(
+                f"load_changes has {len(changes)} rows; expected: {len(places)}, one an isolator"
+            )
         isolated = IsolatedStructure(self, ())
         share = device.scaled(force=1 / len(places))
         for k, (rows, change) in enumerate(zip(places, changes, strict=True)):

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ground_motions import STANDARD_GRAVITY
 
 from ..errors import InputError
+from .structure import Structure
 
 
-def with_p_delta(structure: Any, height: float) -> Any:
+def with_p_delta(structure: Structure, height: float) -> Structure:
     """Put the weight on isolators that lean: a negative stiffness W / h below the base.
 
     Parameters
@@ -38,40 +38,14 @@ def with_p_delta(structure: Any, height: float) -> Any:
         raise InputError(f"p_delta_height_m is {height!r}; expected: a number above 0, in m")
     if not structure.base:
         raise InputError(f"{structure.name} has no base; expected for P-delta: a building with one")
-    rows = isolation_rows(structure)
+    rows = structure.isolation_rows
     share = structure.total_mass * STANDARD_GRAVITY / height / len(rows)
     flat = rows.reshape(-1, structure.n_dofs)
     return replace(structure, stiffness=structure.stiffness - share * flat.T @ flat)
 
 
-def isolation_rows(structure: Any) -> np.ndarray:
-    """Displacements of the base at every isolator, or of the base itself, by direction."""
-    if structure.isolator_positions is not None:
-        return structure.isolator_rows
-    rows = np.zeros((1, len(structure.directions), structure.n_dofs))
-    base = list(structure.base)
-    rows[0][:, base] = structure.influence[base].T
-    return rows
-
-
-def dof_heights(structure: Any) -> np.ndarray:
-    """Heights of the dofs above the base, from the storeys' heights.
-
-    Parameters
-    ----------
-    structure : Structure
-        With storey heights.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,), m
-        Zero at the base.
-
-    Raises
-    ------
-    InputError
-        If heights are not known, or a drift is not the difference of two dofs.
-    """
+def dof_heights(structure: Structure) -> np.ndarray:
+    """Heights of the dofs above the base, from the storeys' heights."""
     if structure.heights is None:
         raise InputError(
             f"{structure.name} has no storey heights; expected: storey_heights_m in [structure]"
@@ -89,7 +63,7 @@ def dof_heights(structure: Any) -> np.ndarray:
     return np.nan_to_num(result)
 
 
-def overturning_rows(structure: Any) -> np.ndarray:
+def overturning_rows(structure: Structure) -> np.ndarray:
     """Rows that turn displacements into the change of each isolator's vertical load.
 
     The floors' inertia forces, equal to the elastic forces of the storeys, overturn the building

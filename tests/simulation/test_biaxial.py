@@ -10,13 +10,13 @@ import pytest
 
 import isolation_sim as iso
 from controllers.passive_off import PassiveOff
-from ground_motions import Record, el_centro_1940
+from ground_motions import STANDARD_GRAVITY, Record, el_centro_1940
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.one_step import StepState, step
 from isolation_sim.simulation.run import simulate
-from isolation_sim.structures import from_matrices, plan_building
+from isolation_sim.structures import from_matrices, overturning_rows, plan_building
 from studies.benchmarks.peers import load_opensees
 
 MASS, GRAVITY = 3e5, 9.81
@@ -248,3 +248,31 @@ def _set_up(ops):
     ops.system("BandGeneral")
     ops.test("NormUnbalance", 1e-9 * MASS, 100)
     ops.algorithm("Newton")
+
+
+def test_overturning_changes_the_friction(pair):
+    """A device in the corner of a storey: its forces follow its present load."""
+    building = plan_building(
+        [2.5e5], [3e8], [3e8], base_mass=MASS, plan=(20.0, 12.0), heights=[4.0]
+    )
+    device = law("friction_pendulum", PENDULUM | {"n": 2.0, "mu_min": 0.08})
+    plant = building.with_element(law("linear", {"k": 1e9}), "base_rotation", name="held")
+    plant = plant.with_biaxial(
+        device, ["base_x", "base_y"], load_change=overturning_rows(building)[-1]
+    )
+    assert [law.directions for law in plant.group_laws] == [1, 3]
+    run = iso.simulate(plant, tuple(record.cut(0.0, 6.0) for record in pair), "passive_off")
+    assert run.energy.closure_error < 1e-6
+    history = run.history
+    change = history.deformation.sel(element="isolator_load").values
+    assert 0.05 < np.abs(change).max() < 1.0
+    # the storey's moments over the base: shears by the arm, shared by four corners
+    shear = 3e8 * 4.0 * history.drift.sel(storey=["storey1_x", "storey1_y"]).values
+    expected = (shear @ [1 / 40, 1 / 24]) / (building.total_mass * STANDARD_GRAVITY / 4)
+    np.testing.assert_allclose(change, expected, atol=1e-9)
+    for axis in "xy":
+        x = history.deformation.sel(element=f"isolator_{axis}").values
+        f = history[f"isolator_f_{axis}"].values
+        force = history.force.sel(element=f"isolator_{axis}").values
+        expected = PENDULUM["W"] * (1 + change) * (x / PENDULUM["R"] + f)
+        np.testing.assert_allclose(force, expected, atol=1e-9 * np.abs(force).max())
