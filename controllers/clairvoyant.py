@@ -128,10 +128,10 @@ def bound(
     InputError
         If no weight is above 0, or the structure diverges at every current to start from.
     """
-    target = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
-    if not target:
+    positive = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
+    if not positive:
         raise InputError("clairvoyant: every weight is 0; expected: one or more above 0")
-    return _bound(plant, target, period, starts, roughness, iterations)
+    return _bound(plant, positive, period, starts, roughness, iterations)
 
 
 @lru_cache(maxsize=16)
@@ -139,10 +139,10 @@ def _bound(
     plant: Plant, weights: tuple[tuple[str, float], ...], period: float | None, starts: int,
     roughness: float, iterations: int,
 ) -> Bound:  # fmt: skip
-    result, target = [], dict(weights)
-    for problem in _problems(plant, starts, period, roughness, tuple(target)):
-        optimum = problem.solve(_absolute(plant, target), iterations=iterations)
-        result.append(_certified(plant, problem, target, optimum))
+    result, objective = [], dict(weights)
+    for problem in _problems(plant, starts, period, roughness, tuple(objective)):
+        optimum = problem.solve(_absolute(plant, objective), iterations=iterations)
+        result.append(_certified(plant, problem, objective, optimum))
     return min(result, key=lambda one: one.score)
 
 

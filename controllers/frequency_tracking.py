@@ -53,20 +53,20 @@ def _decide(
         memory[PASS] += w * memory[PASS + 1]
         y, y1, y2 = memory[PASS], memory[PAST], memory[PAST + 1]
         # recursive least squares with exponential forgetting
-        keep = math.exp(-h / settings[FORGETTING])
+        retained = math.exp(-h / settings[FORGETTING])
         p11, p12, p22 = memory[COVARIANCE], memory[COVARIANCE + 1], memory[COVARIANCE + 2]
         g1, g2 = p11 * y1 + p12 * y2, p12 * y1 + p22 * y2
-        scale = keep + y1 * g1 + y2 * g2
+        scale = retained + y1 * g1 + y2 * g2
         miss = y - memory[COEFFICIENTS] * y1 - memory[COEFFICIENTS + 1] * y2
         memory[COEFFICIENTS] += g1 * miss / scale
         memory[COEFFICIENTS + 1] += g2 * miss / scale
         # while nothing happens nothing is learnt, and nothing must be forgotten
-        if y1 * g1 + y2 * g2 > 1.0 - keep:
-            memory[COVARIANCE] = (p11 - g1 * g1 / scale) / keep
-            memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / keep
-            memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / keep
+        if y1 * g1 + y2 * g2 > 1.0 - retained:
+            memory[COVARIANCE] = (p11 - g1 * g1 / scale) / retained
+            memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / retained
+            memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / retained
         memory[PAST + 1], memory[PAST] = y1, y
-        memory[POWER] = keep * memory[POWER] + (1.0 - keep) * measured[0] * measured[0]
+        memory[POWER] = retained * memory[POWER] + (1.0 - retained) * measured[0] * measured[0]
     frequency = SLOWEST
     if h > 0.0:
         frequency = dominant_frequency(memory[COEFFICIENTS], memory[COEFFICIENTS + 1], h)

@@ -84,13 +84,13 @@ def _read(path: Path, where: str) -> tuple[NDArray, NDArray]:
         rows = csv.reader(lines)
         header = [cell.strip() for cell in next(rows, [])]
         coils = [f"coil{k}_current_A" for k in range(len(header) - 1)]
-        target = ["time_s", *(["current_A"] if "current_A" in header else coils)]
-        if len(target) < 2 or not set(target) <= set(header):
+        wanted = ["time_s", *(["current_A"] if "current_A" in header else coils)]
+        if len(wanted) < 2 or not set(wanted) <= set(header):
             raise InputError(
                 f"{where}: columns are {', '.join(header) or 'missing'}; expected: time_s and "
                 "current_A, or time_s and coil0_current_A, coil1_current_A, ..."
             )
-        columns = [header.index(name) for name in target]
+        columns = [header.index(name) for name in wanted]
         values = []
         for row in filter(None, rows):
             try:

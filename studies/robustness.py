@@ -119,11 +119,11 @@ def _finding(maps: Maps, constant: float) -> str:
     }
     work = {rule: field_work(rule, LATE) for rule in RULES}
     sentences.append(
-        f"The worst of all is {worst_of['instantaneous']:.1f} by the papers' rule and "
+        f"The worst of all is {worst_of['instantaneous']:.1f} by the instantaneous rule and "
         f"{worst_of['passive']:.1f} by the passive one. The energy ledger says why: under El "
         f"Centro the current of {CONTROLLERS[0]}, {1e3 * LATE:.0f} ms late, puts "
         f"{work['instantaneous']:.2f} times the ground's energy into the building by the "
-        "papers' rule, "
+        "instantaneous rule, "
         f"{work['passive']:.2f} times by the passive one."
     )
     return "\n".join(sentences)

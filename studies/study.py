@@ -113,13 +113,14 @@ def perform(
     out: str | Path | None = None,
     short: bool = False,
     step: Step = lambda what, share=0.0: None,
+    overwrite: bool = False,
 ) -> tuple[Outcome, Path]:
     """Run a study and write what it found."""
     from isolation_sim.reports.html.study_report import study_report
     from isolation_sim.reports.style import save
 
     study = STUDIES[name]
-    with ResultsFolder(out or Path("results") / Path(name).stem) as folder:
+    with ResultsFolder(out or default_folder(name), overwrite) as folder:
         step("preparing", 1.0)  # from -1, where the progress begins, to 0
         result: Outcome = study.outcome(folder.unfinished, short, step)
         write_table(result.table, folder.unfinished / "table.csv")
@@ -135,6 +136,11 @@ def perform(
         ).write(folder.unfinished / "report.html")  # fmt: skip
         write_contents(folder.unfinished, study.TITLE)
     return result, folder.path
+
+
+def default_folder(name: str) -> Path:
+    """Return where a study's results go unless it is said."""
+    return Path("results") / Path(name).stem
 
 
 def about(name: str) -> str:

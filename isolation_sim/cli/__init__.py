@@ -54,8 +54,8 @@ app = typer.Typer(
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
-def _show_version(target: bool) -> None:
-    if target:
+def _show_version(requested: bool) -> None:
+    if requested:
         print(f"isolation-sim {__version__}")
         raise typer.Exit
 
@@ -96,8 +96,8 @@ def _end_at_usage(error: Any) -> None:
         print(context.get_help())
     else:
         path = context.command_path if context is not None else "isolation-sim"
-        sentences = " ".join(error.format_message().split())
-        print_error(f"{sentences.rstrip('.')}; expected: what {path} --help shows")
+        message = " ".join(error.format_message().split())
+        print_error(f"{message.rstrip('.')}; expected: what {path} --help shows")
     sys.exit(2)
 
 

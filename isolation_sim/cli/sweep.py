@@ -151,9 +151,9 @@ def run_plan(
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
 
-    check_exports(export)
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
+    check_exports(export, folder)
     begun = time.perf_counter()
     failures = 0
 

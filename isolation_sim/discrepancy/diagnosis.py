@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..rendering import render
+from ..rendering import Printed, render
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
     from ..laws import Device
@@ -74,6 +75,10 @@ class Cause:
         Causes that the data do not tell from it.
     form : str
         Form of the effect that was chosen, or the law of a term outside the catalogue.
+    stability : mapping of str to float
+        Share of fits from other runs in which the cause is named again: ``conditions_left_out``,
+        without the runs of one condition at a time, and ``runs_resampled``. Empty where it is not
+        computed.
     """
 
     name: str
@@ -83,6 +88,7 @@ class Cause:
     evidence: str
     confusable_with: tuple[str, ...] = ()
     form: str = ""
+    stability: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def acts_like(self) -> bool:
@@ -199,7 +205,7 @@ class Errors:
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(Printed):
     """What the simulation gets wrong, and why.
 
     Attributes
@@ -290,6 +296,7 @@ class Diagnosis:
                         for name, one in cause.parameters.items()
                     },
                     "confusable_with": list(cause.confusable_with),
+                    "stability": {k: _number(share) for k, share in cause.stability.items()},
                     "evidence": cause.evidence,
                 }
                 for cause in self.causes
@@ -310,12 +317,55 @@ class Diagnosis:
         """
         return json.dumps(self.to_dict(), indent=2, allow_nan=False)
 
-    def report(self) -> None:
-        """Print the diagnosis."""
-        render("diagnosis:print_diagnosis", self)
+    def _shown(self) -> Iterator[Any]:
+        yield from render("diagnosis:shown", self)
+
+    def __repr__(self) -> str:
+        before, after = (
+            100 * (error.fit if np.isnan(error.held_out) else error.held_out)
+            for error in (self.error_before, self.error_after)
+        )
+        causes = ", ".join(cause.label for cause in self.causes) or "no cause"
+        return (
+            f"{type(self).__name__}({self.model} against {self.data}: {self.verdict}, {causes}; "
+            f"error {before:.3g} % to {after:.3g} %, noise {100 * self.noise_floor:.3g} %)"
+        )
+
+    @property
+    def criteria(self) -> dict[str, float]:
+        """Relative RMS errors before and after, the noise floor and the unexplained share."""
+        return {
+            "error_before": self.error_before.fit,
+            "error_after": self.error_after.fit,
+            "held_out_error_before": self.error_before.held_out,
+            "held_out_error_after": self.error_after.held_out,
+            "noise_floor": self.noise_floor,
+            "unexplained_share": self.unexplained_share,
+        }
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the causes with their numbers.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each parameter of each cause: ``cause``, ``form``, ``share``, ``p_value``,
+            ``parameter``, ``unit``, ``value``, ``low``, ``high``, ``at_bound``.
+        """
+        import pandas
+
+        columns = ["cause", "form", "share", "p_value", "parameter", "unit", "value", "low",
+                   "high", "at_bound"]  # fmt: skip
+        rows = [
+            (cause.name, cause.form, cause.share, cause.p_value, name, one.unit, one.value,
+             one.low, one.high, one.at_bound)
+            for cause in self.causes
+            for name, one in cause.parameters.items()
+        ]  # fmt: skip
+        return pandas.DataFrame(rows, columns=columns)
 
     def plot(self) -> Figure:
-        """MeasuredRuns against simulated, before and after, and the errors of all runs.
+        """Draw measured runs against simulated ones, before and after, and the errors of all runs.
 
         Returns
         -------

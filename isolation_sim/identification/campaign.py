@@ -182,9 +182,9 @@ def _write_run(run: TestRun, path: Path) -> None:
         "force_N": run.force,
         "temperature_C": run.temperature,
     }
-    keep = {name: column.tolist() for name, column in columns.items() if column is not None}
-    rows = zip(*keep.values(), strict=True)
-    lines = [",".join(keep), *(",".join(map(repr, row)) for row in rows), ""]
+    measured = {name: column.tolist() for name, column in columns.items() if column is not None}
+    rows = zip(*measured.values(), strict=True)
+    lines = [",".join(measured), *(",".join(map(repr, row)) for row in rows), ""]
     path.write_text("\n".join(lines), encoding="utf-8", newline="\n")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from ..archive import FILE, save_archive
 from ..effects import device_section
 from ..io.atomic_write import write_text
+from ..io.interchange import write_parts
 from ..io.results_folder import write_contents
 from ..laws import Device
-from ..rendering import render
+from ..rendering import Printed, render
 from .campaign import Campaign
 from .noise import white_noise
 from .run_table import TestRun
@@ -137,7 +138,7 @@ def noise_of(runs: Sequence[TestRun]) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class LawEvaluation:
+class LawEvaluation(Printed):
     """The errors of a law on measured runs.
 
     Attributes
@@ -179,8 +180,18 @@ class LawEvaluation:
         runs.add_row("all runs, pooled", f"{100 * self.error:.2f}", "")
         return (runs,)
 
-    def report(self) -> dict[str, Any]:
-        """Everything but the histories, as plain numbers and text.
+    def _shown(self) -> Iterator[Any]:
+        yield from self.tables()
+        yield from (f"note: {each}" for each in self.notes)
+
+    def __repr__(self) -> str:
+        return (
+            f"LawEvaluation({self.device.law.name} on {self.campaign.name}: error "
+            f"{100 * self.error:.3g} %, noise {100 * self.noise:.3g} %)"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the histories as plain numbers and text.
 
         Returns
         -------
@@ -305,8 +316,8 @@ class Fit(LawEvaluation):
             runs.add_row("held-out runs, pooled", f"{100 * self.held_out_error:.2f}", "")
         return parameters, runs
 
-    def report(self) -> dict[str, Any]:
-        """Everything but the histories, as plain numbers and text.
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the histories as plain numbers and text.
 
         Returns
         -------
@@ -347,15 +358,37 @@ class Fit(LawEvaluation):
         """
         return device_section(self.device, f"fitted to {self.campaign.name}")
 
+    def _exported(self) -> dict[str, pandas.DataFrame]:
+        """The law, its numbers, the runs' errors and their loops, a table each."""
+        import pandas
+
+        dependence = self.device.current
+        law = [
+            {"law": self.device.law.name, "parameter": name, "from_current_A": begin}
+            | {f"power{k}": number for k, number in enumerate(numbers)}
+            for begin, piece in zip(dependence.breaks, dependence.coefficients, strict=False)
+            for name, numbers in zip(dependence.names, piece.tolist(), strict=True)
+        ]
+        loops = {
+            f"loops_{e.run.name.removesuffix('.csv')}": pandas.DataFrame({
+                "time_s": e.run.time, "displacement_m": e.run.displacement,
+                "current_A": e.run.current, "force_N": e.run.force, "fitted_force_N": e.force,
+            })
+            for e in self.errors
+        }  # fmt: skip
+        runs = pandas.DataFrame(self.to_dict()["runs"])
+        return {"law": pandas.DataFrame(law), "parameters": self.to_pandas(), "runs": runs} | loops
+
     def save(self, path: str | Path) -> Path:
-        """Write the scenario section to a file, or everything into a folder.
+        """Write the scenario section or all tables to a file, or everything into a folder.
 
         Parameters
         ----------
         path : str or pathlib.Path
-            A file that ends in ``.toml``, replaced whole or not at all; or a folder, which gets
-            ``fitted.toml``, ``result.npz`` and ``report.html``, and which ``isolation_sim.load``
-            reads.
+            A file, replaced whole or not at all: ``.toml`` gets the scenario section, ``.mat`` and
+            ``.xlsx`` the law's polynomials of the current, the fitted numbers, the runs' errors
+            and their loops; or a folder, which gets ``fitted.toml``, ``result.npz`` and
+            ``report.html``, and which ``isolation_sim.load`` reads.
 
         Returns
         -------
@@ -366,6 +399,9 @@ class Fit(LawEvaluation):
         if path.suffix == ".toml":
             path.parent.mkdir(parents=True, exist_ok=True)
             return write_text(self.scenario_section(), path)
+        if path.suffix in (".mat", ".xlsx"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return write_parts(self._exported(), path.suffix[1:], path)
         path.mkdir(parents=True, exist_ok=True)
         write_text(self.scenario_section(), path / "fitted.toml")
         save_archive(self, path / FILE)
@@ -389,7 +425,7 @@ class Fit(LawEvaluation):
         """
         import pandas
 
-        return pandas.DataFrame(self.report()["parameters"])
+        return pandas.DataFrame(self.to_dict()["parameters"])
 
     def __repr__(self) -> str:
         held = f", held out {100 * self.held_out_error:.3g} %" if self.campaign.held_out else ""
@@ -397,13 +433,6 @@ class Fit(LawEvaluation):
             f"Fit({self.device.law.name} to {self.campaign.name}: {len(self.estimates)} numbers, "
             f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
         )
-
-    def __str__(self) -> str:
-        tables = [render("tables:as_text", table) for table in self.tables()]
-        return "\n".join([*tables, *self.notes])
-
-    def _repr_html_(self) -> str:
-        return "".join(render("tables:as_html", table) for table in self.tables())
 
     def to_html(self, path: str | Path) -> Path:
         """Write a report that opens in any browser: loops, errors, parameters.

@@ -105,15 +105,15 @@ class LoopCurves:
             rows = terms(beta[0])
             return np.asarray(mean - rows @ np.linalg.lstsq(rows, mean, rcond=None)[0])
 
-        matches = min(
+        best = min(
             (
                 least_squares(left, [start], bounds=(1e-3, 50.0), xtol=1e-12, ftol=1e-14)
                 for start in _STARTS_BETA
             ),
             key=lambda result: result.cost,
         )
-        alpha, F0 = np.linalg.lstsq(terms(matches.x[0]), mean, rcond=None)[0]
-        return HyperbolicSine(float(alpha), float(matches.x[0]) / stroke, float(F0))
+        alpha, F0 = np.linalg.lstsq(terms(best.x[0]), mean, rcond=None)[0]
+        return HyperbolicSine(float(alpha), float(best.x[0]) / stroke, float(F0))
 
     @cached_property
     def gaussian(self) -> Gaussian:

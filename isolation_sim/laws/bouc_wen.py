@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from .law import Law, Quantity
+from .law import Law, Quantity, Redundancy
 
 # keeps log(0) and 0^(n - 2) out of derivatives at rest; changes no value above 1e-148
 _TINY = 1e-300
@@ -56,4 +56,5 @@ LAW = Law(
     force=force,
     rates=rates,
     source="Yu et al., Eqs 19 and 20; Tao et al., Eq 19",
+    redundancy=Redundancy("A", 1.0, ("alpha", "A", "beta", "gamma")),
 )

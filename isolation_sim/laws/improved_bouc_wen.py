@@ -31,7 +31,7 @@ import numpy as np
 
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .law import Law, Quantity, Redundancy
 from .published import TAO, TAO_CURRENTS_A, TAO_IMPROVED
 
 # keeps 0/0 out of log1p(u) / u; changes no value above 1e-284
@@ -103,5 +103,6 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Tao et al., Eqs 20-23 mended",
+    redundancy=Redundancy("alpha", 1e3, ("alpha", "beta", "gamma", "theta")),
     sets={"table_4": table_4},
 )

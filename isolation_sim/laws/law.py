@@ -64,6 +64,28 @@ class Spring:
     power: float | str = 1.0
 
 
+@dataclass(frozen=True)
+class Redundancy:
+    """Parameters of which one is redundant, since scaling a state moves a factor between them.
+
+    A fit that leaves all of them free has no single answer. Where they follow the current, answers
+    that agree at the tested currents differ widely between these.
+
+    Attributes
+    ----------
+    held : str
+        The parameter that a fit holds, unless it holds another one of them.
+    value : float
+        Value at which it is held, in its SI unit.
+    among : tuple of str
+        The parameters.
+    """
+
+    held: str
+    value: float
+    among: tuple[str, ...]
+
+
 def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     """Rates of a law without internal states: none."""
     return ()
@@ -98,6 +120,8 @@ class Law:
     field_power : callable or None
         ``field_power(x, states, parameters)`` -> W, what a change of the field does on the stored
         energy, in a law that holds the field among its states.
+    redundancy : Redundancy or None
+        Parameters of which one is redundant.
     sets : mapping of str to callable
         Published parameter sets by name, the default one first: functions that return a ``Device``.
     conditions : mapping of str to callable
@@ -115,6 +139,7 @@ class Law:
     springs: tuple[Spring, ...] = ()
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
+    redundancy: Redundancy | None = None
     sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
 

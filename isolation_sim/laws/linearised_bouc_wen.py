@@ -23,7 +23,7 @@ import numpy as np
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity, Spring
+from .law import Law, Quantity, Redundancy, Spring
 from .published import (
     LINEARISED_AMPLITUDES_MM,
     LINEARISED_DOUBTFUL,
@@ -162,6 +162,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
+    redundancy=Redundancy("k2", 1.0, ("k2", "C_e")),
     springs=(Spring("k1", ("x",)), Spring("k2", ("z",))),
     sets={"field_0_tesla": field_0_tesla, "field_0p4_tesla": field_0p4_tesla},
     conditions={

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,33 +17,36 @@ if TYPE_CHECKING:
     from ..discrepancy.consequence import Consequence
 
 
-def print_diagnosis(diagnosis: Diagnosis) -> None:
-    """Print a diagnosis to standard output."""
-    from .console import standard_console
+CAUSE_HEADINGS = (
+    "cause", "form", "share, %", "p", "named again, %", "parameter", "value (95 %)", "unit",
+)  # fmt: skip
+"""Named again: in the fits without the runs of one condition, in the resamplings of the runs."""
 
-    console = standard_console()
-    console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
-    console.print()
-    console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
-    console.print(errors_table(diagnosis))
+
+def shown(diagnosis: Diagnosis) -> Iterator[Any]:
+    """Tables and sentences of a diagnosis, for a terminal."""
+    yield f"{diagnosis.model} against {diagnosis.data}\n"
+    yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
+    if "law_choice" in diagnosis.details:
+        yield diagnosis.details["law_choice"]["text"]
+    yield errors_table(diagnosis)
     if diagnosis.causes:
-        console.print(causes_table(diagnosis))
+        yield causes_table(diagnosis)
         for cause in diagnosis.causes:
-            console.print(f"{cause.label}: {cause.evidence}")
+            yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                console.print(f"  hardly to be told from {', '.join(cause.confusable_with)}")
+                yield f"  hardly to be told from {', '.join(cause.confusable_with)}"
     if diagnosis.depends_on:
-        console.print(f"The residual depends on {', '.join(diagnosis.depends_on)}.")
+        yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
-        console.print(f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit.")
+        yield f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit."
     if diagnosis.next_test:
-        console.print(f"Next test. {diagnosis.next_test}")
+        yield f"Next test. {diagnosis.next_test}"
     if diagnosis.consequence is not None:
         if diagnosis.consequence.performance:
-            console.print(consequence_table(diagnosis.consequence))
-            console.print(NOTE)
-        for line in consequence_text(diagnosis.consequence):
-            console.print(line)
+            yield consequence_table(diagnosis.consequence)
+            yield NOTE
+        yield from consequence_text(diagnosis.consequence)
 
 
 def consequence_table(consequence: Consequence) -> Table:
@@ -87,7 +91,7 @@ def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
 
 def causes_table(diagnosis: Diagnosis) -> Table:
     """Causes with their numbers, for a terminal."""
-    table = _table("Causes", "cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
+    table = _table("Causes", *CAUSE_HEADINGS)
     for cause in diagnosis.causes:
         for row in cause_rows(cause):
             table.add_row(*row)
@@ -95,14 +99,38 @@ def causes_table(diagnosis: Diagnosis) -> Table:
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:
-    """A cause's name, form, share, p and parameters with their intervals, as text."""
-    first = [cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
+    """A cause's cells under ``CAUSE_HEADINGS``, a row a parameter."""
+    first = [
+        cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
+        ", ".join(_stability(cause).values()),
+    ]  # fmt: skip
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
         value = f"{one.value:.4g} ({one.low:.3g} to {one.high:.3g})"
         value += ", at its bound" if one.at_bound else ""
-        rows.append([*(first if not rows else [""] * 4), name, value, one.unit])
+        rows.append([*(first if not rows else [""] * len(first)), name, value, one.unit])
     return rows or [[*first, "", "", ""]]
+
+
+_STABILITY = {
+    "conditions_left_out": "the fits without the runs of one condition",
+    "runs_resampled": "the resamplings of the runs",
+}
+
+
+def _stability(cause: Cause) -> dict[str, str]:
+    """Shares of fits that name a cause again, %, by the kind of fits."""
+    return {
+        words: f"{100 * cause.stability[name]:.0f}"
+        for name, words in _STABILITY.items()
+        if np.isfinite(cause.stability.get(name, np.nan))
+    }
+
+
+def evidence_text(cause: Cause) -> str:
+    """A cause's evidence, and how often it is named again from other runs."""
+    again = " and ".join(f"{share} % of {words}" for words, share in _stability(cause).items())
+    return f"{cause.evidence} Named again in {again}." if again else cause.evidence
 
 
 def _chance(p: float) -> str:
@@ -130,10 +158,9 @@ def markdown(diagnosis: Diagnosis) -> str:
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {MEANINGS[diagnosis.verdict]}",
     ]
     if diagnosis.causes:
-        headings = ("cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-        parts.append(_grid(headings, rows))
-        parts += [f"- **{cause.label}**: {cause.evidence}" for cause in diagnosis.causes]
+        parts.append(_grid(CAUSE_HEADINGS, rows))
+        parts += [f"- **{cause.label}**: {evidence_text(cause)}" for cause in diagnosis.causes]
     for number, step in enumerate(diagnosis.steps, start=1):
         parts.append(f"## {number}. {step.title}\n\n{step.text}")
         if step.rows:

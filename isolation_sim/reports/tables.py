@@ -211,7 +211,9 @@ def as_text(table: Any, width: int = WIDTH) -> str:
     """Plain text of a table."""
     from rich.console import Console
 
-    console = Console(width=width, color_system=None, force_terminal=False)
+    console = Console(
+        width=width, color_system=None, force_terminal=False, markup=False, highlight=False
+    )
     with console.capture() as capture:
         console.print(table)
     return "\n".join(line.rstrip() for line in capture.get().splitlines())

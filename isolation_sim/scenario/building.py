@@ -76,9 +76,9 @@ class MatricesFile(Section):
 
     def build(self) -> Structure:
         """Return the structure."""
-        labels = {"names": self.dof_names, "directions": self.directions, "name": self.name}
-        given = {key: value for key, value in labels.items() if value is not None}
-        return read_matrices(self.file, **given)
+        return read_matrices(
+            self.file, names=self.dof_names, directions=self.directions, name=self.name
+        )
 
 
 Building = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
@@ -15,7 +16,7 @@ class ControllerEntry(Section):
     """A controller by its registry name; every key but ``name`` and ``label`` is its setting."""
 
     name: Annotated[
-        Registered, Field(description="isolation-sim list controllers, or file.py:CLASS")
+        Registered, Field(description="isolation-sim list controllers, file.py:CLASS or unit.fmu")
     ]
     label: Annotated[str | None, Field(min_length=1, description="to print; the name")] = None
     settings: dict[str, Any] = Field(default_factory=dict)
@@ -33,7 +34,8 @@ class ControllerEntry(Section):
     @property
     def shown(self) -> str:
         """The label, or the name without the path of its file."""
-        return self.label or self.name.rpartition(":")[2]
+        inside = self.name.rpartition(":")[2]
+        return self.label or (Path(inside).stem if inside.endswith(".fmu") else inside)
 
     def build(self) -> Control:
         """Return the controller."""

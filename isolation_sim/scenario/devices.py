@@ -182,7 +182,7 @@ class Element(_Device):
 
 
 class NominalModel(Section):
-    """What controllers believe of the isolators where it differs from the truth."""
+    """Nominal model of the isolators in controllers and observers, where it is not the plant."""
 
     law: Annotated[Registered | None, Field(description="another law")] = None
     parameters: _Parameters = None
@@ -191,11 +191,11 @@ class NominalModel(Section):
     switching: Annotated[
         Literal["instantaneous", "passive"],
         _OLD_SWITCHING,
-        Field(description="as in [isolator]; by the papers' rule a force answers to the current"),
+        Field(description="as in [isolator]; instantaneous: the force responds to the current"),
     ] = "instantaneous"
     effect: Annotated[
         list[AppliedEffect] | None,
-        Field(description="in place of the isolator's effects; effect = [] believes in none"),
+        Field(description="in place of the isolator's effects; effect = [] for none"),
     ] = None
 
     def of(self, isolator: Isolator) -> Isolator:

@@ -20,9 +20,10 @@ from .folded_constants import folded_constants
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "integration", "summary")
+    for part in ("step", "control", "integration")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
+SUMMARY_TEMPLATE = Path(__file__).with_name("kernel_summary_template.py")
 HEADER = """
 import math
 
@@ -43,6 +44,20 @@ EXACT = {**INNER, "fastmath": False}
 exact = njit(**EXACT)
 exact_inline = njit(forceinline=True, **EXACT)
 """
+# how forces and steps are recorded; what integrates writes it, what summarises reads it
+RECORDS = {
+    # forces of an element at a grid point: before and after a change of current, at the nodes
+    "BEFORE": 0,
+    "AFTER": 1,
+    "AT_NODES": 2,
+    "FORCES": 5,
+    # a step's own numbers: window, begin and length in it, record of the interval's next step
+    "WINDOW": 0,
+    "BEGIN": 1,
+    "LENGTH": 2,
+    "NEXT": 3,
+    "STEP": 4,
+}
 # element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
     ("prepare_held", "", ""),
@@ -108,10 +123,10 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "FORCE_SLOTS": tuple(
             e * stride + COMMON.index("f0") + k for e in range(len(laws)) for k in range(3)
         ),
+        **RECORDS,
         "PAD": padding(lanes),
         "NODES_AND_END": (*NODES, 1.0),
         "LAGRANGE": polynomials(*NODES),
-        "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
         "MOVING_FACTOR": MOVING_FACTOR,
         "TINY": 1e-300,
         "HOPELESS": 1e12,
@@ -125,12 +140,9 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
-        "build_table, layout, powers = tables.build_table, tables.layout, tables.powers\n"
+        "build_table, layout = tables.build_table, tables.layout\n"
+        "summary = kernel.load_summary(N_ELEMENTS, N_GROUND, LANES, TABLE_LANES)\n"
         "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
-        "POINTS = intrinsics.points_at_once(LANES)\n"
-        "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
-        "DENSE = intrinsics.points_at_once(1)\n"
-        "dense_quantities_at = intrinsics.make_rows_at(1, 1)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
@@ -156,6 +168,37 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
         )
 
     return load_written("tables", (n_elements, n_ground, table_lanes), text)
+
+
+@lru_cache
+def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -> ModuleType:
+    """Peaks and mean squares, which do not depend on the laws either."""
+
+    def text() -> str:
+        constants = {
+            "N_ELEMENTS": n_elements,
+            "N_GROUND": n_ground,
+            "LANES": lanes,
+            "ROWS": 8 * lanes,
+            "TABLE_LANES": table_lanes,
+            "LAGRANGE": polynomials(*NODES),
+            "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
+            **RECORDS,
+        }
+        blocks = [
+            HEADER,
+            _assigned(constants),
+            f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
+            "powers = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES).powers\n"
+            "POINTS = intrinsics.points_at_once(LANES)\n"
+            "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
+            "DENSE = intrinsics.points_at_once(1)\n"
+            "dense_quantities_at = intrinsics.make_rows_at(1, 1)",
+            SUMMARY_TEMPLATE.read_text(),
+        ]
+        return folded_constants("\n\n".join(blocks))
+
+    return load_written("summary", (n_elements, n_ground, lanes, table_lanes), text)
 
 
 def _assigned(constants: dict[str, object]) -> str:

@@ -18,20 +18,22 @@ def solve_step(
     z_at,
     u,
     w,
-    lanes,
+    active,
+    going,
+    previous,
+    contraction,
+    defects,
+    errors,
+    kinks,
 ):
     """Forces and states at the nodes and the end of one step; z and u are only read.
 
     z, from z_at, holds the modes at the start (real parts, then imaginary); u the ground at the
-    grid points. share: by how much the error of one such step counts.
+    grid points. defects: how far a lane's force polynomial misses the force at the step's ends,
+    relative to the peak force; infinite where the iteration did not contract. errors: the guess of
+    what that does to the response. kinks: whether an element has a kink within the step. share: by
+    how much the error of one such step counts.
     """
-    active, going, previous, contraction = (
-        lanes.active,
-        lanes.going,
-        lanes.previous,
-        lanes.contraction,
-    )
-    defects, errors, kinks = lanes.defects, lanes.errors, lanes.kinks
     ground_rows, force_rows, _, _, _ = layout(n_modes, n_pad, n_sub)
     for e in range(N_ELEMENTS):
         free_rows(

@@ -1,6 +1,6 @@
 """Peaks and mean squares of the continuous response of a finished run.
 
-Part of the compiled kernel; see ``kernel_integration_template.py``.
+A module of its own: it does not depend on the laws. See ``kernel_integration_template.py``.
 
 Every quantity is evaluated at the grid points, on both sides of a change of current. An interval
 between two points is a candidate where the quantity could exceed its peak inside it, by its values
@@ -150,7 +150,7 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                             peak = track[at + PEAK * ROWS + k]
                             top = max(abs(values[begun + k]), abs(values[ended + k]))
                             if bounds[k] > peak and (top > NEAR * peak or fast.shape[0] > 0):
-                                if candidates.count[lane] == CANDIDATES:
+                                if candidates.number[lane] == CANDIDATES:
                                     look_inside(
                                         lane,
                                         sizes,
@@ -203,11 +203,11 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
 @inline
 def add_candidate(candidates, lane, interval, item, bound):
     """Keep an interval in which a quantity may exceed its peak."""
-    count = candidates.count[lane]
+    count = candidates.number[lane]
     candidates.place[lane, count, 0] = interval
     candidates.place[lane, count, 1] = item
     candidates.bound[lane, count] = bound
-    candidates.count[lane] = count + 1
+    candidates.number[lane] = count + 1
 
 
 @inline
@@ -427,11 +427,11 @@ def take_norms(values, at, n_items, n_directions):
 @inner
 def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, dense, track):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
-    place, bound, count, chosen = candidates
+    place, bound, number, chosen = candidates
     per_block = 8 // quantities.n_directions
     while True:
         best, most, left = -1, 1.0, 0
-        for k in range(count[lane]):
+        for k in range(number[lane]):
             item = place[lane, k, 1]
             own = row_of(item, per_block) * LANES + lane
             promise = bound[lane, k] / track[own + PEAK * ROWS]
@@ -441,11 +441,12 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
                 if promise > most:
                     best, most = left, promise
                 left += 1
-        count[lane] = left
+        number[lane] = left
         if best < 0:
             break
-        interval, n_chosen = place[lane, best, 0], 0
-        for k in range(count[lane]):
+        # Numba compiles a function again for an argument that began as a 0
+        interval, n_chosen = place[lane, best, 0], np.int64(0)
+        for k in range(number[lane]):
             if place[lane, k, 0] == interval:
                 chosen[n_chosen] = place[lane, k, 1]
                 n_chosen += 1
@@ -463,7 +464,7 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
             dense,
             track,
         )
-    count[lane] = 0
+    number[lane] = 0
 
 
 @inline

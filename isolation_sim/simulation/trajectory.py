@@ -23,26 +23,7 @@ __all__ = ["Trajectory"]
 
 
 class Trajectory:
-    """What happened over time in one run; everything is computed when it is first used.
-
-    Attributes
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    records : tuple of Record
-        Ground motion, one a direction.
-    controller : str
-        Name of the controller.
-    clamped : int
-        Commands that were clamped to the driver's limits.
-    steps : int
-        Integration steps taken, rejected ones included.
-    unresolved : int
-        Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
-        run, was reached; as at a force that jumps back and forth.
-    reached : float
-        Tolerance that all steps meet: the wanted one unless some are unresolved.
-    """
+    """What happened over time in one run, computed when it is first used; `Run` says the rest."""
 
     def __init__(
         self,

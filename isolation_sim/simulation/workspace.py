@@ -222,7 +222,7 @@ class Workspace:
         # over how many intervals its one step goes, negative
         self.cuts = np.zeros((n_points, lanes), np.int64)
         self.first_step = np.zeros((n_points, lanes), np.int64)
-        self._arguments = (self.position, self.sizes, self.limits, *self._grouped())
+        self.arguments = (self.position, self.sizes, self.limits, *self._grouped())
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -288,7 +288,7 @@ class Workspace:
     def integrator(self) -> Callable[[], int]:
         """``integrate`` for many short stretches: it looks up the arguments' types only once."""
         compiled = self.module.integrate
-        types = tuple(map(typeof, self._arguments))
+        types = tuple(map(typeof, self.arguments))
         if types not in compiled.overloads:
             compiled.compile(types)
         return partial(self._to_a_stop, compiled.overloads[types].entry_point)
@@ -296,16 +296,16 @@ class Workspace:
     def _to_a_stop(self, compiled: Callable[..., int]) -> int:
         """Integrate until the kernel stops for another reason than a full record of its steps."""
         while True:
-            status = compiled(*self._arguments)
+            status = compiled(*self.arguments)
             if status != self.module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
-            *others, history, scratch = self._arguments
-            self._arguments = (*others, history._replace(steps=self.steps), scratch)
+            *others, history, scratch = self.arguments
+            self.arguments = (*others, history._replace(steps=self.steps), scratch)
 
     def carried(self) -> dict[str, NDArray]:
         """What a window hands on to the next beside modes and states; the last axis is the lane."""
-        *_, coils, _, lanes, history, scratch = self._arguments
+        *_, coils, _, lanes, history, scratch = self.arguments
         return {
             "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,
             "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
@@ -315,7 +315,7 @@ class Workspace:
     def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
         """Every quantity's peak and mean square, (n_quantities, lanes)."""
         n_quantities = quantities.n_quantities
-        module, grid, lanes = self.module, self.grid, self.module.LANES
+        module, grid, lanes = self.module.summary, self.grid, self.module.LANES
         n_modes, n_elements, n_ground = self.elements.n_modes, module.N_ELEMENTS, module.N_GROUND
         per_block = 8 // quantities.n_directions
         n_blocks = -(-n_quantities // per_block)
@@ -351,7 +351,7 @@ class Workspace:
             np.empty(3, complex),
             np.empty(4, complex),
         )
-        *_, history, _ = self._arguments
+        *_, history, _ = self.arguments
         module.summarise(
             self.sizes, Intervals(grid.windows, grid.window_of, grid.lengths, self.ground.ravel()),
             quantities, history, self.tables.modes, candidates, scratch, dense, track.ravel(),

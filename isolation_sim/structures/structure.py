@@ -214,18 +214,18 @@ class Structure:
         Structure
             Without base dofs.
         """
-        keep = list(self.superstructure)
-        block = np.ix_(keep, keep)
+        above = list(self.superstructure)
+        block = np.ix_(above, above)
         return replace(
             self,
             mass=self.mass[block],
             damping=self.damping[block],
             stiffness=self.stiffness[block],
-            influence=self.influence[keep],
+            influence=self.influence[above],
             base=(),
             isolator_positions=None,
-            names=tuple(self.names[i] for i in keep),
-            drift_rows=self.drift_rows[:, keep],
+            names=tuple(self.names[i] for i in above),
+            drift_rows=self.drift_rows[:, above],
             name=f"{self.name}, fixed base",
         )
 
@@ -585,17 +585,17 @@ class IsolatedStructure:
             With the elements of the superstructure; where there are none, with a spring of no
             stiffness, since a simulation needs an element.
         """
-        keep = list(self.structure.superstructure)
+        above = list(self.structure.superstructure)
         fixed = self.structure.fixed_base()
         elements = tuple(
-            replace(element, direction=element.direction[keep], channel=None)
+            replace(element, direction=element.direction[above], channel=None)
             for element in self.elements
             if not np.any(element.direction[list(self.structure.base)])
             and not element.device.depends_on_current
         )
         if not elements:
             nothing = Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
-            top = np.zeros(len(keep))
+            top = np.zeros(len(above))
             top[-1] = 1.0
             elements = (Element(nothing, top, None, "no_element"),)
         return IsolatedStructure(fixed, elements)
@@ -610,8 +610,8 @@ class IsolatedStructure:
         return facts(self)
 
     def __repr__(self) -> str:
-        sentences = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
-        return f"IsolatedStructure({self.structure.name}: {sentences})"
+        facts = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
+        return f"IsolatedStructure({self.structure.name}: {facts})"
 
     def linearised(
         self, currents: float | Sequence[float] = 0.0, frequency_hz: float = 1.0

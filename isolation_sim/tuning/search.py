@@ -93,8 +93,8 @@ def search(
         ]
         # what is outside counts as the nearest bound, and as worse the further out it is
         excess = np.sum(np.square(places - inside), axis=1)
-        sentences = zip(places, generation(candidates), excess.tolist(), strict=True)
-        optimiser.tell([(place, trial.mean + out) for place, trial, out in sentences])
+        outcomes = zip(places, generation(candidates), excess.tolist(), strict=True)
+        optimiser.tell([(place, trial.mean + out) for place, trial, out in outcomes])
         if optimiser.should_stop():
             size, mean = 2 * size, restarts.random(n)
             optimiser = new_search()

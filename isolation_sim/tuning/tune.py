@@ -43,7 +43,7 @@ def tune(
     out: str | Path | None = None,
     resume: bool = False,
     workers: int | None = None,
-    progress: Callable[[str, int], None] = lambda what, done: None,
+    progress: Callable[[str, int], None] | None = None,
 ) -> Tuning:
     """Find the settings of a controller that do best on some motions, and judge them on others.
 
@@ -102,6 +102,7 @@ def tune(
     Controllers in compiled code run side by side in vector lanes, on several threads; those that
     decide in plain Python run in several processes, unless they are registered in this one alone.
     """
+    progress = progress or (lambda what, done: None)
     scenario_file = scenario
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)

@@ -60,7 +60,7 @@ def test_a_law_that_lacks_something_is_told(campaign_of, held):
     lacking = fitted("kelvin_voigt", campaign, held)
     noise = 0.01
     assert lacking.noise == pytest.approx(noise, rel=0.15)
-    assert lacking.report()["noise"] == lacking.noise
+    assert lacking.to_dict()["noise"] == lacking.noise
     (told,) = [note for note in lacking.notes if note.startswith("the residual")]
     assert lacking.error > 5 * noise
     assert f"is {lacking.error / lacking.noise:.0f} times the data's own noise" in told

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
+from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, measured_runs
 from ...identification.noise import correlation_time
@@ -23,6 +25,7 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
+    FAR,
     HELD_OUT_RUNS,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -32,6 +35,7 @@ from ..decisions import (
     TO_BLAME_FITTED,
     WORSE,
 )
+from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
@@ -40,6 +44,7 @@ from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import FittedModel, Model
 from ..device.next_test import next_test
 from ..device.noise_examples import motion_noise, noise_residuals
+from ..device.stability import stability
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
@@ -66,14 +71,16 @@ class DeviceTests(Problem[FittedModel]):
         pool: ThreadPoolExecutor,
         progress: Callable[[str], None],
         significance: float = SIGNIFICANCE,
+        choice: LawChoice | None = None,
     ):
+        self.choice, self.degree = choice, degree
         self.significance = significance
         self.negligible: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
         self.data = measured_runs(campaign.runs, HELD_OUT_RUNS)
-        self._parameterisation = parameterise(campaign, law, self.data, degree)
+        self._parameterisation = parameterise(campaign, law, self.data, degree, given=device)
         self.disturbance: Interference | None = None
 
     def nominal(self) -> FittedModel:
@@ -84,6 +91,11 @@ class DeviceTests(Problem[FittedModel]):
             self.data = replace(self.data, force=self.data.force - self.disturbance.force)
             self._fit_law()
         data = self.data
+        if self.choice is None and data.relative(self.law.force - data.force, data.fitted) > FAR:
+            self.choice = choose_law(
+                self.campaign, self.degree, self.pool, seed=self.seed,
+                advance=lambda: self.progress("comparing laws"),
+            )  # fmt: skip
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
         self.noise = noise_residuals(self.law, self.shifts, self.seed)
         # noise leaves no more than the law does
@@ -111,7 +123,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def _fit_law(self) -> None:
         model = Model(self.data, self._parameterisation)
-        self.given: NDArray | None = None
+        self.given: FittedModel | None = None
         if self.device is None:
             model, best = fit_law(
                 model, self.pool, seed=self.seed, advance=lambda: self.progress("fitting the law")
@@ -120,7 +132,7 @@ class DeviceTests(Problem[FittedModel]):
             start = self._parameterisation.of(self.device)
             model = replace(model, expected=start)
             model, best = refine_law(model, refine_law(model, start)[1].x)
-            self.given = model.forces(start, False)[0]
+            self.given = FittedModel.at(model, start)
         self.law = FittedModel.of(model, best)
         self.data = model.data
 
@@ -136,7 +148,7 @@ class DeviceTests(Problem[FittedModel]):
         earlier = (one.base for one in reversed(result.rounds))
         for best in dict.fromkeys((result.best, *earlier)):
             self._extend(best)
-            if not best.effects or self._holds():
+            if not best.effects or (self._holds() and not self._loses()):
                 break
         while best.effects:
             corrected = [self._corrected(best, k) for k in range(len(best.effects))]
@@ -156,6 +168,10 @@ class DeviceTests(Problem[FittedModel]):
         self.final = self.law
         if best.effects:
             self.final = best.on(self.law.model.resolve_steps(best.values))
+        elif self.given is not None and self._loses():
+            # numbers that predict other tests worse than those given are no improvement
+            self.final = self.given
+            self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
         """Whether the effects help on fitted and on held-out runs, and make none of these worse.
@@ -176,6 +192,27 @@ class DeviceTests(Problem[FittedModel]):
                     return False
         return True
 
+    def _loses(self) -> bool:
+        """Whether the law that was judged is better on held-out runs, or on those of a condition.
+
+        Beyond a negligible share of the force, and beyond noise.
+        """
+        data = self.data
+        held_out = ~data.fitted[data.starts[:-1]]
+        if not held_out.any():
+            return False
+        noise = np.repeat(data.believed_noise, data.lengths)
+        before, after = self.before - data.force, self.after - data.force
+        shared = (runs & held_out for _, runs in conditions(data))
+        for runs in (held_out, *(runs for runs in shared if np.sum(runs) > 1)):
+            at = np.repeat(runs, data.lengths)
+            loss = float(np.sum(after[at] ** 2 - before[at] ** 2))
+            negligible = self.significance**2 * float(np.sum(data.force[at] ** 2))
+            chance = 2 * float(np.linalg.norm((noise * (after - before))[at]))
+            if loss > negligible + 2 * chance:
+                return True
+        return False
+
     def _corrected(self, searched: FittedModel, place: int) -> float:
         """RMS force that one effect corrects on the samples that judge, over that of the force."""
         searched_without = self.space.without(searched, place)
@@ -195,7 +232,7 @@ class DeviceTests(Problem[FittedModel]):
     @cached_property
     def before(self) -> NDArray:
         """Force of the simulation that was judged, N."""
-        return self.data.bounded(self.law.force if self.given is None else self.given)
+        return self.data.bounded((self.given or self.law).force)
 
     @cached_property
     def after(self) -> NDArray:
@@ -231,6 +268,7 @@ class DeviceTests(Problem[FittedModel]):
         return Evaluation(
             before, after, floor, left, self._is_noise(self.law.force, data.fitted),
             self._is_noise(self.after, self.judged), np.array(blocks),
+            {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
 
     def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
@@ -251,8 +289,8 @@ class DeviceTests(Problem[FittedModel]):
         causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
         if self.final.effects:
             causes += self._effects(result.best, 1 - min(evaluation.unexplained, 1.0))
-        if self.given is not None:
-            causes += self._numbers_wrong(self.given, misfit)
+        if self.given is not None and self.final is not self.given:
+            causes += self._numbers_wrong(self.given.force, misfit)
         return causes
 
     def _effects(self, searched: FittedModel, explained: float) -> list[Cause]:
@@ -265,6 +303,7 @@ class DeviceTests(Problem[FittedModel]):
         ]
         split = inference.shares(costs, final.cost_of(self.judged), explained)
         numbers = intervals(final, self.shifts)
+        stable = stability(space, searched, self.seed)
         causes = []
         for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
             if effect is EACH_RUN:
@@ -283,10 +322,17 @@ class DeviceTests(Problem[FittedModel]):
                     evidence=self._evidence(k, split[k], costs[k]),
                     confusable_with=inference.rivals(
                         effect.cause,
-                        [(one.causes[-1], one.cost - searched.cost) for one in rivals],
+                        [
+                            *((one.causes[-1], one.cost - searched.cost) for one in rivals),
+                            *((name, 0.0) for name in stable[k].rivals),
+                        ],
                         max(SIGNIFICANT, CONFUSABLE_GAIN * gain),
                     ),
                     form=effect.form,
+                    stability={
+                        "conditions_left_out": stable[k].conditions,
+                        "runs_resampled": stable[k].resamplings,
+                    },
                 )
             )
         return causes
@@ -435,6 +481,42 @@ class DeviceTests(Problem[FittedModel]):
             f"median run and {moved:.2g} mm in the displacement. Both pass through the model and "
             "leave an error even of a perfect one: the noise floor."
         )
+
+    def choice_text(self) -> Text | None:
+        """The laws that were compared."""
+        if self.choice is None:
+            return None
+        return Text(
+            self._choice_words(self.choice),
+            ("law", "numbers", "fitted runs, %", "held-out runs, %"),
+            tuple(
+                (one.law, str(one.n_numbers), f"{100 * one.error:.2f}", f"{100 * one.held_out:.2f}")
+                for one in self.choice.ranks
+            ),
+        )
+
+    def _choice_words(self, choice: LawChoice) -> str:
+        """The choice, and whether the law that was judged is of the wrong family."""
+        if not self._wrong_family:
+            return choice.text
+        return f"{self.model_name} is of the wrong family for these data. {choice.text}"
+
+    def _choice_details(self, choice: LawChoice) -> dict[str, Any]:
+        ranks = [
+            {"law": one.law, "numbers": one.n_numbers}
+            | {
+                name: error if np.isfinite(error) else None
+                for name, error in (("error", one.error), ("held_out", one.held_out))
+            }
+            for one in choice.ranks
+        ]
+        return {"text": self._choice_words(choice), "laws": ranks}
+
+    @property
+    def _wrong_family(self) -> bool:
+        """Whether other laws fit far better than the one that was judged."""
+        name = self.law.model.parameterisation.law.name
+        return self.choice is not None and name not in [one.law for one in self.choice.near]
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and what its residual looks like."""
