@@ -125,6 +125,13 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     )
     estimates, covariance = _estimates(model, best)
     notes = _notes(campaign, estimates, covariance, best, errors)
+    redundancy = p.law.redundancy
+    if redundancy is not None and p.fixed.get(redundancy.held) == redundancy.value:
+        others = ", ".join(name for name in redundancy.among if name != redundancy.held)
+        notes = (
+            f"{redundancy.held} is held at {redundancy.value:g}: beside {others} it is redundant",
+            *notes,
+        )
     return Fit(device, campaign, errors, notes, estimates, best.converged)
 
 
@@ -184,7 +191,7 @@ def _notes(
             a, b = estimates[j], estimates[i]
             if abs(correlation[i, j]) > 0.99 and a.determined and b.determined:
                 notes.append(
-                    f"{a.label} and {b.label} can hardly be told apart (correlation "
+                    f"{a.label} and {b.label} can hardly be distinguished (correlation "
                     f"{correlation[i, j]:.3f})"
                 )
     if not best.converged:

@@ -154,7 +154,7 @@ def _rank(
 
 
 def _errors(model: LawModel, end: Optimum) -> tuple[float, float]:
-    """Relative errors of the fitted samples and of those held out, if there are any."""
+    """Relative errors of the fitted and of the held-out samples; the same if none is held out."""
     data = model.data
     residual = data.bounded(model.forces(end.x, False)[0]) - data.force
     judged = data.fitted if data.fitted.all() else ~data.fitted

@@ -148,7 +148,7 @@ class DeviceTests(Problem[FittedModel]):
         earlier = (one.base for one in reversed(result.rounds))
         for best in dict.fromkeys((result.best, *earlier)):
             self._extend(best)
-            if not best.effects or (self._holds() and not self._loses()):
+            if not best.effects or self._holds():
                 break
         while best.effects:
             corrected = [self._corrected(best, k) for k in range(len(best.effects))]
@@ -180,6 +180,14 @@ class DeviceTests(Problem[FittedModel]):
         """
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             return False
+        return not self._loses()
+
+    def _loses(self) -> bool:
+        """Whether the law that was judged is better on held-out runs.
+
+        On a single run far better; on all of them, or on those of one condition, beyond a
+        negligible share of the force and beyond noise.
+        """
         data = self.data
         for run in data.runs:
             if not data.fitted[run].all():
@@ -189,26 +197,19 @@ class DeviceTests(Problem[FittedModel]):
                     for force in (self.before, self.after)
                 )
                 if after > max(WORSE * before, before + self.significance):
-                    return False
-        return True
-
-    def _loses(self) -> bool:
-        """Whether the law that was judged is better on held-out runs, or on those of a condition.
-
-        Beyond a negligible share of the force, and beyond noise.
-        """
-        data = self.data
+                    return True
         held_out = ~data.fitted[data.starts[:-1]]
         if not held_out.any():
             return False
         noise = np.repeat(data.believed_noise, data.lengths)
-        before, after = self.before - data.force, self.after - data.force
+        residual = self.before - data.force
+        change = self.after - self.before
         shared = (runs & held_out for _, runs in conditions(data))
         for runs in (held_out, *(runs for runs in shared if np.sum(runs) > 1)):
             at = np.repeat(runs, data.lengths)
-            loss = float(np.sum(after[at] ** 2 - before[at] ** 2))
+            loss = float(np.sum(((residual + change)[at]) ** 2 - residual[at] ** 2))
             negligible = self.significance**2 * float(np.sum(data.force[at] ** 2))
-            chance = 2 * float(np.linalg.norm((noise * (after - before))[at]))
+            chance = 2 * float(np.linalg.norm((noise * change)[at]))
             if loss > negligible + 2 * chance:
                 return True
         return False
@@ -349,7 +350,7 @@ class DeviceTests(Problem[FittedModel]):
         # a law that depends on the effect may fail without it
         larger = (
             f"is {ratio:.3g} times as large" if np.isfinite(ratio)
-            else "cannot be told: the law fails"
+            else "unknown: the law fails"
         )  # fmt: skip
         return (
             f"Without {in_sentence(effect.title)} the residual on the {int(np.sum(self.judged))} "
@@ -467,7 +468,7 @@ class DeviceTests(Problem[FittedModel]):
         return Text(
             f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
             f"{1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
-            f"{data.current.max():.3g} A. {held} runs are held out to judge the outcome. "
+            f"{data.current.max():.3g} A. {held} runs are held out to validate the result. "
             f"{notes or 'Nothing looks wrong in the data.'}"
         )
 
@@ -543,9 +544,9 @@ class DeviceTests(Problem[FittedModel]):
         """Squared residual that each effect leaves above the noise."""
         noise, n = self.space.noise_cost, len(self.space.noise)
         return Text(
-            f"{len(self.space.effects)} forms of effects were screened and the most promising "
-            "fitted together with the law. The squared residual that each leaves above the noise, "
-            "over that of the noise:",
+            f"{len(self.space.effects)} variants of effects were screened, and the best "
+            "fitted together with the law. The table shows the squared residual above the noise, "
+            "relative to that of the noise:",
             ("effect", "form", "left"),
             tuple(
                 (one.effects[-1].title, one.effects[-1].form, f"{(one.cost - noise) / n:+.4f}")

@@ -73,7 +73,7 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
 
 def _costs(fitted: FittedModel, weights: NDArray) -> NDArray:
     """Cost after one Gauss-Newton step on each set of runs, (n_sets,); weights (n_sets, n_runs)."""
-    if not np.isfinite(fitted.cost):
+    if not (np.isfinite(fitted.cost) and np.isfinite(fitted.jacobian).all()):
         return np.full(len(weights), np.inf)
     lower, upper = fitted.model.bounds()
     free = (fitted.values > lower) & (fitted.values < upper)
