@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..identification.sensitivities import compiled
 from ..laws.law import Law, Quantity
 from .c_text import CText
@@ -23,6 +24,11 @@ FOLDER = Path(__file__).parent
 def device_part(job: Job) -> Part:
     """Write a scenario's isolators as C99, with the work that is done on them."""
     element = job.isolated.elements[0]
+    if element.device.law.directions != 1:
+        raise InputError(
+            f"{element.name} acts in {element.device.law.directions} directions; expected in a "
+            "unit of the device: one"
+        )
     device, law = element.device, with_work(element.device.law)
     text = Path(str(compiled(law).__file__)).read_text()
     module = CText(text, "law", {"step_with_slopes": ("v", "")})
