@@ -44,7 +44,7 @@ def diagnose(
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
-    if isinstance(law, str):
+    if not isinstance(law, Law):
         law = LAWS[law]
     device = read_parameters(law, parameters)
     if not isinstance(data, Campaign | LoopTable):

@@ -80,10 +80,10 @@ def fit(
         If the campaign cannot be read, a name is unknown, the currents do not determine the
         polynomials, or no start leads to finite forces.
     """
+    if not isinstance(law, Law):
+        law = LAWS[law]
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
-    if isinstance(law, str):
-        law = LAWS[law]
     check_traceable(law)
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
