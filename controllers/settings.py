@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -237,6 +237,20 @@ class Numbers:
 
     def __str__(self) -> str:
         return "finite numbers in a row" + (" or in rows of one length" if 2 in self.n_axes else "")
+
+
+@dataclass(frozen=True)
+class NamesByName:
+    """Accepts a table of names by name."""
+
+    def __call__(self, value: Any) -> dict[str, str]:
+        """Return the table, or raise TypeError."""
+        if not isinstance(value, Mapping) or not all(isinstance(v, str) for v in value.values()):
+            raise TypeError(value)
+        return dict(value)
+
+    def __str__(self) -> str:
+        return "a table of names"
 
 
 @dataclass(frozen=True)

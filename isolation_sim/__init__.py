@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         PlausibilityWarning,
         TestedRangeWarning,
     )
+    from .export.opensees import opensees_material
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
@@ -138,6 +139,7 @@ _HOMES = {
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
     "measured_force": ".laws",
+    "opensees_material": ".export.opensees",
     "passive": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
@@ -204,6 +206,7 @@ __all__ = [
     "loop_curves",
     "loop_measures",
     "measured_force",
+    "opensees_material",
     "passive",
     "read_campaign",
     "read_matrices",

@@ -53,7 +53,7 @@ def test_a_plan_is_announced_run_and_shown(plan, capsys):
     assert "plan: medians over 6 cases" in out
     page = (plan.parent / "results/plan/report.html").read_text()
     code, out, _ = command(capsys, "sweep", "show", "results/plan")
-    assert code == 0 and "report.html (as it was; --force writes it anew)" in out
+    assert code == 0 and "report.html (unchanged; --force replaces it)" in out
     assert (plan.parent / "results/plan/report.html").read_text() == page
     code, out, _ = command(
         capsys, "sweep", "show", "results/plan", "--criterion", "rms_drift_m", "--csv", "t.csv",

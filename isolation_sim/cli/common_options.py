@@ -73,12 +73,11 @@ def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None 
 
 def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
     """Refuse a form of ``--export`` that is unknown or already in the folder, before the work."""
-    from ..errors import InputError, unknown_name
-    from ..io.interchange import FORMS
+    from ..errors import InputError
+    from ..io.interchange import check_form
 
     for form in forms or ():
-        if form not in FORMS:
-            raise unknown_name("form to export", form, FORMS)
+        check_form(form)
         if folder is not None and (folder / f"results.{form}").exists():
             raise InputError(
                 f"--export {form}: {folder / f'results.{form}'} exists; expected: isolation-sim "

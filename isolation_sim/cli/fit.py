@@ -11,17 +11,20 @@ import typer
 
 from ..errors import InputError
 from ..io.output_place import check_new_files
-from .common_options import AsJson, Force, Quiet, examples, progress
+from .common_options import AsJson, Export, Force, Quiet, check_exports, examples, progress
 
 EXAMPLES = examples(
     "isolation-sim fit my_tests --law kelvin_voigt",
     "isolation-sim fit my_tests --law bouc_wen --fix n=2 --fix A=1 --out fitted.toml",
+    "isolation-sim fit my_tests --law strain_stiffening --out fitted.toml --export mat",
 )
 
 
 def fit(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
-    law: Annotated[str, typer.Option(help="Law to fit; isolation-sim list laws.")],
+    law: Annotated[
+        str, typer.Option(help="Law to fit, of isolation-sim list laws; auto takes the best.")
+    ],
     current_degree: Annotated[
         int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
     ] = None,
@@ -41,6 +44,7 @@ def fit(
         Path | None,
         typer.Option(help="File for the report (HTML); beside --out if that is given."),
     ] = None,
+    export: Export = None,
     force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -48,6 +52,11 @@ def fit(
     """Fit a law to measured runs."""
     from ..identification.fit import fit as run_fit
 
+    check_exports(export)
+    if export and out is None:
+        raise InputError(
+            f"--export {export[0]}: is written beside the law; expected: --out fitted.toml, too"
+        )
     if report is None and out is not None:
         report = out.with_suffix(".html")
     if report is not None and report == out:
@@ -57,7 +66,8 @@ def fit(
         )
     kinds = ("svg", "png") if figure else ()
     figures = [Path(f"{figure}.{kind}") for kind in kinds]
-    check_new_files(force, out, report, *figures)
+    exported = [out.with_suffix(f".{form}") for form in export or () if out is not None]
+    check_new_files(force, out, report, *figures, *exported)
     with progress(quiet, starts, alike=True) as step:
         step("searching")
         result = run_fit(
@@ -74,6 +84,8 @@ def fit(
             path.parent.mkdir(parents=True, exist_ok=True)
     if out is not None:
         print(f"fitted law: {result.save(out)}", file=where)
+    for path in exported:
+        print(f"exported: {result.save(path)}", file=where)
     if figure is not None:
         from ..reports.style import save
 

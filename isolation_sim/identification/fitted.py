@@ -1,4 +1,4 @@
-"""The outcome of a fit: a device, its parameters with intervals, errors run by run."""
+"""The result of a fit: a device, its parameters with intervals, errors of each run."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..archive import FILE, save_archive
 from ..effects import device_section
 from ..io.atomic_write import write_text
+from ..io.interchange import write_parts
 from ..io.results_folder import write_contents
 from ..laws import Device
 from ..rendering import Printed, render
@@ -258,7 +259,7 @@ class Fit(LawEvaluation):
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
-        What the data do not determine or cannot tell apart, and what the law lacks.
+        Parameters that the data do not determine or distinguish, and effects that the law lacks.
     estimates : tuple of Estimate
         The fitted numbers: every free parameter at every current that is handled.
     converged : bool
@@ -346,15 +347,37 @@ class Fit(LawEvaluation):
         """
         return device_section(self.device, f"fitted to {self.campaign.name}")
 
+    def _exported(self) -> dict[str, pandas.DataFrame]:
+        """The law, its numbers, the runs' errors and their loops, a table each."""
+        import pandas
+
+        dependence = self.device.current
+        law = [
+            {"law": self.device.law.name, "parameter": name, "from_current_A": begin}
+            | {f"power{k}": number for k, number in enumerate(numbers)}
+            for begin, piece in zip(dependence.breaks, dependence.coefficients, strict=False)
+            for name, numbers in zip(dependence.names, piece.tolist(), strict=True)
+        ]
+        loops = {
+            f"loops_{e.run.name.removesuffix('.csv')}": pandas.DataFrame({
+                "time_s": e.run.time, "displacement_m": e.run.displacement,
+                "current_A": e.run.current, "force_N": e.run.force, "fitted_force_N": e.force,
+            })
+            for e in self.errors
+        }  # fmt: skip
+        runs = pandas.DataFrame(self.to_dict()["runs"])
+        return {"law": pandas.DataFrame(law), "parameters": self.to_pandas(), "runs": runs} | loops
+
     def save(self, path: str | Path) -> Path:
-        """Write the scenario section to a file, or everything into a folder.
+        """Write the scenario section or all tables to a file, or everything into a folder.
 
         Parameters
         ----------
         path : str or pathlib.Path
-            A file that ends in ``.toml``, replaced whole or not at all; or a folder, which gets
-            ``fitted.toml``, ``result.npz`` and ``report.html``, and which ``isolation_sim.load``
-            reads.
+            A file, replaced whole or not at all: ``.toml`` gets the scenario section, ``.mat`` and
+            ``.xlsx`` the law's polynomials of the current, the fitted numbers, the runs' errors
+            and their loops; or a folder, which gets ``fitted.toml``, ``result.npz`` and
+            ``report.html``, and which ``isolation_sim.load`` reads.
 
         Returns
         -------
@@ -365,6 +388,9 @@ class Fit(LawEvaluation):
         if path.suffix == ".toml":
             path.parent.mkdir(parents=True, exist_ok=True)
             return write_text(self.scenario_section(), path)
+        if path.suffix in (".mat", ".xlsx"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return write_parts(self._exported(), path.suffix[1:], path)
         path.mkdir(parents=True, exist_ok=True)
         write_text(self.scenario_section(), path / "fitted.toml")
         save_archive(self, path / FILE)

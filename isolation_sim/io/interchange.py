@@ -51,8 +51,7 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         If the form is unknown, the folder holds no such files, or a table has more rows than a
         sheet.
     """
-    if form not in FORMS:
-        raise unknown_name("form", form, FORMS)
+    check_form(form)
     folder = Path(folder)
     parts: dict[str, Any] = {}
     for path in sorted([*folder.glob("*.csv"), *folder.glob("table.npz"), *folder.glob("*.nc")]):
@@ -62,7 +61,17 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
             f"{folder}: holds no results; expected: a folder with CSV files, table.npz or netCDF "
             "files"
         )
-    path = folder / f"results.{form}" if out is None else Path(out)
+    return write_parts(parts, form, folder / f"results.{form}" if out is None else Path(out))
+
+
+def check_form(form: str) -> None:
+    """Refuse a form that does not exist."""
+    if form not in FORMS:
+        raise unknown_name("form to export", form, FORMS)
+
+
+def write_parts(parts: dict[str, Any], form: str, path: Path) -> Path:
+    """Write tables (pandas) and histories (xarray) by name to one file."""
     with atomic_write(path) as unfinished:
         FORMS[form](parts, unfinished)
     return path

@@ -16,17 +16,25 @@ if TYPE_CHECKING:
     from ..discrepancy.consequence import Consequence
 
 
+CAUSE_HEADINGS = (
+    "cause", "form", "share, %", "p", "named again, %", "parameter", "value (95 %)", "unit",
+)  # fmt: skip
+"""Named again: in the fits without the runs of one condition, in the resamplings of the runs."""
+
+
 def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     """Tables and sentences of a diagnosis, for a terminal."""
     yield f"{diagnosis.model} against {diagnosis.data}\n"
     yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
+    if "law_choice" in diagnosis.details:
+        yield diagnosis.details["law_choice"]["text"]
     yield errors_table(diagnosis)
     if diagnosis.causes:
         yield causes_table(diagnosis)
         for cause in diagnosis.causes:
-            yield f"{cause.label}: {cause.evidence}"
+            yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                yield f"  hardly to be told from {', '.join(cause.confusable_with)}"
+                yield f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
     if diagnosis.depends_on:
         yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
@@ -41,7 +49,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
 
 
 def consequence_table(consequence: Consequence) -> TextTable:
-    """Controllers with the law that was judged and with the extended one, for a terminal."""
+    """Controllers with the evaluated law and with the extended one, for a terminal."""
     return TextTable(TITLE, HEADINGS, consequence_rows(consequence))
 
 
@@ -79,25 +87,45 @@ def causes_table(diagnosis: Diagnosis) -> TextTable:
     """Causes with their numbers, for a terminal."""
     rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
     # the parameters beside the causes, since both name a row
-    headings, *ordered = ([*row[:1], *row[4:], *row[1:4]] for row in (list(CAUSES), *rows))
+    headings, *ordered = ([*row[:1], *row[5:], *row[1:5]] for row in (list(CAUSE_HEADINGS), *rows))
     for row in ordered:
         row[2] = row[2].replace(", at", "\nat")
     return TextTable("Causes", headings, ordered, keys=2)
 
 
-CAUSES = ("cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
-"""Headings of the table of causes."""
-
-
 def cause_rows(cause: Cause) -> list[list[str]]:
-    """A cause's name, form, share, p and parameters with their intervals, as text."""
-    first = [cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
+    """A cause's cells under ``CAUSE_HEADINGS``, a row a parameter."""
+    first = [
+        cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
+        ", ".join(_stability(cause).values()),
+    ]  # fmt: skip
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
         value = f"{one.value:.4g} ({one.low:.3g} to {one.high:.3g})"
         value += ", at its bound" if one.at_bound else ""
-        rows.append([*(first if not rows else [""] * 4), name, value, one.unit])
+        rows.append([*(first if not rows else [""] * len(first)), name, value, one.unit])
     return rows or [[*first, "", "", ""]]
+
+
+_STABILITY = {
+    "conditions_left_out": "the fits without the runs of one condition",
+    "runs_resampled": "the resamplings of the runs",
+}
+
+
+def _stability(cause: Cause) -> dict[str, str]:
+    """Shares of fits that name a cause again, %, by the kind of fits."""
+    return {
+        words: f"{100 * cause.stability[name]:.0f}"
+        for name, words in _STABILITY.items()
+        if np.isfinite(cause.stability.get(name, np.nan))
+    }
+
+
+def evidence_text(cause: Cause) -> str:
+    """A cause's evidence, and how often it is named again from other runs."""
+    again = " and ".join(f"{share} % of {words}" for words, share in _stability(cause).items())
+    return f"{cause.evidence} Named again in {again}." if again else cause.evidence
 
 
 def _chance(p: float) -> str:
@@ -112,8 +140,8 @@ def markdown(diagnosis: Diagnosis) -> str:
     ]
     if diagnosis.causes:
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-        parts.append(_grid(CAUSES, rows))
-        parts += [f"- **{cause.label}**: {cause.evidence}" for cause in diagnosis.causes]
+        parts.append(_grid(CAUSE_HEADINGS, rows))
+        parts += [f"- **{cause.label}**: {evidence_text(cause)}" for cause in diagnosis.causes]
     for number, step in enumerate(diagnosis.steps, start=1):
         parts.append(f"## {number}. {step.title}\n\n{step.text}")
         if step.rows:

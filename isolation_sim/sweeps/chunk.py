@@ -92,8 +92,8 @@ def run_chunk(chunk: Chunk) -> Finished:
     A row does not depend on the others, so that neither the size of chunks nor their order
     matters, to the last bit.
     """
-    keep: dict[tuple[str, ...], Any] = {}
-    rows = [row for case in chunk.cases for row in _rows(chunk, case, keep)]
+    cache: dict[tuple[str, ...], Any] = {}
+    rows = [row for case in chunk.cases for row in _rows(chunk, case, cache)]
     histories: dict[str, bytes] = {}
     alike: dict[str, list[Row]] = {}
     for row in rows:
@@ -121,7 +121,7 @@ def history_name(case: int, controller: str) -> str:
     return f"case_{case:07d}_{file_name(controller)}.nc"
 
 
-def _rows(chunk: Chunk, case: CaseSpec, keep: dict[tuple[str, ...], Any]) -> list[Row]:
+def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> list[Row]:
     """Build a case; what it shares with others is built once."""
     rows = [Row(case, label) for label in chunk.controllers]
     try:
@@ -132,7 +132,7 @@ def _rows(chunk: Chunk, case: CaseSpec, keep: dict[tuple[str, ...], Any]) -> lis
         return rows
     entries = data["controller"]
     try:
-        jobs = [validated(data).build(keep)] * len(rows)
+        jobs = [validated(data).build(cache)] * len(rows)
     except InputError:
         # one controller's settings may be wrong and not the others'
         jobs = []

@@ -74,32 +74,32 @@ class Store:
                 f"{self.folder}: results cannot be written there ({error.strerror}); expected: a "
                 "folder that you may write to"
             ) from None
-        keep = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
-        write_durably(self.manifest, json.dumps(keep, indent=1).encode())
+        manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
+        write_durably(self.manifest, json.dumps(manifest, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
         """Return what `begin` wrote."""
         try:
-            keep = json.loads(self.manifest.read_bytes())
+            manifest = json.loads(self.manifest.read_bytes())
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(
                 f"{self.folder}: no sweep there; expected: a folder that isolation-sim sweep made"
             ) from None
         except (OSError, ValueError) as error:
             raise InputError(f"{self.manifest}: cannot be read ({error})") from None
-        if keep.get("format") != FORMAT:
+        if manifest.get("format") != FORMAT:
             raise InputError(
                 f"{self.folder}: a sweep of another release; expected: the sweep run again, or its "
                 "table read by pandas.read_parquet"
             )
-        return keep
+        return manifest
 
     def check_same(self, content: dict[str, Any]) -> int:
         """Make sure that the plan is the one that was begun."""
-        keep = self.read_manifest()
-        cases_per_chunk = keep.pop("cases_per_chunk")
-        keep.pop("format")
-        differ = list(differences(keep, json.loads(json.dumps(content))))
+        manifest = self.read_manifest()
+        cases_per_chunk = manifest.pop("cases_per_chunk")
+        manifest.pop("format")
+        differ = list(differences(manifest, json.loads(json.dumps(content))))
         if differ:
             more = f" (and {len(differ) - 3} more)" if len(differ) > 3 else ""
             raise InputError(

@@ -285,15 +285,15 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     folder = Path(folder)
     there = folder / _STATE
     if resume and there.exists():
-        keep = Tuning.read(folder)
+        stored = Tuning.read(folder)
         for key, value in new.content.items():
             # the same motions and scenario may be named in another way
-            if key != "command" and keep.content.get(key) != value:
+            if key != "command" and stored.content.get(key) != value:
                 raise InputError(
                     f"{there}: {key} differs from what was begun there; expected: the same "
                     "arguments and files, or another folder"
                 )
-        return Tuning(keep.content, keep.trials)
+        return Tuning(stored.content, stored.trials)
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
         remedy = ", or --resume to go on with the tuning there" if there.exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
@@ -309,7 +309,7 @@ def _told(evaluated: Judgement) -> str:
     elif after.low > 0:
         beats = "It does not beat the best constant current of each motion"
     else:
-        beats = "It is not told apart from the best constant current of each motion"
+        beats = "It does not differ significantly from the best constant current of each motion"
     name = evaluated.name[:1].upper() + evaluated.name[1:]
     return (
         f"{name}: mean score {before} before, {after} after, gain {gain}. "

@@ -191,19 +191,25 @@ class Picture:
     ----------
     title : str
         What it shows.
-    path : pathlib.Path
+    path : pathlib.Path or None
         SVG or PNG file, read when the page is made.
+    svg : str
+        Text of the SVG in place of a file.
     """
 
     kind: ClassVar[str] = "picture"
     title: str
-    path: Path
+    path: Path | None = None
+    svg: str = ""
 
     @property
     def address(self) -> str:
         """The file itself, as an address."""
-        form = "svg+xml" if self.path.suffix == ".svg" else "png"
-        data = base64.b64encode(self.path.read_bytes()).decode("ascii")
+        content, form = self.svg.encode(), "svg+xml"
+        if self.path is not None:
+            content = self.path.read_bytes()
+            form = "svg+xml" if self.path.suffix == ".svg" else "png"
+        data = base64.b64encode(content).decode("ascii")
         return f"data:image/{form};base64,{data}"
 
 
