@@ -89,6 +89,10 @@ class Registry(Mapping[str, T]):
         return name in self._entries or name in self._given
 
     def __getitem__(self, name: str) -> T:
+        if not isinstance(name, str):
+            raise InputError(
+                f"{self.kind} is {name!r}; expected: a name, or a place such as file.py:NAME"
+            )
         if name in self._given:
             return self._given[name]
         if is_place(name):

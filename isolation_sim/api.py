@@ -202,6 +202,8 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
     from .sweeps.suites.result import Suite
     from .tuning.tuning import Tuning
 
+    if not isinstance(path, str | Path):
+        raise InputError(f"path is {path!r}; expected: the path of a saved result")
     folder = Path(path)
     if folder.is_file():
         return load_archive(folder)

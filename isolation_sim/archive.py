@@ -27,6 +27,7 @@ from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS
 from .laws.unit import of_file
+from .named_values import Criteria
 from .version import __version__
 
 FILE = "result.npz"
@@ -84,6 +85,8 @@ def _encode(value: Any, arrays: dict[int, tuple[str, np.ndarray]]) -> Any:
         return {"$array": name}
     if isinstance(value, list):
         return [_encode(each, arrays) for each in value]
+    if isinstance(value, Criteria):
+        return {"$criteria": dict(value)}
     if isinstance(value, Mapping):
         return {"$dict": [[_encode(k, arrays), _encode(v, arrays)] for k, v in value.items()]}
     if isinstance(value, Path):
@@ -121,6 +124,8 @@ def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
     ((kind, content),) = tree.items()
     if kind == "$array":
         return arrays[content]
+    if kind == "$criteria":
+        return Criteria(content)
     if kind == "$dict":
         return {_decode(k, arrays): _decode(v, arrays) for k, v in content}
     if kind == "$tuple":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
+from .named_values import Criteria
 from .rendering import Printed, render
 from .simulation.tested_range import of_runs
 
@@ -77,6 +78,8 @@ class Comparison(Printed):
         diverged: Mapping[str, Diverged] | None = None,
         fixed_base: Run | None = None,
     ):
+        if not isinstance(runs, Mapping):
+            raise InputError(f"runs are {runs!r}; expected: a mapping of names to runs")
         if not runs:
             raise InputError("a comparison needs one run or more; none given")
         if reference is not None and reference not in runs:
@@ -104,7 +107,7 @@ class Comparison(Printed):
         if self.reference is None:
             return {name: run.criteria for name, run in self.runs.items()}
         reference = self.runs[self.reference]
-        return {name: criteria(run, reference) for name, run in self.runs.items()}
+        return {name: Criteria(criteria(run, reference)) for name, run in self.runs.items()}
 
     @cached_property
     def energy(self) -> dict[str, dict[str, float]]:

@@ -37,13 +37,14 @@ COMMANDS = (
     "suite suite.toml --workers 1 --quiet --out out", "suite suite.toml --workers 1 --quiet",
     "fit tests --law kelvin_voigt --starts 1 --quiet --out out.toml",
     "fit tests --law kelvin_voigt --starts 1 --quiet --report out.html --figure figs/loops",
-    "evaluate law.toml tests --quiet --report out.html",
+    "evaluate law.toml tests --quiet --report out.html", "check job.toml --report out.toml",
     "diagnose tests --law kelvin_voigt --quiet --out other --overwrite",
     "diagnose loops.csv --out out.toml/x",
     "tune constant --scenario job.toml --motions scenario --unseen mixture:1 --evaluations 2 "
     "--workers 1 --quiet --out other",
     "export c job.toml --controller passive_off --out figs",
     "export fmu job.toml --controller passive_off --out out.fmu",
+    "export opensees law.toml --current 0 --out out.tcl",
     "export mat done", "export mat done --out out.mat", "export xlsx done --out out.xlsx",
     "study study.py --quiet", "study study.py --quiet --out out",
     "study study.py --quiet --out other --overwrite", "study papers --out out.toml/x",
@@ -51,11 +52,12 @@ COMMANDS = (
 PLACES = (
     "scenario.toml", "sweep.toml", "results", "results/job/mine.txt", "results/plan/mine.txt",
     "results/study/mine.txt", "results/suite/mine.txt", "out", "out/mine.txt", "other/mine.txt",
-    "out.toml", "out.html", "out.csv", "out.fmu", "out.mat", "out.xlsx", "done/results.mat",
+    "out.toml", "out.html", "out.csv", "out.fmu", "out.tcl", "out.mat",
+    "out.xlsx", "done/results.mat",
     "figs/comparison.svg", "figs/loops.png", "figs/passive_off.h", "figs/passive_off.c",
     "README.txt",
 )  # fmt: skip
-ALWAYS = ("out.toml", "out.fmu", "other/mine.txt")
+ALWAYS = ("out.toml", "out.fmu", "out.tcl", "other/mine.txt")
 """Where writing would take long, or must be refused."""
 
 

@@ -231,6 +231,13 @@ BRANCH = Law(
     lambda x, v, s, p: p[0] * x if x > 0 else 0.0,
 )
 
+
+def listed(x, v, s, p):
+    return [p[0] * x]
+
+
+LISTED = Law("listed", "Listed", (Quantity("k", "N/m", "stiffness"),), listed)
+
 # a call in Python, and what the answer says
 CALLS = [
     (lambda: iso.simulate(iso.reference_building(), MOTION), "without isolators; expected: struct"),
@@ -257,7 +264,25 @@ CALLS = [
         lambda: iso.simulate(iso.reference_building().on(iso.law(BRANCH, {"k": 1.0})), MOTION),
         "cannot be traced in force; expected: a comparison as a multiplier",
     ),
+    (
+        lambda: iso.simulate(iso.reference_building().on(iso.law(LISTED, {"k": 1.0})), MOTION),
+        "return [p[0] * x]' cannot be traced in force; expected: one expression",
+    ),
     (lambda: iso.compare(isolated(), MOTION, "on_off"), "expected: a list of names"),
+    (lambda: iso.load(3), "path is 3; expected: the path of a saved result"),
+    (lambda: iso.run_scenario(3), "scenario is 3; expected: a Scenario"),
+    (lambda: iso.run_suite(3), "scenario is 3; expected: a Scenario"),
+    (lambda: iso.evaluate(3, "tests"), "scenario is 3; expected: a Scenario"),
+    (lambda: iso.sweep([1]), "plan is [1]; expected: a SweepPlan"),
+    (lambda: iso.law(3), "law is 3; expected: a name, or a place"),
+    (lambda: iso.controller(3), "controller is 3; expected: a name, or a place"),
+    (lambda: iso.fit("tests", 3), "law is 3; expected: a name, or a place"),
+    (lambda: iso.diagnose("tests", 3), "law is 3; expected: a name, or a place"),
+    (lambda: iso.Comparison([1]), "runs are [1]; expected: a mapping"),
+    (
+        lambda: iso.simulate(isolated(), MOTION).criteria["peak_drift"],
+        "unknown criterion 'peak_drift'; did you mean 'peak_drift_m'?",
+    ),
     (lambda: iso.compare(isolated(), MOTION, None), "controllers is None"),
     (lambda: iso.compare(isolated(), MOTION, ["on_off", "on_off"]), "different names"),
     (lambda: iso.compare(isolated(), MOTION, []), "a comparison needs one run or more"),

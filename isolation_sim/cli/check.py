@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Quiet, examples, progress
+from .common_options import AsJson, Force, Quiet, examples, progress
 
 EXAMPLES = examples(
     "isolation-sim check my_building.toml",
@@ -20,14 +20,17 @@ EXAMPLES = examples(
 def check(
     scenario: Annotated[Path, typer.Argument(help="Scenario file with a [check] section.")],
     report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Check an isolated building in the manner of ASCE 7-22, chapter 17; no certification."""
+    from ..io.output_place import check_new_files
     from ..reports.code_check import check_page, console_table
     from ..reports.console import standard_console
     from ..scenario import Scenario
 
+    check_new_files(force, report)
     described = Scenario.read(scenario)
     rows = []
     with progress(quiet, 1) as step:
@@ -41,5 +44,6 @@ def check(
     elif not quiet:
         standard_console().print(console_table(rows, described.name))
     if report is not None:
+        report.parent.mkdir(parents=True, exist_ok=True)
         path = check_page(rows, isolated, described.name).write(report)
         print(f"report: {path}", file=sys.stderr if as_json else sys.stdout)

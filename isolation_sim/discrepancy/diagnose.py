@@ -49,9 +49,8 @@ def diagnose(
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
     if tiers not in TIERS:
         raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
-    if isinstance(law, str) and law != AUTO:
+    if law != AUTO and not isinstance(law, Law):
         law = LAWS[law]
-    device = None if isinstance(law, str) else read_parameters(law, parameters)
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
     from .adapters.device_tests import DeviceTests
@@ -70,6 +69,8 @@ def diagnose(
                 data, current_degree, pool, seed=seed, advance=lambda: report("comparing laws")
             )
             law = LAWS[choice.best.law]
+        assert isinstance(law, Law)
+        device = read_parameters(law, parameters)
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
             if tiers != "causes":

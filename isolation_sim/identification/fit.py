@@ -85,6 +85,8 @@ def fit(
         If the campaign cannot be read, a name is unknown, the currents do not determine the
         polynomials, or no start leads to finite forces.
     """
+    if law != AUTO and not isinstance(law, Law):
+        law = LAWS[law]
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
     if starts < 1:
@@ -94,8 +96,7 @@ def fit(
         with workers(threads) as pool:
             choice = choose_law(campaign, current_degree, pool, seed=seed)
         law = choice.best.law
-    if isinstance(law, str):
-        law = LAWS[law]
+    assert isinstance(law, Law)
     check_traceable(law)
     data = measured_runs(campaign.runs)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))

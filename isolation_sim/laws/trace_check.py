@@ -24,6 +24,7 @@ _INSTEAD = {
     "abs": "np.fabs(x)",
     "math": "the NumPy function of the same name",
     "where": "a comparison as a multiplier, such as (x > 0) * a + (x <= 0) * b",
+    "list": "one expression, or several in round brackets",
     "clip": "np.fmin(np.fmax(x, low), high)",
 }
 _CALLS = {
@@ -61,7 +62,10 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
         return *own, tuple(values[n : n + len(states)]), tuple(values[n + len(states) :])
 
     try:
-        traced = casadi.SX(casadi.vertcat(*_listed(function(*arguments(variables)))))
+        value = function(*arguments(variables))
+        if isinstance(value, list):
+            raise TypeError("a list")
+        traced = casadi.SX(casadi.vertcat(*_listed(value)))
         compiled = casadi.Function("law", variables, [traced])
     except Exception as error:
         raise _refused(law, name, function, error) from None
@@ -83,7 +87,7 @@ def _inside(quantity: Any, random: np.random.Generator) -> float:
 
 
 def _listed(value: Any) -> list[Any]:
-    return list(value) if isinstance(value, tuple | list) else [value]
+    return list(value) if isinstance(value, tuple) else [value]
 
 
 def _refused(
@@ -120,6 +124,8 @@ def _found(tree: ast.AST) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.If | ast.IfExp | ast.While):
             yield node.lineno, "if"
+        elif isinstance(node, ast.Return) and isinstance(node.value, ast.List):
+            yield node.lineno, "list"
         elif isinstance(node, ast.BoolOp) or (
             isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
         ):

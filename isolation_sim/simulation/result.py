@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..archive import FILE, save_archive
 from ..io.netcdf import write_netcdf
+from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..structures.sizing import implausible
 from .tested_range import Reached, of_runs, peak_currents, reached
@@ -139,7 +140,7 @@ class Run(Printed, Trajectory):
         from .summary import summary
 
         result = summary([self.isolated], self.work)
-        return {name: float(values[0]) for name, values in result.items()}
+        return Criteria({name: float(values[0]) for name, values in result.items()})
 
     @cached_property
     def peaks(self) -> dict[str, NDArray]:

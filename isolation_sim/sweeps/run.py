@@ -125,6 +125,8 @@ def sweep(
         plan = SweepPlan.read(plan)
     elif isinstance(plan, dict):
         plan = SweepPlan.from_dict(plan)
+    if not isinstance(plan, SweepPlan):
+        raise InputError(f"plan is {plan!r}; expected: a SweepPlan, a dict, or its file's path")
     return run_design(
         Design(plan, source), default_folder(plan) if out is None else out, resume=resume,
         workers=workers, scheduler=scheduler, announce=announce, progress=progress,

@@ -113,7 +113,9 @@ def figures():
     """Find the figures of a page by their title, in order."""
 
     def find(text):
-        titles = re.findall(r"<figcaption>(.+?)</figcaption>", text)
+        titles = re.findall(
+            r"<figcaption>([^<]+)</figcaption>\n<div class=\"plot\"", text.replace("<wbr>", "")
+        )
         scripts = [json.loads(t) for kind, t in Reader(text).scripts if kind.get("type")]
         return dict(zip(titles, [s for s in scripts if "layout" in s], strict=True))
 

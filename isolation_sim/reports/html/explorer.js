@@ -11,6 +11,8 @@
   const [paths, trade, map] = root.querySelectorAll(".plot");
   const filters = [...root.querySelectorAll("[data-field]")], output = root.querySelector("output");
   const told = (value) => String(+value.toPrecision(4));
+  // the digits of a result stand below each other
+  const result = (value) => (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e4 ? value.toPrecision(4).replace(/\.$/, "") : told(value));
   const valueOf = (field, k) => (field.values ? told(field.values[k]) : field.groups[field.codes[k]]);
   const role = (name) => +root.querySelector(`[data-role=${name}]`).value;
 
@@ -41,7 +43,7 @@
       `The ${order.length} runs with the ${criterion.more ? "highest" : "lowest"} ${criterion.name}, of ${chosen.length} chosen`;
     root.querySelector("thead").replaceChildren(row(["case", ...fields.map((f) => f.name), ...columns.map((c) => c.name)], "th"));
     root.querySelector("tbody").replaceChildren(...order.map((k) =>
-      row([told(cases[k]), ...fields.map((f) => valueOf(f, k)), ...columns.map((c) => told(c.values[k]))], "td")));
+      row([told(cases[k]), ...fields.map((f) => valueOf(f, k)), ...columns.map((c) => result(c.values[k]))], "td")));
     return order[0];
   }
 

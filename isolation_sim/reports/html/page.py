@@ -396,4 +396,12 @@ def _template() -> Any:
         undefined=StrictUndefined,
     )
     environment.filters["tied"] = tied
+    environment.filters["breaking"] = _breaking
     return environment.get_template("page.html.j2")
+
+
+def _breaking(text: str) -> Any:
+    """A text whose long names may break behind an underscore."""
+    from markupsafe import Markup, escape
+
+    return Markup(str(escape(tied(text))).replace("_", "_<wbr>"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,42 +30,49 @@ def trade_off(
     criteria: Mapping[str, Mapping[str, float]],
     looks: Mapping[str, Look],
     optima: Collection[str] = (),
-) -> Chart:
-    """Peak floor acceleration over peak base displacement, one point per run."""
-    traces = []
+) -> tuple[Chart, Key]:
+    """Peak floor acceleration over peak base displacement, one point per run, and what each is."""
+    traces, lines = [], {}
     values = {
         name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])
         for name, each in criteria.items()
     }
     widest, highest = (max(each[k] for each in values.values()) for k in (0, 1))
-    # labels of neighbours above and below in turn; at the left edge beside the point
-    ranks = {name: rank for rank, name in enumerate(sorted(values, key=lambda one: values[one]))}
     for name, (x, y) in values.items():
-        side = "middle right" if x < 0.1 * widest else "top center" if ranks[name] % 2 else ""
-        symbol = looks[name].symbol if name in looks else "star"
-        colour = looks[name].colour if name in looks else "#666666"
-        shown = f"{name.replace('_', ' ')}{' (full-information optimum)' * (name in optima)}"
+        # a run without a line in the other charts is the building on a fixed base
+        look = looks.get(name, Look("#666666", "", "star", "★"))
+        optimum = name in optima
+        shown = f"{name}{' (full-information optimum)' * optimum}"
+        # no dash: the key shows the marker alone
+        lines[shown] = replace(
+            look, dashes="0,99", glyph=_OPEN[look.glyph] if optimum else look.glyph
+        )
         traces.append({
-            "type": "scatter", "mode": "markers+text", "name": name, "meta": name,
-            "x": [x], "y": [y], "text": [shown], "textposition": side or "bottom center",
+            "type": "scatter", "mode": "markers", "name": name, "meta": name, "x": [x], "y": [y],
             "cliponaxis": False,
-            "marker": {"symbol": symbol + "-open" * (name in optima), "size": 11, "color": colour},
+            "marker": {"symbol": look.symbol + "-open" * optimum, "size": 11,
+                       "color": look.colour},
             "hovertemplate": f"{shown}<br>%{{x:.4g}} mm, %{{y:.4g}} m/s²<extra></extra>",
         })  # fmt: skip
     axes = layout(
         "Peak base displacement (mm)",
         "Peak floor acceleration (m/s²)",
         hovermode="closest",
-        xaxis={"range": [-0.02 * widest, 1.15 * widest]},
-        yaxis={"range": [-0.1 * highest, 1.15 * highest]},
+        xaxis={"range": [-0.02 * widest, 1.05 * widest]},
+        yaxis={"range": [-0.05 * highest, 1.05 * highest]},
     )
     listed = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
-    return Chart(
+    chart = Chart(
         "Trade-off: the lower left is better",
         {"data": traces, "layout": axes},
         f"{listed}.",
         height=340,
     )
+    return chart, Key({}, lines)
+
+
+_OPEN = dict(zip("●■▲◆▼✚✖★", "○□△◇▽✛✕☆", strict=True))
+"""Outline of each marker, for an optimum that is no controller."""
 
 
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:

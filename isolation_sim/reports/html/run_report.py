@@ -50,7 +50,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
     warnings = (*comparison.failures(), *comparison.warnings())
     sections = [
         Section("Verdict", [
-            *([trade_off(points, look, comparison.optima)] if len(points) > 1 else []),
+            *(trade_off(points, look, comparison.optima) if len(points) > 1 else ()),
             Prose(verdict(comparison), "verdict"),
             *([Prose(tuple(f"Read with care: {each}." for each in warnings), "warning")]
               if warnings else []),
