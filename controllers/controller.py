@@ -58,7 +58,7 @@ class Controller:
     period : float or None, s
         Interval between decisions; None for the ground motion's sampling interval.
     preview_time : float, s
-        How far ahead of its arrival it is told the ground motion; 0 for not at all.
+        Preview time of the ground motion; 0 for none.
     report : object or None
         What its decisions were like in the last run, for those that count something; printed as
         ``str`` after a run.

@@ -1,4 +1,4 @@
-"""Internal states of the devices believed in, followed from measured motion.
+"""Internal states of the nominal devices, integrated along the measured motion.
 
 No sensor reads a device's internal states. A controller therefore integrates the law that it
 believes in along the measured deformation.

@@ -104,17 +104,23 @@ class FrequencyTracking(CompiledController):
     }
 
     forgetting: float = setting(
-        2.0, "time after which the past counts by 1/e", Number(above=0), "s",
+        2.0, "time constant of the exponential forgetting", Number(above=0), "s",
         SearchRange(0.2, 20.0),
     )  # fmt: skip
-    corner: float = setting(2.0, "of the low-pass", Number(above=0), "Hz", SearchRange(0.3, 10.0))
+    corner: float = setting(
+        2.0,
+        "corner frequency of the low-pass filter",
+        Number(above=0),
+        "Hz",
+        SearchRange(0.3, 10.0),
+    )
     threshold: float = setting(
-        0.02, "RMS of the ground's acceleration below which the current is the lowest",
+        0.02, "RMS ground acceleration below which the current is the lowest",
         Number(at_least=0), "m/s^2", SearchRange(0.002, 1.0),
     )  # fmt: skip
     settling: float = setting(
-        3.0, "time in which the current follows: a stretched isolator that stiffens at once pushes "
-        "the building", Number(above=0), "s", SearchRange(0.1, 30.0),
+        3.0, "time constant of the current; a deformed isolator that stiffens at once pushes the "
+        "building", Number(above=0), "s", SearchRange(0.1, 30.0),
     )  # fmt: skip
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from .settings import ExistingFile, Numbers, Optional, setting
 
 
 class Prescribed(OpenLoop):
-    """Commands from a table, each held until the next.
+    """Commands from a table; each is held until the next.
 
     The file is a CSV with a column ``time_s`` and either ``current_A``, for all coils, or one
     column a coil, ``coil0_current_A``, ``coil1_current_A``, ….
@@ -27,15 +27,15 @@ class Prescribed(OpenLoop):
     title = "Prescribed current"
 
     time: tuple[float, ...] | None = setting(
-        None, "instants from which the commands hold, increasing from 0", Optional(Numbers()), "s"
+        None, "times of the commands, increasing from 0", Optional(Numbers()), "s"
     )
     amperes: tuple[Any, ...] | None = setting(
         None,
-        "commands, one an instant for all coils, or one a coil in each row",
+        "commands: one per time for all coils, or one per coil in each row",
         Optional(Numbers((1, 2))),
         "A",
     )
-    file: str | None = setting(None, "CSV file to read both from", Optional(ExistingFile()))
+    file: str | None = setting(None, "CSV file with both", Optional(ExistingFile()))
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)

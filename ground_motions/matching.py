@@ -103,7 +103,7 @@ def match_spectrum(
     Notes
     -----
     The wavelet is the tapered cosine of Al Atik and Abrahamson, whose velocity and displacement
-    end at zero, so that the baseline is kept without a correction. Each one peaks in the response
+    end at zero, so that the baseline needs no correction. Each one peaks in the response
     of its own oscillator at that oscillator's largest response; the amplitudes follow from the
     linear equations for the responses at all those instants.
     """

@@ -62,7 +62,7 @@ def simulate(
     computation_delay : float, default 0
         Time from a decision to its command, s.
     tolerance : float, default 1e-6
-        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
+        Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     current_outside : {"refuse", "clamp"}
         What to do with a command outside the driver's limits: end with an error, or clamp and
         count it.
@@ -268,17 +268,17 @@ def diagnose(
         A campaign of device tests or its folder, the CSV file of a loop table, or one or several
         CSV files of building records.
     law : str or Law, default "strain_stiffening"
-        The law to judge, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
-        tests and loop tables. "auto" compares all registered laws on device tests first, and judges
-        the one that predicts the held-out runs best.
+        Law to evaluate, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
+        tests and loop tables. "auto" first compares all registered laws on device tests; the one
+        that predicts the held-out runs best is evaluated.
     parameters : str, pathlib.Path or Device, default "fit"
         Its numbers: "fit", "published", or a file that ``fit --out`` writes.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
-        The building as it is believed to be; needed for building records. For device tests, where
+        The nominal building; required for building records. For device tests, where
         the consequence is shown: the main job by default. A scenario whose isolator section has no
         scales leaves it to the diagnosis to scale the device.
     consequence : bool, default True
-        Whether to run the scenario's controllers with the law that was judged and with the
+        Whether to run the scenario's controllers with the evaluated law and with the
         extended one, where a cause was found; of a building record only if it is a scenario that
         describes the building.
     current_degree : int, optional

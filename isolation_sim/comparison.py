@@ -29,6 +29,7 @@ OPTIMUM = "clairvoyant"
 _FIGURES = {
     "time_histories": "time_histories",
     "loops": "loops",
+    "loops_in_plan": "loops_in_plan",
     "currents": "currents",
     "floor_envelopes": "floor_envelopes",
     "energy": "energy_figure",
@@ -133,7 +134,7 @@ class Comparison(Printed):
         return f"{run.isolated.structure.name}, {motion}"
 
     def failures(self) -> list[str]:
-        """Tell which runs diverged.
+        """Return the names of the runs that diverged.
 
         Returns
         -------
@@ -143,7 +144,7 @@ class Comparison(Printed):
         return [f"{name} has no result: {error}" for name, error in self.diverged.items()]
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -202,7 +203,7 @@ class Comparison(Printed):
 
         Parameters
         ----------
-        kind : {"time_histories", "loops", "currents", "floor_envelopes", "energy"}
+        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
             Which figure of ``isolation_sim.reports.figures``.
         direction : str, optional
             Direction of the time histories; the first by default.
@@ -232,7 +233,7 @@ class Comparison(Printed):
         path : str or pathlib.Path
             File to write, replaced whole or not at all.
         scenario : str
-            TOML of the scenario that produced the runs, to be told in the report.
+            TOML of the scenario that produced the runs, for the report.
 
         Returns
         -------
@@ -256,7 +257,7 @@ class Comparison(Printed):
         folder : str or pathlib.Path
             Made if it does not exist.
         scenario : str
-            TOML of the scenario that produced it, kept with it.
+            TOML of the scenario that produced it, saved with it.
         figures : bool, default False
             Whether to draw figures, each as SVG and PNG.
 

@@ -62,7 +62,7 @@ def _writable(given: Path | None, cache_home: str) -> Path:
     if user != "" and fallback.stat().st_uid != user:
         fallback = Path(tempfile.mkdtemp(prefix="isolation_sim-"))
     print(
-        f"isolation-sim: {folder} cannot be written; compiled code is kept in {fallback} instead; "
+        f"isolation-sim: {folder} cannot be written; compiled code goes to {fallback} instead; "
         "set ISOLATION_SIM_CACHE to a folder of your own",
         file=sys.stderr,
     )

@@ -167,7 +167,7 @@ def finding(result: Judgement, table: Rows) -> str:
     }
     sentences = [
         f"J is the mean over {len(result.random)} random motions that no setting was tuned on; "
-        "intervals are 95 %, by drawing the motions anew."
+        "intervals are 95 %, bootstrapped over the motions."
     ]
     for case, where in ((NOMINAL, "papers' switching"), (PASSIVE, "passive")):
         names = ", ".join(

@@ -156,14 +156,14 @@ def _finding(rows: list[dict[str, Any]], result: list[TableDiagnosis]) -> str:
         published, fitted, extended = (row for row in rows if row["data"] == table.name)
         sentences.append(
             f"{table.name}: the published law misses stiffness and damping by "
-            f"{_pair(published)} %, fitted anew by {_pair(fitted)} %"
+            f"{_pair(published)} %, after a new fit by {_pair(fitted)} %"
         )
         if not diagnosis.causes:
             sentences[-1] += "; no effect of the catalogue lowers the error on rows left out."
             continue
         named = "; ".join(
             f"{cause.name} ({cause.form}) removes {100 * cause.share:.0f} % of the squared misfit"
-            + (f", hardly to be told from {', '.join(cause.confusable_with)}"
+            + (f", hardly to be distinguished from {', '.join(cause.confusable_with)}"
                if cause.confusable_with else "")
             for cause in diagnosis.causes
         )  # fmt: skip

@@ -21,11 +21,12 @@ from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
 from isolation_sim.reports.sweep_tables import heading
+from isolation_sim.reports.tables import TextTable
 from isolation_sim.reports.units import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.table import Table
+    from rich.console import RenderableType
 
     from isolation_sim.sweeps import Estimate, Sweep
 
@@ -172,21 +173,12 @@ def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
     return sweep(dict(plan), folder / "sweep", announce=announce, progress=progress)
 
 
-def layout(records: Records, title: str) -> Table:
+def layout(records: Records, title: str) -> RenderableType:
     """Lay out a study's table for the terminal, in engineering units."""
-    from rich.table import Table
-
-    table = Table(
-        title=title, title_justify="left", title_style="bold", box=None, header_style="bold",
-        pad_edge=False,
-    )  # fmt: skip
-    headings, rows = texts(records)
-    for text, key in zip(headings, _keys(records), strict=True):
-        numbers = any(isinstance(record.get(key), float | int) for record in records)
-        table.add_column(text, justify="right" if numbers else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    return table
+    words = [any(isinstance(record.get(key), str) for record in records) for key in _keys(records)]
+    # the words that a row begins with say which case it is
+    keys = max(1, next((k for k, word in enumerate(words) if not word), len(words)))
+    return TextTable(title, *texts(records), keys=keys)
 
 
 def texts(records: Records) -> tuple[list[str], list[list[str]]]:

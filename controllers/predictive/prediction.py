@@ -1,4 +1,4 @@
-"""Prediction over a horizon, compiled for the laws believed in."""
+"""Prediction over a horizon, compiled for the nominal laws."""
 
 from __future__ import annotations
 

@@ -136,8 +136,10 @@ def step_table() -> str:
     """
     here, there = step()
     at, command = here["at"], here["command"]
-    rows = [("command before, A", f"{command[at - 1]:.4f}", ""),
-            ("command decided, A", f"{command[at]:.4f}",
-             "" if there is None else f"{there['command']:.4f}")]  # fmt: skip
-    text = table(("at 6.4 s", "isolation-sim", "do-mpc"), rows)
-    return text if there is not None else text + ABSENT.format("do-mpc")
+    headings = ["command before", "command of isolation-sim"]
+    row = [f"{command[at - 1]:.4f} A", f"{command[at]:.4f} A"]
+    if there is None:
+        return table(headings, [row]) + ABSENT.format("do-mpc")
+    headings += ["command of do-mpc", "difference"]
+    row += [f"{there['command']:.4f} A", f"{abs(there['command'] - command[at]):.1g} A"]
+    return table(headings, [row])

@@ -18,7 +18,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
+from . import check, cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -76,6 +76,7 @@ app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
 app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
+app.command("check", epilog=check.EXAMPLES)(check.check)
 app.command("evaluate", epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)

@@ -37,7 +37,9 @@ def diagnose(
     ],
     law: Annotated[
         str,
-        typer.Option(help="Law to judge, of isolation-sim list laws; auto compares all of them."),
+        typer.Option(
+            help="Law to evaluate, of isolation-sim list laws; auto compares all of them."
+        ),
     ] = "strain_stiffening",
     parameters: Annotated[
         str, typer.Option(help="Its numbers: fit, published, or a file that fit --out wrote.")

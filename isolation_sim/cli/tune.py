@@ -35,7 +35,9 @@ def tune(
     ] = "mixture",
     unseen: Annotated[
         list[str] | None,
-        typer.Option(help="Judge by, as --motions; may be repeated. Another mixture by default."),
+        typer.Option(
+            help="Motions of the evaluation; may be repeated. Another mixture by default."
+        ),
     ] = None,
     criterion: Annotated[
         list[str] | None,

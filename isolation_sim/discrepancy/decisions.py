@@ -154,9 +154,9 @@ BUILDING_EXPLAINED = 0.95
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
 LEAST_SENSOR_NOISE = 1e-3
-"""Share of a channel's RMS below which no sensor noise is believed. Instruments' data sheets."""
+"""Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
 LEAST_SENSOR_ERROR = 3e-3
-"""Share of a channel's reading below which no calibration is believed. Instruments' data sheets."""
+"""Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
 

@@ -152,7 +152,7 @@ def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
         device = _from_file(Path(parameters))
     if device.law is not law:
         raise InputError(
-            f"{parameters}: numbers of {device.law.name}; expected: of {law.name}, the law to judge"
+            f"{parameters}: parameters of {device.law.name}; expected: of {law.name}, the law"
         )
     return device
 

@@ -1,4 +1,4 @@
-"""What a diagnosis says: the verdict, the causes with their numbers, and how it came to them."""
+"""Results of a diagnosis: the verdict, the causes with their parameters, and the steps."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
 MEANINGS: dict[Verdict, str] = {
-    "adequate": "The simulation reproduces the data as far as they can tell: nothing is missing.",
-    "explained": "What the simulation gets wrong is explained, as far as the data can tell.",
+    "adequate": "The simulation reproduces the data within their noise: no effect is missing.",
+    "explained": "The error of the simulation is explained, within the noise of the data.",
     "partly_explained": "Part of what the simulation gets wrong is explained; a remainder is not.",
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
@@ -72,7 +72,7 @@ class Cause:
     evidence : str
         One sentence.
     confusable_with : tuple of str
-        Causes that the data do not tell from it.
+        Causes that the data do not distinguish from it.
     form : str
         Form of the effect that was chosen, or the law of a term outside the catalogue.
     stability : mapping of str to float
@@ -135,7 +135,7 @@ class Trace:
     name : str
         Of the run.
     held_out : bool
-        Whether it was kept from fitting.
+        Whether it was held out of the fit.
     time, across : (n,) array
         Time (s), and what the run is drawn against.
     across_label, label : str
@@ -213,7 +213,7 @@ class Diagnosis(Printed):
     data : str
         What was diagnosed.
     model : str
-        The simulation that was judged.
+        The simulation that was evaluated.
     verdict : str
         "adequate", "explained", "partly_explained" or "unexplained".
     noise_floor : float
@@ -227,11 +227,11 @@ class Diagnosis(Printed):
     depends_on : tuple of str
         Variables that the residual depends on, before any cause was found.
     next_test : str or None
-        The test that would best tell apart what these data do not.
+        The test that best distinguishes the causes that these data do not distinguish.
     steps : tuple of Step
         How it was found.
     judged : Device or None
-        The device that was judged, with the numbers that it was given or fitted with.
+        The evaluated device, with its fitted or prescribed parameters.
     extended : Device or None
         The device with the causes in it; None where nothing was found in the device.
     gain : (float, float) or None

@@ -110,7 +110,7 @@ def _header(result: Decided) -> str:
         *measured,
         *commands,
         " *",
-        " * Nothing is allocated, and nothing is kept but in the state that you hand over. */",
+        " * No memory is allocated. All memory is in the state of the caller. */",
         f"#ifndef {name.upper()}_H",
         f"#define {name.upper()}_H",
         "",

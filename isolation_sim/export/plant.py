@@ -77,7 +77,7 @@ class Array(NamedTuple):
 
 CHANGED = (
     "coils_command", "0", "coils_current", "coils_applied", "law_table", "law_breaks", "law_shape",
-    "scratch_w", "lanes_going", "lanes_previous",
+    "scratch_w", "lanes_going",
 )  # fmt: skip
 """What ``change_current`` takes behind the element and its channel."""
 OBSERVED = ("observed_rows", "noise", "ground", "history_z", "0", "coils_current", "scratch_w")
@@ -96,6 +96,20 @@ static void add_rows(array w, long to, array table, long at, array x, long x_at,
     for (long k = 0; k < n; ++k)
         for (long r = 0; r < 8; ++r)
             w.p[to + r] += table.p[at + 8 * k + r] * x.p[x_at + k * stride];
+}"""
+OTHERS = """\
+/* eight rows of element e: its free response, and that to the other elements' forces */
+static void respond_to_others(long e, array w, array table, long force_rows)
+{
+    double *const to = w.p + e * $STRIDE + $TO;
+    memcpy(to, w.p + e * $STRIDE + $FREE, 8 * sizeof *to);
+    for (long k = 1; k < $N_ELEMENTS; ++k) {
+        const long other = (e + k) % $N_ELEMENTS;
+        const double *const rows = table.p + force_rows + 24 * (e * $N_ELEMENTS + other);
+        const double *const force = w.p + other * $STRIDE + $FORCE;
+        for (long r = 0; r < 8; ++r)
+            to[r] += rows[r] * force[0] + rows[8 + r] * force[1] + rows[16 + r] * force[2];
+    }
 }"""
 FREE_ROWS = """\
 /* response to the modes and to the ground alone */
@@ -219,14 +233,18 @@ def _intrinsics(kernel: ModuleType) -> dict[str, tuple[Kind, str]]:
     """What the kernel has from LLVM, for one lane; no controller is called from inside."""
     slots = ", ".join(map(str, kernel.FORCE_SLOTS))
     n_forces = len(kernel.FORCE_SLOTS)
-    sizes = {"N_GROUND": kernel.N_GROUND, "N_FORCES": n_forces}
+    sizes = {
+        "N_GROUND": kernel.N_GROUND, "N_FORCES": n_forces, "N_ELEMENTS": kernel.N_ELEMENTS,
+        "STRIDE": kernel.STRIDE, "TO": kernel.SLOT_DN0, "FREE": kernel.SLOT_FREE0,
+        "FORCE": kernel.SLOT_F0,
+    }  # fmt: skip
     force_slots = f"static const long force_slots[{n_forces}] = {{{slots}}};\n"
     return {
         "read": ("d", "static double read(array a, long at, long k) { return a.p[at + k]; }"),
         "write": ("v", WRITE),
         "fused": ("d", "static double fused(double a, double b, double c) { return a * b + c; }"),
-        "add_rows": ("v", ADD_ROWS),
-        "free_rows": ("v", Template(FREE_ROWS).substitute(sizes)),
+        "respond_to_others": ("v", Template(OTHERS).substitute(sizes)),
+        "free_rows": ("v", ADD_ROWS + "\n" + Template(FREE_ROWS).substitute(sizes)),
         "move_modes": ("v", force_slots + Template(MOVE_MODES).substitute(sizes)),
         "call_controllers": ("v", ""),
     }

@@ -192,7 +192,7 @@ def _notes(
             a, b = estimates[j], estimates[i]
             if abs(correlation[i, j]) > 0.99 and a.determined and b.determined:
                 notes.append(
-                    f"{a.label} and {b.label} can hardly be told apart (correlation "
+                    f"{a.label} and {b.label} can hardly be distinguished (correlation "
                     f"{correlation[i, j]:.3f})"
                 )
     if not best.converged:

@@ -1,4 +1,4 @@
-"""The outcome of a fit: a device, its parameters with intervals, errors run by run."""
+"""The result of a fit: a device, its parameters with intervals, errors of each run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .run_table import TestRun
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
-    from rich.table import Table
+    from rich.console import RenderableType
 
 
 @dataclass(frozen=True)
@@ -168,17 +168,15 @@ class LawEvaluation(Printed):
         """RMS of the runs' own force noise over the RMS of their force, pooled."""
         return noise_of(self.campaign.runs)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[RenderableType, ...]:
         """Table of the runs, for a terminal.
 
         Returns
         -------
-        tuple of rich.table.Table
+        tuple of rich.console.RenderableType
         """
         title = f"{self.device.law.title}: force residual over measured force (RMS)"
-        runs = _runs_table(title, self.errors)
-        runs.add_row("all runs, pooled", f"{100 * self.error:.2f}", "")
-        return (runs,)
+        return (_runs_table(title, self.errors, [("all runs, pooled", self.error)]),)
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()
@@ -236,20 +234,16 @@ class LawEvaluation(Printed):
         return render("html.fit_report:evaluation_report", self).write(path)
 
 
-def _runs_table(title: str, errors: Iterable[RunError]) -> Table:
-    """Errors run by run, for pooled ones to be added below."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title=title, box=SIMPLE_HEAD)
-    table.add_column("run")
-    table.add_column("error, %", justify="right")
-    table.add_column("")
-    for error in errors:
-        mark = "held out" if error.run.hold_out else ""
-        table.add_row(error.run.name, f"{100 * error.relative:.2f}", mark)
-    table.add_section()
-    return table
+def _runs_table(
+    title: str, errors: Iterable[RunError], pooled: Sequence[tuple[str, float]]
+) -> RenderableType:
+    """Errors run by run, with pooled ones below."""
+    rows = [
+        (each.run.name, f"{100 * each.relative:.2f}", "held out" if each.run.hold_out else "")
+        for each in errors
+    ]
+    rows += [(name, f"{100 * error:.2f}", "") for name, error in pooled]
+    return render("tables:TextTable", title, ("run", "error, %", ""), rows, totals=len(pooled))
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +259,7 @@ class Fit(LawEvaluation):
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
-        What the data do not determine or cannot tell apart, and what the law lacks.
+        Parameters that the data do not determine or distinguish, and effects that the law lacks.
     estimates : tuple of Estimate
         The fitted numbers: every free parameter at every current that is handled.
     converged : bool
@@ -290,30 +284,25 @@ class Fit(LawEvaluation):
         """Relative RMS error of the held-out runs, pooled; not a number if there are none."""
         return pooled(e for e in self.errors if e.run.hold_out)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[RenderableType, ...]:
         """Tables of the parameters and of the runs, for a terminal.
 
         Returns
         -------
-        tuple of rich.table.Table
+        tuple of rich.console.RenderableType
         """
-        from rich.box import SIMPLE_HEAD
-        from rich.table import Table
-
         title = f"{self.device.law.title}, fitted to {self.campaign.name}"
-        parameters = Table(title=title, box=SIMPLE_HEAD)
-        for heading in ("parameter", "current, A", "value", "95 % interval", "unit", ""):
-            justify: Any = "left" if heading in ("parameter", "unit", "") else "right"
-            parameters.add_column(heading, justify=justify, overflow="fold")
-        for e in self.estimates:
-            parameters.add_row(
-                e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-                f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined",
-            )  # fmt: skip
-        runs = _runs_table("Force residual over measured force (RMS)", self.errors)
-        runs.add_row("fitted runs, pooled", f"{100 * self.error:.2f}", "")
+        headings = ("parameter", "current, A", "value", "95 % interval", "unit", "")
+        rows = [
+            (e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
+             f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined")
+            for e in self.estimates
+        ]  # fmt: skip
+        parameters = render("tables:TextTable", title, headings, rows, keys=2)
+        together = [("fitted runs, pooled", self.error)]
         if any(e.run.hold_out for e in self.errors):
-            runs.add_row("held-out runs, pooled", f"{100 * self.held_out_error:.2f}", "")
+            together.append(("held-out runs, pooled", self.held_out_error))
+        runs = _runs_table("Force residual over measured force (RMS)", self.errors, together)
         return parameters, runs
 
     def to_dict(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Mean and thickness curves of a measured loop: what Yu et al. fit their hybrid law to.
+"""Mean and thickness curves of a measured loop, to which Yu et al. fit their hybrid law.
 
 At each displacement the force of the upper branch (velocity positive) and that of the lower one are
 split into their mean (Eq 1), which is the backbone, and their half difference (Eq 3), which is the

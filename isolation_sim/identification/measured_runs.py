@@ -18,7 +18,7 @@ from .sensitivities import Motion
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3
-"""Share of a run's RMS force below which no noise is believed."""
+"""Smallest force noise, as a share of a run's RMS force."""
 RUNAWAY = 10.0
 """Multiple of the largest measured force beyond which a model diverges."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")

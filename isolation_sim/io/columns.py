@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -43,7 +44,9 @@ def read_columns(
     try:
         with np.load(source, allow_pickle=False) as archive:
             return {name: archive[name] for name in (archive.files if names is None else names)}
-    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+    except (
+        OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile, zlib.error,
+    ) as error:  # fmt: skip
         raise InputError(
             f"{source}: cannot be read as a table ({error}); expected: an .npz file with an array "
             "a column"

@@ -109,7 +109,7 @@ _CONTENTS = {
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
     "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
-    "tuning.json": "every trial of the search, and how it was judged; --resume goes on from it",
+    "tuning.json": "every trial of the search with its scores; --resume continues from it",
     "table.npz": "a row a run, an array a column, in SI units; isolation_sim.load reads it",
     "result.npz": "all of it as data; isolation_sim.load gives back the object",
     "fitted.toml": "the fitted law: the [isolator] section of a scenario",

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
 from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
 from .html.text import capital
+from .tables import TextTable
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ..discrepancy.consequence import Consequence
 
 
@@ -35,7 +34,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         for cause in diagnosis.causes:
             yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                yield f"  hardly to be told from {', '.join(cause.confusable_with)}"
+                yield f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
     if diagnosis.depends_on:
         yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
@@ -49,12 +48,9 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         yield from consequence_text(diagnosis.consequence)
 
 
-def consequence_table(consequence: Consequence) -> Table:
-    """Controllers with the law that was judged and with the extended one, for a terminal."""
-    table = _table(TITLE, *(heading.replace(" ", "\n") for heading in HEADINGS), dense=True)
-    for row in consequence_rows(consequence):
-        table.add_row(*row)
-    return table
+def consequence_table(consequence: Consequence) -> TextTable:
+    """Controllers with the evaluated law and with the extended one, for a terminal."""
+    return TextTable(TITLE, HEADINGS, consequence_rows(consequence))
 
 
 def consequence_text(consequence: Consequence) -> list[str]:
@@ -63,12 +59,10 @@ def consequence_text(consequence: Consequence) -> list[str]:
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 
-def errors_table(diagnosis: Diagnosis) -> Table:
+def errors_table(diagnosis: Diagnosis) -> TextTable:
     """Errors before and after, for a terminal."""
-    table = _table("Residual over what was measured (RMS)", "", "before, %", "after, %")
-    for row in error_rows(diagnosis):
-        table.add_row(*row)
-    return table
+    headings = ("", "before, %", "after, %")
+    return TextTable("Residual over what was measured (RMS)", headings, error_rows(diagnosis))
 
 
 def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
@@ -89,13 +83,14 @@ def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     return rows
 
 
-def causes_table(diagnosis: Diagnosis) -> Table:
+def causes_table(diagnosis: Diagnosis) -> TextTable:
     """Causes with their numbers, for a terminal."""
-    table = _table("Causes", *CAUSE_HEADINGS)
-    for cause in diagnosis.causes:
-        for row in cause_rows(cause):
-            table.add_row(*row)
-    return table
+    rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
+    # the parameters beside the causes, since both name a row
+    headings, *ordered = ([*row[:1], *row[5:], *row[1:5]] for row in (list(CAUSE_HEADINGS), *rows))
+    for row in ordered:
+        row[2] = row[2].replace(", at", "\nat")
+    return TextTable("Causes", headings, ordered, keys=2)
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:
@@ -135,20 +130,6 @@ def evidence_text(cause: Cause) -> str:
 
 def _chance(p: float) -> str:
     return f"{p:.2g}" if p > 1e-9 else "< 1e-9"
-
-
-def _table(title: str, *headings: str, dense: bool = False) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(
-        title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 0 if dense else 1)
-    )
-    for number, heading in enumerate(headings):
-        numeric = "%" in heading or heading == "p" or (dense and number > 0)
-        side: Literal["right", "left"] = "right" if numeric else "left"
-        table.add_column(heading, justify=side, no_wrap=number == 0)
-    return table
 
 
 def markdown(diagnosis: Diagnosis) -> str:

@@ -96,12 +96,13 @@ def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared:
     return "\n".join(lines) + "\n"
 
 
-def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) -> str:
+def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool) -> str:
     """Source of the kernel for elements of these laws, in this order, in so many lanes.
 
-    ``shared``: one set of coefficients serves all lanes, whose structures are then the same.
+    No law: a further direction of the element before. ``shared``: one set of coefficients serves
+    all lanes, whose structures are then the same.
     """
-    distinct = list(dict.fromkeys(laws))
+    distinct = [law for law in dict.fromkeys(laws) if law is not None]
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
     stride = max(len(c.slots) for c in codes) + 4 * n_states
@@ -112,12 +113,14 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "N_ELEMENTS": len(laws),
         "N_GROUND": n_ground,
         "N_STATES": n_states,
-        "KIND": tuple(distinct.index(law) for law in laws),
+        "KIND": tuple(len(distinct) if law is None else distinct.index(law) for law in laws),
+        "DIRECTIONS": tuple(0 if law is None else law.directions for law in laws),
         "STRIDE": stride,
-        "N_PARAMETERS": tuple(len(c.parameters) for c in codes),
-        "SLOT_PARAMETER": tuple(c.slots.index("p0_0") if c.parameters else 0 for c in codes),
-        "SLOT_START": tuple(c.slots.index("start0") if c.states else 0 for c in codes),
-        "SLOT_SCALE": tuple(c.slots.index("scale0") if c.states else 0 for c in codes),
+        # the last entry is that of a further direction, which has none of its own
+        "N_PARAMETERS": (*(len(c.parameters) for c in codes), 0),
+        "SLOT_PARAMETER": (*(c.slots.index("p0_0") if c.parameters else 0 for c in codes), 0),
+        "SLOT_START": (*(c.slots.index("start0") if c.states else 0 for c in codes), 0),
+        "SLOT_SCALE": (*(c.slots.index("scale0") if c.states else 0 for c in codes), 0),
         "FORCE_SLOTS": tuple(
             e * stride + COMMON.index("f0") + k for e in range(len(laws)) for k in range(3)
         ),
@@ -140,7 +143,8 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
         "build_table, layout = tables.build_table, tables.layout\n"
         "summary = kernel.load_summary(N_ELEMENTS, N_GROUND, LANES, TABLE_LANES)\n"
-        "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
+        "respond_to_others = intrinsics.make_respond_to_others(\n"
+        "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
@@ -206,7 +210,7 @@ def padding(lanes: int) -> int:
     return 8 if lanes == 1 else 1
 
 
-def load(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
+def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
     """Kernel module for elements of these laws; written once to the cache folder.
 
     The file is named by what goes into it, so that a later process finds it without tracing the
@@ -219,7 +223,7 @@ def load(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool = False) -
         def text() -> str:
             return kernel_text(laws, n_ground, lanes, shared)
 
-        marks = [fingerprint(law) for law in laws]
+        marks = ["" if law is None else fingerprint(law) for law in laws]
         if None in marks:
             _loaded[key] = load_text("kernel", text())
         else:

@@ -110,7 +110,6 @@ def integrate(
                     law_shape,
                     w,
                     going,
-                    previous,
                 )
                 keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
                 keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
@@ -177,7 +176,6 @@ def integrate(
                         law_shape,
                         w,
                         going,
-                        previous,
                     )
                     keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
             for c in range(n_channels):

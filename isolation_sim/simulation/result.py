@@ -54,7 +54,7 @@ class Run(Printed, Trajectory):
         Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
         run, was reached; as at a force that jumps back and forth.
     reached : float
-        Tolerance that all steps meet: the wanted one unless some are unresolved.
+        Tolerance that all steps meet: the target unless some are unresolved.
     """
 
     def __getstate__(self) -> dict[str, Any]:
@@ -162,7 +162,7 @@ class Run(Printed, Trajectory):
         return implausible(self.isolated, 2 * np.pi / float(np.min(swinging, initial=np.inf)))
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------

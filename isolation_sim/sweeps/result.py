@@ -108,7 +108,7 @@ class Sweep(Printed):
         return self.table[self.table["status"] != "ok"]
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -199,7 +199,7 @@ class Sweep(Printed):
         Raises
         ------
         InputError
-            If they were not kept.
+            If they were not stored.
         """
         from ..simulation.run_files import read_run
         from .chunk import history_name

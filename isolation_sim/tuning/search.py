@@ -68,7 +68,7 @@ def search(
         old = list(known[len(trials) : len(trials) + len(candidates)])
         if [trial.settings for trial in old] != candidates[: len(old)]:
             raise InputError(
-                "the trials kept are not those of this search; expected: the version of cmaes "
+                "the saved trials are not those of this search; expected: the version of cmaes "
                 "that began it, or another folder"
             )
         new = candidates[len(old) :]

@@ -16,7 +16,7 @@ from .intervals import MARGIN, MeanInterval, mean_interval
 from .search import Trial
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import RenderableType
 
 _STATE = "tuning.json"
 
@@ -182,12 +182,12 @@ class Tuning(Printed):
         """
         return render("html.tuning_report:tuning_report", self).write(path)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[RenderableType]:
         """Build the tables of settings and of gains.
 
         Returns
         -------
-        list of rich.table.Table
+        list of rich.console.RenderableType
         """
         return render("tuning_tables:tuning_tables", self)
 
@@ -309,7 +309,7 @@ def _told(evaluated: Judgement) -> str:
     elif after.low > 0:
         beats = "It does not beat the best constant current of each motion"
     else:
-        beats = "It is not told apart from the best constant current of each motion"
+        beats = "It does not differ significantly from the best constant current of each motion"
     name = evaluated.name[:1].upper() + evaluated.name[1:]
     return (
         f"{name}: mean score {before} before, {after} after, gain {gain}. "

@@ -277,3 +277,18 @@ def test_killed_before_the_manifest_and_after_the_table(tmp_path, small_chunks, 
     assert sweep(plan(), folder, workers=1, resume=True).finished
     assert not (folder / "chunks").exists()
     assert (folder / "table.npz").read_bytes() == uninterrupted
+
+
+def test_a_table_that_cannot_be_read_is_told(tmp_path, uninterrupted):
+    """A bit that fell over, and a folder of an earlier release."""
+    folder = tmp_path / "sweep"
+    sweep(plan(), folder, workers=1)
+    data = bytearray(uninterrupted)
+    data[len(data) // 2] ^= 1
+    (folder / "table.npz").write_bytes(data)
+    with pytest.raises(InputError, match=r"table\.npz: cannot be read as a table"):
+        _ = run.Sweep(folder).table
+    manifest = folder / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"format": 2', '"format": 1'))
+    with pytest.raises(InputError, match="a sweep of another release; expected: the sweep run"):
+        run.Sweep(folder)

@@ -363,7 +363,7 @@ class DeviceTests(Problem[FittedModel]):
         # a law that depends on the effect may fail without it
         larger = (
             f"is {ratio:.3g} times as large" if np.isfinite(ratio)
-            else "cannot be told: the law fails"
+            else "unknown: the law fails"
         )  # fmt: skip
         return (
             f"Without {in_sentence(effect.title)} the residual on the {int(np.sum(self.judged))} "
@@ -481,7 +481,7 @@ class DeviceTests(Problem[FittedModel]):
         return Text(
             f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
             f"{1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
-            f"{data.current.max():.3g} A. {held} runs are held out to judge the outcome. "
+            f"{data.current.max():.3g} A. {held} runs are held out to validate the result. "
             f"{notes or 'Nothing looks wrong in the data.'}"
         )
 
@@ -557,9 +557,9 @@ class DeviceTests(Problem[FittedModel]):
         """Squared residual that each effect leaves above the noise."""
         noise, n = self.space.noise_cost, len(self.space.noise)
         return Text(
-            f"{len(self.space.effects)} forms of effects were screened and the most promising "
-            "fitted together with the law. The squared residual that each leaves above the noise, "
-            "over that of the noise:",
+            f"{len(self.space.effects)} variants of effects were screened, and the best "
+            "fitted together with the law. The table shows the squared residual above the noise, "
+            "relative to that of the noise:",
             ("effect", "form", "left"),
             tuple(
                 (one.effects[-1].title, one.effects[-1].form, f"{(one.cost - noise) / n:+.4f}")

@@ -46,7 +46,7 @@ def next_test(
     if not words:
         return None
     return (
-        f"To tell {cause} from {others[0]}: {words}; their predictions differ there by "
+        f"To distinguish {cause} from {others[0]}: {words}; their predictions differ there by "
         f"{best:.2g} times the force's noise (RMS)."
     )
 

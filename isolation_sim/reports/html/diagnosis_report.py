@@ -157,7 +157,7 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     )  # fmt: skip
     yield Facts({cause.label: evidence_text(cause) for cause in diagnosis.causes})
     rivals = tuple(
-        f"These data hardly tell {cause.name} from {', '.join(cause.confusable_with)}."
+        f"These data hardly distinguish {cause.name} from {', '.join(cause.confusable_with)}."
         for cause in diagnosis.causes
         if cause.confusable_with
     )
@@ -223,7 +223,7 @@ def _references(diagnosis: Diagnosis) -> Iterator[Block]:
 
 
 def _parts(diagnosis: Diagnosis) -> tuple[Law | None, list[Effect]]:
-    """The law that was judged, and the effects found in it."""
+    """The evaluated law and its effects."""
     from ...effects.extend import separate
 
     if diagnosis.extended is None:
