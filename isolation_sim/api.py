@@ -274,8 +274,9 @@ def diagnose(
     **options
         ``progress`` (called with the name of what is being done); for campaigns and loop tables
         also ``seed``, ``threads``, ``current_degree``, the degree of the parameters'
-        polynomials of the current, and ``significance``, the share of the force (RMS) below
-        which an effect is negligible (0.002).
+        polynomials of the current; for campaigns ``tiers``, "causes" (the default), "equation"
+        or "learned", and ``significance``, the share of the force (RMS) below which an effect is
+        negligible (0.002).
 
     Returns
     -------
@@ -310,6 +311,11 @@ def diagnose(
             raise InputError(
                 f"{paths[0]}: a building record needs the building; expected: --scenario with a "
                 "scenario file that describes it"
+            )
+        tiers = options.pop("tiers", "causes")
+        if tiers != "causes":
+            raise InputError(
+                f"{paths[0]}: tiers is {tiers!r}; expected of a building record: causes"
             )
         significance = options.pop("significance", None)
         if significance is not None:

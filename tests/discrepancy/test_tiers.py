@@ -144,3 +144,17 @@ def test_conditions_are_motions(campaign):
 def test_unknown_tiers_are_refused(campaign):
     with pytest.raises(InputError, match="tiers is 'all'; expected: causes, equation, learned"):
         diagnose(campaign, "kelvin_voigt", tiers="all")
+
+
+def test_a_rung_that_loses_somewhere_is_not_offered():
+    from isolation_sim.discrepancy.tiers.ladder import _offered
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    errors = {
+        "law": Rung("law", 0.1, 0.1, 0.1),
+        "causes": Rung("causes", 0.05, 0.05, 0.05),
+        "equation": Rung("equation", 0.02, 0.02, 0.02, ("run, 1.5 times its motion",)),
+        "learned": Rung("learned", 0.04, 0.04, 0.049),
+    }
+    assert _offered(errors, generic=False) == "causes"
+    assert _offered(errors, generic=True) == "learned"

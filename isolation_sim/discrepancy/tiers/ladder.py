@@ -17,7 +17,7 @@ from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
-from ..decisions import ADEQUATE, EQUATION_PREFERRED, TIER_SAMPLES
+from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
 from ..device.load_cell_offset import EACH_RUN
 from ..device.model import FittedModel, Model, fit_model
@@ -197,7 +197,21 @@ class Climb:
         return (
             *result,
             *(f"{name} (held out)" for name, mask in held if loses(after, before, data, mask)),
+            *(name for name in self._beyond(rung) if name not in self._beyond(against)),
         )
+
+    def _beyond(self, rung: _Rung) -> tuple[str, ...]:
+        """Tests beyond whose range a rung runs away or gives energy back."""
+        factor, data = BEYOND_TESTS, self.data
+        larger = replace(data, x=factor * data.x, v=factor * data.v, a=factor * data.a)
+        model = replace(rung.part.model, data=larger)
+        force = model.resolve_steps(rung.part.values).forces(rung.part.values, False)[0]
+        bounded = data.bounded(force)
+        bad = [
+            name for name, run in zip(data.names, data.runs, strict=True)
+            if not np.array_equal(force[run], bounded[run]) or force[run] @ larger.v[run] < 0
+        ]  # fmt: skip
+        return tuple(f"{name}, {factor:g} times its motion" for name in bad)
 
     def errors(self, name: str, rung: _Rung, against: _Rung | None) -> Rung:
         """Errors of a rung."""
