@@ -25,7 +25,7 @@ from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .equation import select
-from .law_file import Chosen, Network, TermParameterisation, law_of, law_text, shown
+from .law_file import Chosen, Network, TermParameterisation, first_place, law_of, law_text, shown
 from .learned import learn
 from .regression import conditions
 from .result import EquationTerm, Ladder, Rung, Tier
@@ -168,13 +168,13 @@ class Climb:
         title = f"{base.law.title}, with {what} found in {self.problem.campaign.name}."
         text = law_text(base.law, chosen, network, title)
         powers: dict[str, tuple[int, ...]] = {}
-        for k, one in enumerate(chosen, start=1):
-            powers[f"c{k}"] = one.powers
-            powers |= {f"{n.symbol}{k}": (0,) for n in one.term.numbers}
+        for k, one in enumerate(chosen, start=first_place(base.law)):
+            powers[f"c_{k}"] = one.powers
+            powers |= {f"{n.symbol}_{k}": (0,) for n in one.term.numbers}
         held = {}
         if network is not None:
             largest = float(np.max(np.abs(self.data.current))) or 1.0
-            held = {f"share{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
+            held = {f"share_{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
         own = TermParameterisation(law_of(text), base, powers, held)
         expected = model.expected
         if expected is not None:
@@ -233,12 +233,15 @@ class Climb:
         variance = memory * float(final.residual @ final.residual) / max(n - n_values, 1)
         half = half_widths(final.jacobian, variance)
         lower, upper = final.model.bounds()
+        first = first_place(self.problem.law.model.parameterisation.law)
         at = self.problem.law.model.n_law
         result = []
-        for k, (one, stable) in enumerate(zip(rung.chosen, rung.stability, strict=False), start=1):
+        for k, (one, stable) in enumerate(
+            zip(rung.chosen, rung.stability, strict=False), start=first
+        ):
             numbers = {}
-            units = [(f"c{k}_{p}", one.term.unit + f"/A^{p}" * (p > 0)) for p in one.powers]
-            units += [(f"{n.symbol}{k}", n.unit) for n in one.term.numbers]
+            units = [(f"c_{k}_{p}", one.term.unit + f"/A^{p}" * (p > 0)) for p in one.powers]
+            units += [(f"{n.symbol}_{k}", n.unit) for n in one.term.numbers]
             for name, unit in units:
                 value = float(final.values[at])
                 numbers[name] = Interval(
@@ -332,13 +335,13 @@ def _judging(rung: Rung) -> float:
 def _offered(errors: dict[str, Rung], generic: bool) -> str:
     """The rung with the least error left out among those that lose nowhere.
 
-    One nearly as good is preferred to the learned term, and an equation to causes with a generic
-    term.
+    One nearly as good is preferred to the learned term. An equation takes the place of causes with
+    a generic term, since such a term cannot be saved.
     """
     good = {name: one.left_out for name, one in errors.items() if not one.worse}
     least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
-    if generic and "causes" in good:
-        least["causes"] = good["causes"] * EQUATION_PREFERRED
+    if generic and "equation" in good:
+        good.pop("causes", None)
     return min(good, key=lambda name: least.get(name, good[name]))
 
 
