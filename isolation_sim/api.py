@@ -20,6 +20,7 @@ from .structures import IsolatedStructure
 if TYPE_CHECKING:
     from .comparison import Comparison
     from .discrepancy.diagnosis import Diagnosis
+    from .discrepancy.tiers.result import Tier
     from .identification.campaign import Campaign
     from .identification.fitted import Fit, LawEvaluation
     from .laws import Device
@@ -258,6 +259,7 @@ def diagnose(
     consequence: bool = True,
     current_degree: int | None = None,
     significance: float | None = None,
+    tiers: Tier = "causes",
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -288,6 +290,8 @@ def diagnose(
     significance : float, optional
         Share of the force (RMS) below which an effect is negligible, 0.002 by default; not for
         building records.
+    tiers : {"causes", "equation", "learned"}, default "causes"
+        How far to go beyond named causes; for campaigns of device tests.
     seed : int, default 0
         Of the random parts of search and inference; a building record needs none.
     threads : int, optional
@@ -324,7 +328,8 @@ def diagnose(
     if not paths:
         result = of_device(
             data, law, parameters, current_degree=current_degree,  # type: ignore[arg-type]
-            significance=significance, seed=seed, threads=threads, progress=progress,
+            significance=significance, tiers=tiers, seed=seed, threads=threads,
+            progress=progress,
         )  # fmt: skip
         scenario = Scenario() if scenario is None else scenario
     else:
@@ -332,6 +337,10 @@ def diagnose(
             raise InputError(
                 f"{paths[0]}: a building record needs the building; expected: --scenario with a "
                 "scenario file that describes it"
+            )
+        if tiers != "causes":
+            raise InputError(
+                f"{paths[0]}: tiers is {tiers!r}; expected of a building record: causes"
             )
         if significance is not None:
             raise InputError(

@@ -250,5 +250,8 @@ LEARNED_UNITS = 60
 """Units of the learned term. Effort."""
 LEARNED_PENALTIES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 """Penalties of the ridge regression that are tried. Effort."""
+BEYOND_TESTS = 1.5
+"""Factor on the tests' motion up to which an extended law must dissipate and stay finite.
+Convention."""
 EQUATION_PREFERRED = 1.05
 """Factor on the learned term's left-out error up to which the equation is offered. Convention."""

@@ -82,10 +82,10 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert result.error == pytest.approx(0.003, rel=0.15)
     assert iso.load(tmp_path / "out").ladder.equation == diagnosis.ladder.equation
     law = LAWS[f"{file}:LAW"]
-    assert law.parameter_names == ("k", "c", "c1")
+    assert law.parameter_names == ("k", "c", "c_1")
     fitted = iso.fit(campaign, law=law)
     assert {e.name: e.value for e in fitted.estimates} == pytest.approx(
-        {"k": K, "c": C, "c1": SQUEEZE}, rel=0.02
+        {"k": K, "c": C, "c_1": SQUEEZE}, rel=0.02
     )
     assert fitted.device.linearised(0.0, 1.0) == pytest.approx(complex(K, 2 * np.pi * C), rel=0.02)
     building = iso.reference_building().on(fitted.device.scaled(20.0, 34e3))
@@ -100,7 +100,7 @@ def test_a_learned_term_follows_what_no_equation_may(campaign):
     rows = np.array([[0.3, 50.0, 2.0], [-0.2, 10.0, 5.0]])
     network = Network((), (("x", 0.01), ("v", 0.1)), rows, np.array([[40.0, -15.0]]))
     law = law_of(law_text(LAWS["kelvin_voigt"], (), network, "A learned term."))
-    device = iso.law(law, {"k": 0.0, "c": 0.0, "share0": 1.0})
+    device = iso.law(law, {"k": 0.0, "c": 0.0, "share_0": 1.0})
     at = np.array([0.004, 0.02])
     limited = np.minimum(at, 0.01)
     expected = sum(
@@ -144,3 +144,33 @@ def test_conditions_are_motions(campaign):
 def test_unknown_tiers_are_refused(campaign):
     with pytest.raises(InputError, match="tiers is 'all'; expected: causes, equation, learned"):
         diagnose(campaign, "kelvin_voigt", tiers="all")
+
+
+def test_a_rung_that_loses_somewhere_is_not_offered():
+    from isolation_sim.discrepancy.tiers.ladder import _offered
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    errors = {
+        "law": Rung("law", 0.1, 0.1, 0.1),
+        "causes": Rung("causes", 0.05, 0.05, 0.05),
+        "equation": Rung("equation", 0.02, 0.02, 0.02, ("run, 1.5 times its motion",)),
+        "learned": Rung("learned", 0.04, 0.04, 0.049),
+    }
+    assert _offered(errors, generic=False) == "causes"
+    errors["equation"] = Rung("equation", 0.06, 0.06, 0.06)
+    assert _offered(errors, generic=False) == "causes"
+    assert _offered(errors, generic=True) == "learned"
+
+
+def test_a_term_shares_no_name_with_the_law():
+    """The law ``strain_stiffening`` has a parameter c1 of its own."""
+    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_of, law_text
+
+    squeeze = Chosen(Term("x^2 v", "x**2 * v", "N s/m^3"), (0,))
+    base = LAWS["strain_stiffening"]
+    once = law_of(law_text(base, (squeeze,), None, "Once."))
+    twice = law_of(law_text(once, (squeeze,), None, "Twice."))
+    assert twice.parameter_names == (*base.parameter_names, "c_1", "c_2")
+    states, numbers = (0.001, -0.002), (3e2, 2e4, 1e2, 3e4, 2e8)
+    expected = base.force(0.01, 0.1, states, numbers) + 7.0 * 0.01**2 * 0.1
+    assert twice.force(0.01, 0.1, states, (*numbers, 3.0, 4.0)) == pytest.approx(expected)

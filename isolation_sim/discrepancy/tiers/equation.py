@@ -154,7 +154,7 @@ def _next(
     for k in np.argsort(-gains)[:_SCREENED].tolist():
         after = regression.left_out(np.concatenate([beside, groups[k]]))
         change = before - after
-        error = float(np.std(change, ddof=1)) * np.sqrt(len(change))
+        error = float(np.std(after, ddof=1)) * np.sqrt(len(after))
         if np.all(np.sqrt(after) <= WORSE * np.sqrt(before)) and change.sum() > max(
             error, EQUATION_GAIN * before.sum()
         ):

@@ -17,7 +17,7 @@ from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
-from ..decisions import ADEQUATE, EQUATION_PREFERRED, TIER_SAMPLES
+from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
 from ..device.load_cell_offset import EACH_RUN
 from ..device.model import FittedModel, Model, fit_model
@@ -25,7 +25,7 @@ from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .equation import select
-from .law_file import Chosen, Network, TermParameterisation, law_of, law_text, shown
+from .law_file import Chosen, Network, TermParameterisation, first_place, law_of, law_text, shown
 from .learned import learn
 from .regression import conditions
 from .result import EquationTerm, Ladder, Rung, Tier
@@ -168,13 +168,13 @@ class Climb:
         title = f"{base.law.title}, with {what} found in {self.problem.campaign.name}."
         text = law_text(base.law, chosen, network, title)
         powers: dict[str, tuple[int, ...]] = {}
-        for k, one in enumerate(chosen, start=1):
-            powers[f"c{k}"] = one.powers
-            powers |= {f"{n.symbol}{k}": (0,) for n in one.term.numbers}
+        for k, one in enumerate(chosen, start=first_place(base.law)):
+            powers[f"c_{k}"] = one.powers
+            powers |= {f"{n.symbol}_{k}": (0,) for n in one.term.numbers}
         held = {}
         if network is not None:
             largest = float(np.max(np.abs(self.data.current))) or 1.0
-            held = {f"share{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
+            held = {f"share_{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
         own = TermParameterisation(law_of(text), base, powers, held)
         expected = model.expected
         if expected is not None:
@@ -197,7 +197,21 @@ class Climb:
         return (
             *result,
             *(f"{name} (held out)" for name, mask in held if loses(after, before, data, mask)),
+            *(name for name in self._beyond(rung) if name not in self._beyond(against)),
         )
+
+    def _beyond(self, rung: _Rung) -> tuple[str, ...]:
+        """Tests beyond whose range a rung runs away or gives energy back."""
+        factor, data = BEYOND_TESTS, self.data
+        larger = replace(data, x=factor * data.x, v=factor * data.v, a=factor * data.a)
+        model = replace(rung.part.model, data=larger)
+        force = model.resolve_steps(rung.part.values).forces(rung.part.values, False)[0]
+        bounded = data.bounded(force)
+        bad = [
+            name for name, run in zip(data.names, data.runs, strict=True)
+            if not np.array_equal(force[run], bounded[run]) or force[run] @ larger.v[run] < 0
+        ]  # fmt: skip
+        return tuple(f"{name}, {factor:g} times its motion" for name in bad)
 
     def errors(self, name: str, rung: _Rung, against: _Rung | None) -> Rung:
         """Errors of a rung."""
@@ -219,12 +233,15 @@ class Climb:
         variance = memory * float(final.residual @ final.residual) / max(n - n_values, 1)
         half = half_widths(final.jacobian, variance)
         lower, upper = final.model.bounds()
+        first = first_place(self.problem.law.model.parameterisation.law)
         at = self.problem.law.model.n_law
         result = []
-        for k, (one, stable) in enumerate(zip(rung.chosen, rung.stability, strict=False), start=1):
+        for k, (one, stable) in enumerate(
+            zip(rung.chosen, rung.stability, strict=False), start=first
+        ):
             numbers = {}
-            units = [(f"c{k}_{p}", one.term.unit + f"/A^{p}" * (p > 0)) for p in one.powers]
-            units += [(f"{n.symbol}{k}", n.unit) for n in one.term.numbers]
+            units = [(f"c_{k}_{p}", one.term.unit + f"/A^{p}" * (p > 0)) for p in one.powers]
+            units += [(f"{n.symbol}_{k}", n.unit) for n in one.term.numbers]
             for name, unit in units:
                 value = float(final.values[at])
                 numbers[name] = Interval(
@@ -318,13 +335,13 @@ def _judging(rung: Rung) -> float:
 def _offered(errors: dict[str, Rung], generic: bool) -> str:
     """The rung with the least error left out among those that lose nowhere.
 
-    One nearly as good is preferred to the learned term, and an equation to causes with a generic
-    term.
+    One nearly as good is preferred to the learned term. An equation takes the place of causes with
+    a generic term, since such a term cannot be saved.
     """
     good = {name: one.left_out for name, one in errors.items() if not one.worse}
     least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
-    if generic and "causes" in good:
-        least["causes"] = good["causes"] * EQUATION_PREFERRED
+    if generic and "equation" in good:
+        good.pop("causes", None)
     return min(good, key=lambda name: least.get(name, good[name]))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...generated import load_text
 from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
@@ -76,9 +77,9 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
     """Write the file of a law with terms, and a learned term if there is one."""
     parameters, states, rates, force, lines = [], [], [], [], []
     unpack_parameters: list[str] = []
-    for k, one in enumerate(chosen, start=1):
+    for k, one in enumerate(chosen, start=first_place(base)):
         names = _names(one, k)
-        coefficient = f"c{k}"
+        coefficient = f"c_{k}"
         unpack_parameters += [coefficient, *(names[n.symbol] for n in one.term.numbers)]
         meaning = f"of {one.term.text}"
         parameters.append(f'    Quantity("{coefficient}", "{one.term.unit}", "{meaning}"),')
@@ -89,21 +90,24 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )
         if one.term.rate:
-            states.append(f'    Quantity("s{k}", "m", "hysteretic state of c{k}"),')
+            states.append(f'    Quantity("s_{k}", "m", "hysteretic state of c_{k}"),')
             rates.append(_named(one.term.rate, names))
         force.append(f"{coefficient} * ({_named(one.term.code, names)})")
-        lines.append(f"      + c{k} ({shown(one, k)})")
+        lines.append(f"      + c_{k} ({shown(one, k)})")
     note = ""
     learned = ""
     if network is not None:
         note = "plus a learned term of inputs limited to the range of the tests.\n"
         learned, own_parameters, own_states, own_rates, own_force = _network_text(network)
         parameters += own_parameters
-        unpack_parameters += [f"share{k}" for k in range(len(network.weights))]
+        unpack_parameters += [f"share_{k}" for k in range(len(network.weights))]
         states += own_states
         rates += own_rates
         force.append(own_force)
     state_names = [line.split('"')[1] for line in states]
+    for name in [*unpack_parameters, *state_names]:
+        if name in (*base.parameter_names, *base.state_names):
+            raise InputError(f"{base.name} has {name!r} already; expected: a law without this term")
     head = _HEAD.format(title=title, base=LAWS.called(base, base.name),
                         equation="\n".join(lines) or "      + learned", note=note)  # fmt: skip
     unpack = [
@@ -157,9 +161,14 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
     return "\n".join(body) + "\n"
 
 
+def first_place(base: Law) -> int:
+    """Number of the first further term: a law may have an equation's terms already."""
+    return 1 + sum(bool(re.fullmatch(r"c_\d+", name)) for name in base.parameter_names)
+
+
 def _names(one: Chosen, place: int) -> dict[str, str]:
     """Symbols of a term as they are called in the equation."""
-    return {symbol: f"{symbol}{place}" for symbol in ("s", *(n.symbol for n in one.term.numbers))}
+    return {symbol: f"{symbol}_{place}" for symbol in ("s", *(n.symbol for n in one.term.numbers))}
 
 
 def shown(one: Chosen, place: int) -> str:
@@ -180,15 +189,15 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
 
     states, rates, names = [], [], {}
     for k, term in enumerate(network.states):
-        values = {n.symbol: number(n.value) for n in term.numbers} | {"s": f"m{k}"}
-        states.append(f'    Quantity("m{k}", "m", "memory of the learned term"),')
+        values = {n.symbol: number(n.value) for n in term.numbers} | {"s": f"m_{k}"}
+        states.append(f'    Quantity("m_{k}", "m", "memory of the learned term"),')
         rates.append(_named(term.rate, values))
-        names[f"m{k}"] = k
+        names[f"m_{k}"] = k
     arguments = ["x", "v", *names]
     inputs = [f"        limited({code}, {number(most)})," for code, most in network.inputs]
     units = [f"    ({', '.join(number(u) for u in row)})," for row in network.units]
     weights = [f"    ({', '.join(number(w) for w in row)})," for row in network.weights]
-    shares = ", ".join(f"share{k}" for k in range(len(network.weights)))
+    shares = ", ".join(f"share_{k}" for k in range(len(network.weights)))
     text = "\n".join([
         "UNITS = (", *units, ")",
         '"""Offset and weights of each unit of the learned term."""',
@@ -217,7 +226,7 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
         "",
     ])  # fmt: skip
     parameters = [
-        f'    Quantity("share{k}", "1", "of the learned term, power {k} of the current"),'
+        f'    Quantity("share_{k}", "1", "of the learned term, power {k} of the current"),'
         for k in range(len(network.weights))
     ]
     return text, parameters, states, rates, f"learned({', '.join(arguments)}, ({shares},))"

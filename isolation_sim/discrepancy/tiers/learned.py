@@ -38,7 +38,7 @@ def learn(
     """
     data = model.data
     states = _states(library(data))
-    known = {"x": data.x, "v": data.v} | {f"m{k}": along(s, data) for k, s in enumerate(states)}
+    known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}
     codes = _inputs(float(np.max(np.abs(data.v))), states)
     u = np.stack([run(code, known) for code in codes], axis=1)
     random = np.random.default_rng(seed)
@@ -95,5 +95,5 @@ def _states(terms: Sequence[Term]) -> tuple[Term, ...]:
 
 def _inputs(speed: float, states: Sequence[Term]) -> list[str]:
     """Python code of the network's inputs."""
-    memories = [f"m{k} / {term.numbers[0].value:.6g}" for k, term in enumerate(states[:4])]
-    return ["x", f"np.arcsinh(v / {_STEEP * speed:.6g})", *memories, "m4"]
+    memories = [f"m_{k} / {term.numbers[0].value:.6g}" for k, term in enumerate(states[:4])]
+    return ["x", f"np.arcsinh(v / {_STEEP * speed:.6g})", *memories, "m_4"]
