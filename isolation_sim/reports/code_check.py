@@ -60,8 +60,7 @@ def check_page(rows: Sequence[CheckRow], isolated: IsolatedStructure, name: str)
         for row in some:
             clause = f"{row.clause}, from memory" if row.clause else ""
             texts = (row.case, clause, row.value, row.limit, passes_text(row))
-            mark = "best" if row.passes else ""
-            lines.append(Row(row.subject, (*map(Cell, texts[:-1]), Cell(texts[-1], mark))))
+            lines.append(Row(row.subject, tuple(map(Cell, texts))))
     headings = tuple(heading[0].upper() + heading[1:] for heading in HEADINGS)
     checks = Table(
         "Checks in the manner of ASCE 7-22, chapter 17", headings, tuple(lines),

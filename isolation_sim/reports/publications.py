@@ -32,6 +32,15 @@ PUBLICATIONS = {
         "P. R. Dahl, A solid friction model, report TOR-0158(3107-18)-1, The Aerospace "
         "Corporation, 1968."
     ),
+    "Park, Wen and Ang (1986)": (
+        "Y. J. Park, Y. K. Wen, A. H.-S. Ang, Random vibration of hysteretic systems under "
+        "bi-directional ground motions, Earthquake Engineering and Structural Dynamics 14 (1986) "
+        "543-557."
+    ),
+    "Constantinou, Mokha and Reinhorn (1990)": (
+        "M. Constantinou, A. Mokha, A. Reinhorn, Teflon bearings in base isolation II: modeling, "
+        "Journal of Structural Engineering 116 (1990) 455-474."
+    ),
     "Payne (1962)": (
         "A. R. Payne, The dynamic properties of carbon black-loaded natural rubber vulcanizates, "
         "Journal of Applied Polymer Science 6 (1962) 57-63."
