@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -19,6 +19,9 @@ from .common_options import (
     progress,
     write_exports,
 )
+
+if TYPE_CHECKING:
+    from ..discrepancy.tiers.result import Tier
 
 EXAMPLES = examples(
     "isolation-sim diagnose my_tests --law bouc_wen",
@@ -89,8 +92,8 @@ def diagnose(
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, significance=significance, tiers=tiers,
-                progress=step,
+                current_degree=current_degree, significance=significance,
+                tiers=cast("Tier", tiers), progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
         write_exports(export, folder.unfinished, f"Diagnosis of {result.data}")
