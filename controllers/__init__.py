@@ -1,6 +1,6 @@
-"""Controllers: what sets the coil current. One file a controller, one entry point a name.
+"""Controllers of the coil current: one file per controller, one entry point per name.
 
-A controller of one's own need not be here: ``simulate`` takes any ``Controller``.
+Your own controller need not be here: ``simulate`` accepts any ``Controller``.
 """
 
 from __future__ import annotations

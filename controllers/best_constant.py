@@ -37,7 +37,7 @@ CRITERIA: dict[str, Callable[[Run, Run], float]] = {
 
 
 class BestConstant(Held):
-    """The constant current that minimises a criterion, found by trial runs.
+    """The constant current that minimises a criterion, found by a search over runs.
 
     It knows the plant and the whole ground motion, so it is what a controller must beat to be
     worth its wires, not one that could be built. The criterion need not be convex in the
@@ -55,7 +55,7 @@ class BestConstant(Held):
     title = "Best constant current"
     source = "scalar search: Brent 1973"
 
-    criterion: str = setting("weighted_peak", "what to minimise", OneOf(tuple(CRITERIA)))
+    criterion: str = setting("weighted_peak", "criterion to minimise", OneOf(tuple(CRITERIA)))
     lowest: float | None = setting(
         None, "lowest current tried; None for the supply's lowest, or 0", Optional(Number()), "A"
     )

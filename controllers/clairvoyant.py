@@ -1,4 +1,4 @@
-"""The best that currents could have done, had the ground motion been known from the start."""
+"""The full-information optimum: the best currents for a ground motion known in advance."""
 
 from __future__ import annotations
 
@@ -128,10 +128,10 @@ def bound(
     InputError
         If no weight is above 0, or the structure diverges at every current to start from.
     """
-    target = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
-    if not target:
+    positive = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
+    if not positive:
         raise InputError("clairvoyant: every weight is 0; expected: one or more above 0")
-    return _bound(plant, target, period, starts, roughness, iterations)
+    return _bound(plant, positive, period, starts, roughness, iterations)
 
 
 @lru_cache(maxsize=16)
@@ -139,10 +139,10 @@ def _bound(
     plant: Plant, weights: tuple[tuple[str, float], ...], period: float | None, starts: int,
     roughness: float, iterations: int,
 ) -> Bound:  # fmt: skip
-    result, target = [], dict(weights)
-    for problem in _problems(plant, starts, period, roughness, tuple(target)):
-        optimum = problem.solve(_absolute(plant, target), iterations=iterations)
-        result.append(_certified(plant, problem, target, optimum))
+    result, objective = [], dict(weights)
+    for problem in _problems(plant, starts, period, roughness, tuple(objective)):
+        optimum = problem.solve(_absolute(plant, objective), iterations=iterations)
+        result.append(_certified(plant, problem, objective, optimum))
     return min(result, key=lambda one: one.score)
 
 
@@ -153,7 +153,7 @@ def pareto(
 
     Its ends minimise one peak, from several constant currents; between them the acceleration is
     minimised under bounds on the displacement, once from each neighbour, which finds the front
-    where it is not convex too. The best local optimum within each bound is kept.
+    where it is not convex too. The best local optimum within each bound is returned.
 
     Parameters
     ----------
@@ -313,7 +313,7 @@ def _certified(
 
 
 class Clairvoyant(OpenLoop):
-    """The optimum over the whole ground motion: the bound that controllers are measured against.
+    """The full-information optimum over the whole ground motion.
 
     It knows the ground motion from the start and minimises the weighted peaks over all commands at
     once by sparse direct optimal control, with the laws traced from their one
@@ -344,14 +344,18 @@ class Clairvoyant(OpenLoop):
         Number(at_least=0),
     )  # fmt: skip
     starts: int = setting(
-        2, "constant currents to start the search from, equally spaced from the lowest up",
+        2, "number of constant currents from which the search starts, equally spaced",
         Integer(at_least=1),
     )  # fmt: skip
     roughness: float = setting(
-        1e-3, "weight of the commands' mean square change against the peaks", Number(at_least=0)
+        1e-3,
+        "weight of the mean square change of the commands, relative to the peaks",
+        Number(at_least=0),
     )
     iterations: int = setting(
-        300, "most iterations of the interior-point method from one start", Integer(at_least=1)
+        300,
+        "largest number of iterations of the interior-point method from one start",
+        Integer(at_least=1),
     )
 
     bound: Bound | None = None

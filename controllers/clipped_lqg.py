@@ -101,7 +101,7 @@ class ClippedLQG(Estimating, ClippedLQR):
         },
     }  # fmt: skip
 
-    filter: str = setting("kalman", "which observer", OneOf(("kalman", "extended")))
+    filter: str = setting("kalman", "type of the observer", OneOf(("kalman", "extended")))
 
     def decision(self, context: RunContext) -> Decision:
         """Gains, then the observer."""

@@ -1,4 +1,4 @@
-"""Linear-quadratic regulator, clipped to what the isolators can do."""
+"""Linear-quadratic regulator, clipped to the forces of the isolators."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _decide(
 
 
 class ClippedLQR(BrysonsRule):
-    """Linear-quadratic regulator, clipped to what the isolators can do.
+    """Linear-quadratic regulator, clipped to the forces of the isolators.
 
     The regulator is designed on the structure with its isolators linearised at a reference current,
     and its control forces are what is added to those of these reference isolators. An isolator can
@@ -69,8 +69,8 @@ class ClippedLQR(BrysonsRule):
     penalised for carrying the building. Weights follow Bryson's rule: each output is divided by
     the largest value that is acceptable, and the squares are added.
 
-    The wanted force goes through the inverse of the law believed in, with device states followed
-    along the measured deformation, and is clipped to the nearest force within reach. Defaults are
+    The target force goes through the inverse of the nominal law, with device states integrated
+    along the measured deformation, and is clipped to the nearest possible force. The defaults are
     tuned (``studies/tuned/clipped_lqr.toml``).
     """
 

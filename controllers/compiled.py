@@ -1,8 +1,8 @@
 """Compile a controller's decision, written once as a plain function on arrays.
 
-The function, whatever functions and numbers of its module it uses, and the laws of the devices
-believed in are put together as the text of one module, which Numba compiles and keeps on disk. The
-text is named by its content, so that nothing is compiled twice and nothing stale is used.
+The source of one module contains the function, the functions and constants of its module that it
+uses, and the nominal laws. Numba compiles the module and caches it on disk. Its name is a hash of
+its content, so that nothing is compiled twice and no stale code is used.
 """
 
 from __future__ import annotations

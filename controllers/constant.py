@@ -9,7 +9,7 @@ from .settings import Number, SearchRange, setting
 
 
 class Constant(Held):
-    """One current for all coils, held."""
+    """A constant current for all coils."""
 
     name = "constant"
     title = "Constant current"

@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from isolation_sim.errors import unknown_name
 from isolation_sim.simulation.control import CompiledDecision, RunContext, Schedule
@@ -57,7 +58,7 @@ class Controller:
     period : float or None, s
         Interval between decisions; None for the ground motion's sampling interval.
     preview_time : float, s
-        How far ahead of its arrival it is told the ground motion; 0 for not at all.
+        Preview time of the ground motion; 0 for none.
     report : object or None
         What its decisions were like in the last run, for those that count something; printed as
         ``str`` after a run.
@@ -88,6 +89,8 @@ class Controller:
     period: float | None = None
     preview_time: float = 0.0
     report: Any = None
+    __signature__: ClassVar[Signature]
+    """What editors show: every setting with its type, unit and default."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -105,6 +108,7 @@ class Controller:
         cls.settings = settings
         for name, declared in settings.items():
             setattr(cls, name, declared.default)
+        cls.__signature__ = _signature(cls)
 
     def __init__(self, **given: Any) -> None:
         preset = given.pop("preset", None)
@@ -226,3 +230,23 @@ class Controller:
             One current for all coils, or one a coil.
         """
         raise NotImplementedError(f"{self.name} has no method current(t, measurement)")
+
+
+def _signature(kind: type[Controller]) -> Signature:
+    """What a class takes: its settings in place of ``**given``."""
+    own = list(signature(kind.__init__).parameters.values())[1:]
+    if not own or own[-1].kind is not Parameter.VAR_KEYWORD:
+        return Signature(own)
+    settings = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=each.default, annotation=each.annotation)
+        for name, each in kind.settings.items()
+    ]
+    if kind.presets:
+        choice: Any = Literal[tuple(kind.presets)] | None
+        settings.append(
+            Parameter("preset", Parameter.KEYWORD_ONLY, default=None, annotation=choice)
+        )
+    return Signature([*own[:-1], *settings])
+
+
+Controller.__signature__ = _signature(Controller)

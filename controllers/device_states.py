@@ -1,4 +1,4 @@
-"""Internal states of the devices believed in, followed from measured motion.
+"""Internal states of the nominal devices, integrated along the measured motion.
 
 No sensor reads a device's internal states. A controller therefore integrates the law that it
 believes in along the measured deformation.
@@ -38,10 +38,10 @@ def fastest_rate(
     fastest = 0.0
     step = NUDGE * size + 1e-12
     for j in range(n):
-        keep = states[j]
-        states[j] = keep + step
+        original = states[j]
+        states[j] = original + step
         state_rates(e, x, v, states, current, row, after)
-        states[j] = keep
+        states[j] = original
         column = 0.0
         for i in range(n):
             column += abs(after[i] - before[i]) / step

@@ -53,20 +53,20 @@ def _decide(
         memory[PASS] += w * memory[PASS + 1]
         y, y1, y2 = memory[PASS], memory[PAST], memory[PAST + 1]
         # recursive least squares with exponential forgetting
-        keep = math.exp(-h / settings[FORGETTING])
+        retained = math.exp(-h / settings[FORGETTING])
         p11, p12, p22 = memory[COVARIANCE], memory[COVARIANCE + 1], memory[COVARIANCE + 2]
         g1, g2 = p11 * y1 + p12 * y2, p12 * y1 + p22 * y2
-        scale = keep + y1 * g1 + y2 * g2
+        scale = retained + y1 * g1 + y2 * g2
         miss = y - memory[COEFFICIENTS] * y1 - memory[COEFFICIENTS + 1] * y2
         memory[COEFFICIENTS] += g1 * miss / scale
         memory[COEFFICIENTS + 1] += g2 * miss / scale
         # while nothing happens nothing is learnt, and nothing must be forgotten
-        if y1 * g1 + y2 * g2 > 1.0 - keep:
-            memory[COVARIANCE] = (p11 - g1 * g1 / scale) / keep
-            memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / keep
-            memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / keep
+        if y1 * g1 + y2 * g2 > 1.0 - retained:
+            memory[COVARIANCE] = (p11 - g1 * g1 / scale) / retained
+            memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / retained
+            memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / retained
         memory[PAST + 1], memory[PAST] = y1, y
-        memory[POWER] = keep * memory[POWER] + (1.0 - keep) * measured[0] * measured[0]
+        memory[POWER] = retained * memory[POWER] + (1.0 - retained) * measured[0] * measured[0]
     frequency = SLOWEST
     if h > 0.0:
         frequency = dominant_frequency(memory[COEFFICIENTS], memory[COEFFICIENTS + 1], h)
@@ -104,17 +104,23 @@ class FrequencyTracking(CompiledController):
     }
 
     forgetting: float = setting(
-        2.0, "time after which the past counts by 1/e", Number(above=0), "s",
+        2.0, "time constant of the exponential forgetting", Number(above=0), "s",
         SearchRange(0.2, 20.0),
     )  # fmt: skip
-    corner: float = setting(2.0, "of the low-pass", Number(above=0), "Hz", SearchRange(0.3, 10.0))
+    corner: float = setting(
+        2.0,
+        "corner frequency of the low-pass filter",
+        Number(above=0),
+        "Hz",
+        SearchRange(0.3, 10.0),
+    )
     threshold: float = setting(
-        0.02, "RMS of the ground's acceleration below which the current is the lowest",
+        0.02, "RMS ground acceleration below which the current is the lowest",
         Number(at_least=0), "m/s^2", SearchRange(0.002, 1.0),
     )  # fmt: skip
     settling: float = setting(
-        3.0, "time in which the current follows: a stretched isolator that stiffens at once pushes "
-        "the building", Number(above=0), "s", SearchRange(0.1, 30.0),
+        3.0, "time constant of the current; a deformed isolator that stiffens at once pushes the "
+        "building", Number(above=0), "s", SearchRange(0.1, 30.0),
     )  # fmt: skip
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:

@@ -118,7 +118,7 @@ class WeightedPlant:
 
 
 class H2(CompiledController):
-    """H2 control from accelerations, with a ground filter, clipped to what isolators can do.
+    """H2 control from accelerations, with a ground filter, clipped to the forces of the isolators.
 
     The linear controller minimises the mean square of base displacements, accelerations and control
     forces, each over its acceptable value, when white noise through Kanai and Tajimi's filter

@@ -1,4 +1,4 @@
-"""Lyapunov's direct method: whichever current makes a weighted energy fall fastest."""
+"""Lyapunov's direct method: the current for the fastest decrease of a weighted energy."""
 
 from __future__ import annotations
 
@@ -55,15 +55,15 @@ def _decide(
 
 
 class Lyapunov(Estimating, BrysonsRule):
-    """Lyapunov's direct method: whichever current makes a weighted energy fall fastest.
+    """Lyapunov's direct method: the current for the fastest decrease of a weighted energy.
 
-    The energy is z' P z / 2 over displacements and velocities, where P makes it fall as the
-    squared, scaled outputs do while the isolators keep a reference current. The current is the
-    lowest where more force, by the law believed in, would make the energy fall more slowly; else
-    it is in proportion to how much faster the energy falls under the highest current, up to that
-    current. Jansen and Dyke switch, which the softening of 0 gives. With the structure's own energy
-    in place of P, it would be the on-off rule of maximum dissipation. Defaults are tuned
-    (``studies/tuned/lyapunov.toml``): so soft that the current hardly leaves the lowest.
+    The energy is z' P z / 2 over displacements and velocities. P is chosen so that the energy
+    decreases by the squared, scaled outputs at a reference current. The current is the lowest if
+    more force, by the nominal law, would slow the decrease of the energy. Otherwise it is
+    proportional to the gain in the decay rate under the highest current, up to that current. A
+    softening of 0 gives the switching of Jansen and Dyke. With the energy of the structure in place
+    of P, this is the on-off rule of maximum dissipation. The defaults are tuned
+    (``studies/tuned/lyapunov.toml``): the current is nearly always the lowest.
     """
 
     name = "lyapunov"
@@ -82,8 +82,8 @@ class Lyapunov(Estimating, BrysonsRule):
     }  # fmt: skip
 
     softening: float = setting(
-        1e5, "how much faster the energy must fall for the full current; in proportion below; 0 "
-        "switches", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
+        1e5, "gain in the decay rate of the energy that needs the full current; proportional "
+        "below; 0 for switching", Number(at_least=0), "1/s", SearchRange(10.0, 1e5),
     )  # fmt: skip
 
     def decision(self, context: RunContext) -> Decision:

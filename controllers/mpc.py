@@ -39,15 +39,16 @@ class Report:
     Attributes
     ----------
     failed : int
-        Programmes without a usable solution; the plan before was followed instead.
+        Programmes without a usable solution; the previous plan was followed instead.
     late : int
-        Decisions that took longer than the deadline; the plan before was followed instead.
+        Decisions that took longer than the deadline; the previous plan was followed instead.
     seconds : list of float
-        Time that each decision took, s.
+        Computing time of each decision, s.
     iterations : list of int
-        Of the solver, each decision.
+        Iterations of the solver in each decision.
     strength : float or None
-        Force of the isolators over the one believed in, as learnt at last; None without learning.
+        Last estimate of the force scale: isolator force over that of the nominal model; None
+        without ``learning``.
     """
 
     failed: int = 0
@@ -62,56 +63,56 @@ class Report:
         median, slow = np.percentile(self.seconds, [50, 99]) * 1e3
         learnt = ""
         if self.strength is not None:
-            learnt = f"; isolators {self.strength:.2f} times as strong as believed"
+            learnt = f"; estimated force scale of the isolators {self.strength:.2f}"
         return (
-            f"{len(self.seconds)} decisions, {self.failed} failed and {self.late} late (the plan "
-            f"before was followed); median {median:.3f} ms, 99th percentile {slow:.3f} ms{learnt}"
+            f"{len(self.seconds)} decisions, {self.failed} failed and {self.late} late (the "
+            f"previous plan was followed); median {median:.3f} ms, 99th percentile "
+            f"{slow:.3f} ms{learnt}"
         )
 
 
 class MPC(Estimating):
     """Model predictive control of the coil currents themselves.
 
-    Each decision predicts the response over a horizon with the law believed in and the plan of the
-    decision before, linearises that prediction exactly, and corrects the plan by one quadratic
-    programme (real-time iteration). The programme charges a little of the squared response and of
-    the plan's changes, and what exceeds the peaks so far or a level that counts as unavoidable; the
-    coils' limits and slew are its constraints.
+    Each decision predicts the response over a horizon with the nominal law and the plan of the
+    previous decision, linearises the prediction exactly, and corrects the plan by one quadratic
+    programme (real-time iteration). Its cost has small weights on the squared response and on
+    changes of the plan, and slack weights on what exceeds the peaks so far or an unavoidable level.
+    Its constraints are the limits and the slew rate of the coils.
 
-    The nominal model also goes through the ground motion without current, as far as it is known and
-    then as forecast. Its peaks over this course are the units of displacement and acceleration. The
-    regret is the acceleration above the largest one of this course up to the same step: without
-    preview a plan pays for it, so that an uncertain gain of displacement is not bought with more
-    acceleration than doing nothing would bring.
+    The nominal model is also simulated without current, over the known ground motion and then over
+    its forecast. The peaks of this simulation normalise displacement and acceleration. The regret
+    is the acceleration above the peak of this simulation up to the same step. Without preview it
+    has a slack weight, so that an uncertain benefit in displacement is not bought with more
+    acceleration than without control.
 
-    The ground motion ahead is the record's as far as ``preview`` goes. From there on its velocity
-    is expected to come back to zero, driven by what an autoregressive model, identified as the
-    motion arrives, expects; this forecast fades, because the ramp of a pulse is not a trend. What
-    is left of it at the end of the horizon is lost after it, while
-    the building floats on: the cost there is on the amplitude that this leaves, as far as there is
-    a warning. Accelerations keep clear of their level by what may come against that
-    expectation before the coils can answer, which is the more the stiffer the isolators are.
+    Within ``preview`` the ground motion is the record's. Beyond it the ground velocity is expected
+    to return to zero, with the innovation of an autoregressive model that is identified during the
+    motion. The forecast fades, because the ramp of a pulse is not a trend. The terminal cost
+    penalises the vibration amplitude that remains after the ground stops moving; it takes the
+    ground velocity into account only with preview. Acceleration constraints are tightened by the
+    forecast error before the coils can respond, which grows with the stiffness of the isolators.
 
-    As long as all of the ground motion has been slow for the building at its highest current
-    (``stiff_start``), that current is held instead: the building follows the ground. A long
-    near-fault pulse is seen too late otherwise.
+    While the ground motion is slow for the building at the highest current (``stiff_start``), that
+    current is held instead, so that the building follows the ground. A long near-fault pulse is
+    recognised too late otherwise.
 
     With ``filter`` an observer estimates displacements and velocities from accelerations and
-    isolator deformations. With ``learning`` the isolators' force is corrected by a factor, the one
-    with which it carries the inertia forces that the accelerations show. Over the measurements'
-    ``delay`` the state is predicted, under the commands given since.
+    isolator deformations. With ``learning`` the isolator force is multiplied by an estimated
+    factor, for which it balances the measured inertia forces. The state is predicted over the
+    ``delay`` of the measurements, with the commands given in the meantime.
 
-    A programme without a solution inside its constraints, or a decision later than ``deadline``,
-    is counted in ``report``; the plan of the decision before, which is within all limits, is then
-    followed one step further.
+    If a programme has no solution within its constraints, or a decision takes longer than
+    ``deadline``, ``report`` counts it, and the previous plan, which is within all limits, is
+    followed for one more step.
 
     Attributes
     ----------
     report : Report
         What happened in the last run's decisions.
     units : numpy.ndarray, shape (3,)
-        Displacement (m), acceleration (m/s^2) and velocity (m/s) that the last decision's costs
-        were in units of.
+        Displacement (m), acceleration (m/s^2) and velocity (m/s) by which the last decision's
+        costs were normalised.
     """
 
     name = "mpc"
@@ -121,99 +122,101 @@ class MPC(Estimating):
     period: float | None = 0.02
     filter: str = setting(
         "none", "observer that estimates displacements and velocities from accelerations and "
-        "isolator deformations; none takes them as measured",
+        "isolator deformations; none: displacements and velocities are measured",
         OneOf(("none", "kalman", "extended")),
     )  # fmt: skip
     preview: float = setting(
-        0.0, "warning time: the ground motion is known so far ahead", Number(at_least=0), "s"
+        0.0, "preview time: the ground motion is known this far ahead", Number(at_least=0), "s"
     )
     model: str = setting(
-        "law", "device in the prediction: its law, or spring and dashpot at each current",
-        OneOf(("law", "linear")),
+        "law", "device in the prediction: the law, or a spring and a dashpot that follow the "
+        "current (linear)", OneOf(("law", "linear")),
     )  # fmt: skip
     horizon: float | None = setting(
-        None, "how far ahead it predicts; None for 0.9 s and half of the preview",
+        None, "prediction horizon; None for 0.9 s plus half of the preview time",
         Optional(Number(above=0)), "s",
     )  # fmt: skip
     blocks: int | None = setting(
-        None, "blocks of commands that move together, at first of one step; None for 20 and 12 for "
-        "every second of the preview", Optional(Integer(at_least=1)),
+        None, "move blocking: number of blocks of commands, the first ones one decision long; "
+        "None for 20 plus 12 per second of preview", Optional(Integer(at_least=1)),
     )  # fmt: skip
     order: int = setting(
-        10, "order of the autoregressive model of the ground motion, identified as it arrives; 0 "
-        "for none", Integer(at_least=0),
+        10, "order of the autoregressive model of the ground motion, which is identified during "
+        "the motion; 0 for no model", Integer(at_least=0),
     )  # fmt: skip
     settling: float | None = setting(
-        1.0, "time in which the ground's velocity is expected to come back to zero, beside what "
-        "the autoregressive model expects; None for never", Optional(Number(above=0)), "s",
+        1.0, "time constant with which the forecast ground velocity returns to zero; None for no "
+        "return", Optional(Number(above=0)), "s",
     )  # fmt: skip
     fading: float | None = setting(
-        0.15, "time in which the forecast of the autoregressive model fades; None for never",
+        0.15, "time constant with which the autoregressive forecast fades; None for no fading",
         Optional(Number(above=0)), "s",
     )  # fmt: skip
     displacement: float = setting(0.5, "weight of squared displacement", Number(at_least=0))
     acceleration: float = setting(0.5, "weight of squared acceleration", Number(at_least=0))
-    end: float = setting(0.25, "weight of the squared amplitude at the end", Number(at_least=0))
-    stop: float | None = setting(
-        None, "share of the ground's velocity at the end that is expected to be lost while the "
-        "building floats on; None for 1.6 for every second of the preview, 1.3 at most: without "
-        "warning that velocity is a guess", Optional(Number(at_least=0)),
+    end: float = setting(
+        0.25, "terminal weight, of the squared vibration amplitude after the horizon",
+        Number(at_least=0),
     )  # fmt: skip
-    change: float = setting(0.1, "weight of squared changes of the plan", Number(above=0))
+    stop: float | None = setting(
+        None, "terminal ground-velocity factor: the share of the ground velocity at the end of the "
+        "horizon that the ground is expected to lose; None for 1.6 per second of preview, at most "
+        "1.3", Optional(Number(at_least=0)),
+    )  # fmt: skip
+    change: float = setting(0.1, "proximal weight, of squared changes of the plan", Number(above=0))
     roughness: float = setting(
-        0.05, "weight of squared differences between commands of the plan", Number(at_least=0)
+        0.05, "input-rate weight, of squared differences between commands", Number(at_least=0)
     )
-    effort: float = setting(0.0, "weight of squared currents", Number(at_least=0))
+    effort: float = setting(0.0, "input weight, of squared currents", Number(at_least=0))
     margin: float = setting(
-        1.0, "what accelerations keep clear of their level, over the standard deviation of what "
-        "may come unforeseen before the coils can answer", Number(at_least=0),
+        1.0, "constraint tightening of accelerations, in standard deviations of the forecast error "
+        "before the coils can respond", Number(at_least=0),
     )  # fmt: skip
     displacement_excess: float | None = setting(
-        None, "weight of the displacement that exceeds its level; None for 0.2 and 2.5 for "
-        "every second of the preview: without warning it is not foreseen",
-        Optional(Number(at_least=0)),
+        None, "slack weight, of the displacement above its level; None for 0.2 plus 2.5 per second "
+        "of preview", Optional(Number(at_least=0)),
     )  # fmt: skip
     acceleration_excess: float = setting(
-        2.4, "weight of the acceleration that exceeds its level", Number(at_least=0)
+        2.4, "slack weight, of the acceleration above its level", Number(at_least=0)
     )
     regret: float | None = setting(
-        None, "weight of the acceleration that exceeds the peak without current, so far and as "
-        "forecast; None for 2 less 2.5 for every second of the preview, 0 at least",
+        None, "slack weight, of the acceleration above the peak without current, past and "
+        "forecast; None for 2 minus 2.5 per second of preview, at least 0",
         Optional(Number(at_least=0)),
     )  # fmt: skip
     displacement_level: float = setting(
-        0.2, "peak displacement that counts as unavoidable, over the peak without current so far",
+        0.2, "unavoidable displacement, as a fraction of the peak without current so far",
         Number(at_least=0),
     )  # fmt: skip
     acceleration_level: float = setting(
-        0.25, "peak acceleration that counts as unavoidable, over the peak without current so far",
+        0.25, "unavoidable acceleration, as a fraction of the peak without current so far",
         Number(at_least=0),
     )  # fmt: skip
     stiff_start: float = setting(
-        1.3, "shortest period of a ground motion that is ridden out at the highest current, over "
-        "the building's first period at that current; 0 for none", Number(at_least=0),
+        1.3, "the highest current is held while the period of the ground motion exceeds this "
+        "multiple of the first period at that current; 0 for never", Number(at_least=0),
     )  # fmt: skip
     least_peak: float = setting(
-        0.13, "peaks without current are taken to be at least this times the strongest ground "
-        "acceleration so far, for displacements over the square of the first frequency",
+        0.13, "lower limit of the peaks without current, as a multiple of the largest ground "
+        "acceleration so far; displacements: over the squared first circular frequency",
         Number(above=0),
     )  # fmt: skip
     delay: float | None = setting(
         None, "age of a measurement when its command takes effect, over which the state is "
-        "predicted; None for what it is told where it has an observer, else 0: that sharpens noise",
+        "predicted; None for the scenario's delays with an observer and 0 without",
         Optional(Number(at_least=0)), "s",
     )  # fmt: skip
     learning: float | None = setting(
-        None, "memory of the isolators' force over the one believed in, learnt from accelerations; "
-        "None to believe as given", Optional(Number(above=0)), "s",
+        None, "memory of the force-scale estimate of the isolators, from accelerations; None for "
+        "no estimate", Optional(Number(above=0)), "s",
     )  # fmt: skip
     substep: float | None = setting(
-        None, "longest step of the prediction's integration; None for 0.01 s and half of that with "
-        "a warning", Optional(Number(above=0)), "s",
+        None, "longest integration step of the prediction; None for 0.01 s, or 0.005 s with "
+        "preview", Optional(Number(above=0)), "s",
     )  # fmt: skip
-    iterations: int = setting(1, "linearisations a decision", Integer(at_least=1))
+    iterations: int = setting(1, "linearisations per decision", Integer(at_least=1))
     deadline: float | None = setting(
-        None, "time that a decision may take; None for any", Optional(Number(above=0)), "s"
+        None, "longest time of a decision; None for no limit", Optional(Number(above=0)), "s"
     )
 
     def __init__(self, **given: Any) -> None:
@@ -286,8 +289,8 @@ class MPC(Estimating):
             ]
         )  # fmt: skip
         self._n_behind = len(nominal.structure.directions) + len(coils)
-        sentences = 0.0 if self.filter == "none" else sum(context.delays)
-        self._n_late = round((sentences if self.delay is None else self.delay) / self.step)
+        delay = 0.0 if self.filter == "none" else sum(context.delays)
+        self._n_late = round((delay if self.delay is None else self.delay) / self.step)
         ahead = 0
         if context.ground is not None:
             ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late

@@ -72,7 +72,7 @@ class OnOff(CompiledController):
     title = "On-off"
     source = "; ".join(RULES.values())
 
-    rule: str = setting("stiffness", "which product decides", OneOf(tuple(RULES)))
+    rule: str = setting("stiffness", "product that decides", OneOf(tuple(RULES)))
     on: float | None = setting(
         None,
         "current when on; None for the highest tested, within the supply's limits",
@@ -86,12 +86,12 @@ class OnOff(CompiledController):
     )  # fmt: skip
     dead_band: float = setting(
         0.0,
-        "the last current holds while the product is within this of zero; in m^2/s for stiffness "
+        "the last current is held while the absolute product is below this; in m^2/s for stiffness "
         "and skyhook (m^2/s^2), W for dissipation, m^2/s^3 for acceleration",
         Number(at_least=0),
     )
     wash_out: float = setting(
-        0.1, "skyhook: corner below which the integrated acceleration is dropped", Number(above=0),
+        0.1, "skyhook: corner frequency of the wash-out filter", Number(above=0),
         "Hz",
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ from .open_loop import Held
 
 
 class PassiveOff(Held):
-    """No current, or what is nearest to it within the supply's limits."""
+    """Zero current, or the nearest one within the limits of the supply."""
 
     name = "passive_off"
     title = "Passive off"

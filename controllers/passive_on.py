@@ -11,7 +11,7 @@ from .settings import Number, Optional, setting
 
 
 class PassiveOn(Held):
-    """One high current, held."""
+    """A constant high current."""
 
     name = "passive_on"
     title = "Passive on"

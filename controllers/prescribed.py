@@ -17,7 +17,7 @@ from .settings import ExistingFile, Numbers, Optional, setting
 
 
 class Prescribed(OpenLoop):
-    """Commands from a table, each held until the next.
+    """Commands from a table; each is held until the next.
 
     The file is a CSV with a column ``time_s`` and either ``current_A``, for all coils, or one
     column a coil, ``coil0_current_A``, ``coil1_current_A``, ….
@@ -27,15 +27,15 @@ class Prescribed(OpenLoop):
     title = "Prescribed current"
 
     time: tuple[float, ...] | None = setting(
-        None, "instants from which the commands hold, increasing from 0", Optional(Numbers()), "s"
+        None, "times of the commands, increasing from 0", Optional(Numbers()), "s"
     )
     amperes: tuple[Any, ...] | None = setting(
         None,
-        "commands, one an instant for all coils, or one a coil in each row",
+        "commands: one per time for all coils, or one per coil in each row",
         Optional(Numbers((1, 2))),
         "A",
     )
-    file: str | None = setting(None, "CSV file to read both from", Optional(ExistingFile()))
+    file: str | None = setting(None, "CSV file with both", Optional(ExistingFile()))
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
@@ -84,13 +84,13 @@ def _read(path: Path, where: str) -> tuple[NDArray, NDArray]:
         rows = csv.reader(lines)
         header = [cell.strip() for cell in next(rows, [])]
         coils = [f"coil{k}_current_A" for k in range(len(header) - 1)]
-        target = ["time_s", *(["current_A"] if "current_A" in header else coils)]
-        if len(target) < 2 or not set(target) <= set(header):
+        wanted = ["time_s", *(["current_A"] if "current_A" in header else coils)]
+        if len(wanted) < 2 or not set(wanted) <= set(header):
             raise InputError(
                 f"{where}: columns are {', '.join(header) or 'missing'}; expected: time_s and "
                 "current_A, or time_s and coil0_current_A, coil1_current_A, ..."
             )
-        columns = [header.index(name) for name in target]
+        columns = [header.index(name) for name in wanted]
         values = []
         for row in filter(None, rows):
             try:

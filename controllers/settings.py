@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -37,6 +37,12 @@ class Setting:
     accepts: Callable[[Any], Any]
     unit: str = ""
     search: SearchRange | None = None
+
+    @property
+    def annotation(self) -> Any:
+        """Its type for a signature, with the unit if it has one."""
+        kind = getattr(self.accepts, "kind", Any)
+        return Annotated[kind, self.unit] if self.unit else kind
 
     def checked(self, owner: str, name: str, value: Any) -> Any:
         """Return the value to use for a given one."""
@@ -101,6 +107,11 @@ class Number:
     above: float = -np.inf
     infinite: bool = False
 
+    @property
+    def kind(self) -> Any:
+        """Type of what it accepts."""
+        return float
+
     def __call__(self, value: Any) -> float:
         """Return the number, or raise ValueError or TypeError."""
         if isinstance(value, (str, bool)):
@@ -133,6 +144,11 @@ class Integer:
 
     at_least: int
 
+    @property
+    def kind(self) -> Any:
+        """Type of what it accepts."""
+        return int
+
     def __call__(self, value: Any) -> int:
         """Return the number, or raise ValueError or TypeError."""
         if isinstance(value, (str, bool)) or int(value) != value or value < self.at_least:
@@ -154,6 +170,11 @@ class OneOf:
     """
 
     words: tuple[str, ...]
+
+    @property
+    def kind(self) -> Any:
+        """Type of what it accepts."""
+        return Literal[self.words]
 
     def __call__(self, value: Any) -> str:
         """Return the word, or raise ValueError."""
@@ -177,6 +198,11 @@ class Optional:
 
     inner: Callable[[Any], Any]
 
+    @property
+    def kind(self) -> Any:
+        """Type of what it accepts."""
+        return getattr(self.inner, "kind", Any) | None
+
     def __call__(self, value: Any) -> Any:
         """Return None or what the inner one makes of it."""
         return None if value is None else self.inner(value)
@@ -197,6 +223,11 @@ class Numbers:
 
     n_axes: tuple[int, ...] = (1,)
 
+    @property
+    def kind(self) -> Any:
+        """Type of what it accepts."""
+        return tuple
+
     def __call__(self, value: Any) -> tuple:
         """Return the numbers, or raise ValueError or TypeError."""
         array = np.array(value, dtype=float)
@@ -209,8 +240,27 @@ class Numbers:
 
 
 @dataclass(frozen=True)
+class NamesByName:
+    """Accepts a table of names by name."""
+
+    def __call__(self, value: Any) -> dict[str, str]:
+        """Return the table, or raise TypeError."""
+        if not isinstance(value, Mapping) or not all(isinstance(v, str) for v in value.values()):
+            raise TypeError(value)
+        return dict(value)
+
+    def __str__(self) -> str:
+        return "a table of names"
+
+
+@dataclass(frozen=True)
 class ExistingFile:
     """Accepts the path of a file that exists."""
+
+    @property
+    def kind(self) -> Any:
+        """Type of what it accepts."""
+        return str
 
     def __call__(self, value: Any) -> str:
         """Return the path as text, or raise ValueError or TypeError."""

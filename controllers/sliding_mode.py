@@ -66,15 +66,15 @@ class SlidingMode(CompiledController):
     presets: ClassVar = {"published": {"slope": 0.4, "gain": 0.4, "layer": 0.09}}
 
     slope: float = setting(
-        0.2127, "of the surface: rate at which deformation dies out on it", Number(above=0), "1/s",
+        0.2127, "of the surface: decay rate of the deformation on it", Number(above=0), "1/s",
         SearchRange(0.02, 10.0),
     )  # fmt: skip
     gain: float = setting(
-        0.01232, "acceleration that pulls towards the surface", Number(at_least=0), "m/s^2",
+        0.01232, "acceleration towards the surface", Number(at_least=0), "m/s^2",
         SearchRange(0.01, 5.0),
     )  # fmt: skip
     layer: float = setting(
-        0.0254, "distance from the surface within which the pull is proportional", Number(above=0),
+        0.0254, "width of the boundary layer", Number(above=0),
         "m/s", SearchRange(0.01, 3.0),
     )  # fmt: skip
 

@@ -1,6 +1,6 @@
 """Ground motions: records, their files, spectra, and random and pulse-like excitation.
 
-Everything is in SI units inside: m, s, m/s2. A motion is a `Record`, wherever it comes from.
+All quantities are in SI units: m, s, m/s^2. Every motion is a `Record`.
 """
 
 from __future__ import annotations

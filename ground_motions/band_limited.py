@@ -66,7 +66,7 @@ def band_limited_series(
     high_hz = positive("high_hz (Hz)", high_hz)
     count = sample_count(duration, dt)
     taper = within("taper (share)", taper, 0.0, 0.5)
-    target, size = exactly_one(rms=rms, peak=peak)
+    measure, size = exactly_one(rms=rms, peak=peak)
     if low_hz >= high_hz:
         raise InputError(
             "low_hz and high_hz (Hz)", f"{low_hz:g} and {high_hz:g}", "low_hz < high_hz"
@@ -80,7 +80,7 @@ def band_limited_series(
     edge = 1e-9 * frequency[1]
     psd = ((frequency >= low_hz - edge) & (frequency <= high_hz + edge)).astype(np.float64)
     series = random_phases(psd, count, dt, seed) * _taper(count, taper)
-    present = float(np.sqrt(np.mean(series**2)) if target == "rms" else np.max(np.abs(series)))
+    present = float(np.sqrt(np.mean(series**2)) if measure == "rms" else np.max(np.abs(series)))
     if present == 0.0:
         raise InputError(
             "low_hz and high_hz (Hz)",
@@ -138,7 +138,7 @@ def band_limited_noise(
     >>> wide = band_limited_noise(0.0, 20.0, 60.0, rms=1.0, seed=1)
     >>> narrow = band_limited_noise(1.0, 10.0, 5.0, 1 / 256, pga=2.0, seed=2)
     """
-    target, size = exactly_one(rms=rms, pga=pga)
+    measure, size = exactly_one(rms=rms, pga=pga)
     series = band_limited_series(
         low_hz,
         high_hz,
@@ -155,7 +155,7 @@ def band_limited_noise(
         name=f"band_limited_{low_hz:g}_{high_hz:g}_Hz_seed_{seed}",
         source=(
             f"band_limited_noise(low_hz={low_hz!r}, high_hz={high_hz!r}, duration={duration!r}, "
-            f"dt={dt!r}, {target}={size!r}, seed={seed!r}, taper={taper!r})"
+            f"dt={dt!r}, {measure}={size!r}, seed={seed!r}, taper={taper!r})"
         ),
     )
 

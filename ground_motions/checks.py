@@ -84,12 +84,12 @@ def whole_steps(duration: float, dt: float) -> int:
     return math.ceil(steps)
 
 
-def few_enough(samples: float, sentences: str) -> None:
+def few_enough(samples: float, subject: str) -> None:
     """Refuse a motion with more samples than ``MOST_SAMPLES``."""
     if samples > MOST_SAMPLES:
         raise InputError(
             "ground motion",
-            f"{sentences}, {samples:.3g} samples",
+            f"{subject}, {samples:.3g} samples",
             f"up to {MOST_SAMPLES:,} samples",
         )
 

@@ -10,7 +10,7 @@ from ground_motions.record import Record
 
 
 def write_csv(record: Record, path: str | Path) -> Path:
-    """Write a record as ``time_s, ground_acceleration_m_s2``, every digit kept.
+    """Write a record as ``time_s, ground_acceleration_m_s2`` with every digit.
 
     Parameters
     ----------

@@ -111,8 +111,8 @@ def clough_penzien_psd(frequency: npt.ArrayLike, soil: Soil, intensity: float = 
     R. W. Clough and J. Penzien, Dynamics of Structures, McGraw-Hill, 1975.
     """
     squared = (2.0 * np.pi * np.asarray(frequency, dtype=np.float64) / soil.low_frequency) ** 2
-    keep = squared**2 / ((1.0 - squared) ** 2 + 4.0 * soil.low_damping**2 * squared)
-    psd: FloatArray = keep * kanai_tajimi_psd(frequency, soil, intensity)
+    high_pass = squared**2 / ((1.0 - squared) ** 2 + 4.0 * soil.low_damping**2 * squared)
+    psd: FloatArray = high_pass * kanai_tajimi_psd(frequency, soil, intensity)
     return psd
 
 
@@ -219,13 +219,13 @@ def _motion(
     envelope: Envelope | None,
 ) -> Record:
     parameters = soil if isinstance(soil, Soil) else SOILS[choice("soil", soil, SOILS)]
-    target, size = exactly_one(pga=pga, intensity=intensity)
+    measure, size = exactly_one(pga=pga, intensity=intensity)
     count = sample_count(duration, dt)
     density = psd(frequencies(count, dt), parameters, 1.0 if intensity is None else size)
     samples = random_phases(density, count, dt, seed)
     if envelope is not None:
         samples *= envelope(np.arange(count) * dt)
-    if target == "pga":
+    if measure == "pga":
         peak = float(np.max(np.abs(samples)))
         if peak == 0.0:
             raise InputError(
@@ -238,7 +238,7 @@ def _motion(
         dt,
         name=f"{kind}_{soil_name}_seed_{seed}",
         source=(
-            f"{kind}_motion(soil={soil!r}, duration={duration!r}, dt={dt!r}, {target}={size!r}, "
+            f"{kind}_motion(soil={soil!r}, duration={duration!r}, dt={dt!r}, {measure}={size!r}, "
             f"seed={seed!r}, envelope={envelope!r})"
         ),
     )

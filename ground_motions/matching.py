@@ -103,7 +103,7 @@ def match_spectrum(
     Notes
     -----
     The wavelet is the tapered cosine of Al Atik and Abrahamson, whose velocity and displacement
-    end at zero, so that the baseline is kept without a correction. Each one peaks in the response
+    end at zero, so that the baseline needs no correction. Each one peaks in the response
     of its own oscillator at that oscillator's largest response; the amplitudes follow from the
     linear equations for the responses at all those instants.
     """
@@ -143,10 +143,10 @@ def match_spectrum(
             f"{misfit:.1%} from the target after {iterations} iterations",
             f"{tolerance:.1%}; a record whose own spectrum is nearer, or a narrower range",
         )
-    sentences = f"matched to {target.name} over {low:.3g}-{high:.3g} s by {count} wavelets"
+    note = f"matched to {target.name} over {low:.3g}-{high:.3g} s by {count} wavelets"
     return MatchedRecord(
         Record(
-            motion.acceleration, motion.dt, record.name, f"{scaled.source}; {sentences}",
+            motion.acceleration, motion.dt, record.name, f"{scaled.source}; {note}",
             record.unit_as_given,
         ),
         float(factor),

@@ -31,7 +31,7 @@ class Record:
     Parameters
     ----------
     acceleration : (n,) array_like
-        Ground acceleration, m/s2; two samples or more. A read-only copy is kept.
+        Ground acceleration, m/s2; two samples or more. Stored as a read-only copy.
     dt : float
         Sampling step, s.
     name : str

@@ -1,7 +1,8 @@
 """What is found by name: laws, effects, controllers, studies, readers.
 
 A name is an entry point of an installed package, of this project or a user's; or was given to
-``register``; or is itself a place, ``"my_laws.py:CUBIC"`` or ``"my_package.laws:CUBIC"``.
+``register``; or is itself a place, ``"my_laws.py:CUBIC"``, ``"my_package.laws:CUBIC"`` or, of a
+controller, ``"my.fmu"``.
 A thing is loaded when it is first asked for. A file is run only when it is named with its path.
 """
 
@@ -27,6 +28,7 @@ T = TypeVar("T")
 PROJECT = "isolation-sim"
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
 """The project's packages, all in one folder."""
+UNIT = ".fmu"
 _CHECKOUT = Path(__file__).resolve().parents[1]
 _files: dict[Path, tuple[str, ModuleType]] = {}
 
@@ -57,6 +59,9 @@ class Registry(Mapping[str, T]):
         ``usable(loaded)`` -> the thing to keep, or None if it cannot be used.
     own_name : callable, optional
         ``own_name(thing)`` -> the name that it gives itself; it must be the registered one.
+    unit : str, optional
+        Place of a function that makes a thing of a functional mock-up unit, ``"my.fmu"``; without
+        it a unit cannot be such a thing.
     """
 
     def __init__(
@@ -66,9 +71,10 @@ class Registry(Mapping[str, T]):
         accepted: str,
         usable: Callable[[Any], T | None],
         own_name: Callable[[T], str] | None = None,
+        unit: str = "",
     ) -> None:
         self.group, self.kind, self.accepted = group, kind, accepted
-        self._usable, self._own_name = usable, own_name
+        self._usable, self._own_name, self._unit = usable, own_name, unit
         self._given: dict[str, T] = {}
         self._loaded: dict[str, T] = {}
 
@@ -97,8 +103,8 @@ class Registry(Mapping[str, T]):
 
     def register(self, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
         """Give a thing a name in this process."""
-        keep = self._checked(thing, f"{thing!r}")
-        own = self._own_name(keep) if self._own_name else None
+        part = self._checked(thing, f"{thing!r}")
+        own = self._own_name(part) if self._own_name else None
         name = name or own
         if not name or is_place(name) or own not in (None, name):
             raise InputError(
@@ -112,7 +118,7 @@ class Registry(Mapping[str, T]):
                 f"{self.kind} {name!r} is registered already in this process; expected: another "
                 "name, or replace=True"
             )
-        self._given[name] = keep
+        self._given[name] = part
 
     def called(self, thing: object, default: str) -> str:
         """Return the name or place under which a thing was found."""
@@ -169,37 +175,42 @@ class Registry(Mapping[str, T]):
 
     def _from_package(self, name: str) -> T:
         entry = self._entry(name)
-        sentences = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
-        thing = self._checked(_imported(entry.place, sentences), sentences)
+        label = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
+        thing = self._checked(_imported(entry.place, label), label)
         own = self._own_name(thing) if self._own_name else name
         if own != name:
-            raise InputError(f"{sentences} calls itself {own!r}; expected: one name in both places")
+            raise InputError(f"{label} calls itself {own!r}; expected: one name in both places")
         return thing
 
     def _at(self, place: str) -> T:
         """What is at a place; a file that has changed is loaded again."""
-        sentences = f"{self.kind} {place!r}"
+        label = f"{self.kind} {place!r}"
         place = absolute_place(place)
         file, name = _split(place)
-        loaded = _from_file(file, name, sentences) if file else _imported(place, sentences)
-        thing = self._checked(loaded, sentences)
+        if file and file.suffix == UNIT:
+            if not self._unit:
+                raise InputError(f"{label} is a functional mock-up unit; expected: {self.accepted}")
+            loaded = _imported(self._unit, label)(file)
+        else:
+            loaded = _from_file(file, name, label) if file else _imported(place, label)
+        thing = self._checked(loaded, label)
         # equal things stay one: a tuple may have been put around the same effect anew
         if self._loaded.get(place) != thing:
             self._loaded[place] = thing
         return self._loaded[place]
 
-    def _checked(self, loaded: Any, sentences: str) -> T:
+    def _checked(self, loaded: Any, label: str) -> T:
         thing = self._usable(loaded)
         if thing is None:
             raise InputError(
-                f"{sentences} is of type {type(loaded).__name__}; expected: {self.accepted}"
+                f"{label} is of type {type(loaded).__name__}; expected: {self.accepted}"
             )
         return thing
 
 
 def is_place(name: str) -> bool:
     """Whether a name says itself where the thing is."""
-    return ":" in name or name.endswith(".py")
+    return ":" in name or name.endswith((".py", UNIT))
 
 
 def absolute_place(name: str, folder: str | Path = ".") -> str:
@@ -237,20 +248,20 @@ def checkout_entries() -> dict[str, dict[str, str]]:
 
 def _split(name: str) -> tuple[Path | None, str]:
     """File and name inside it; no file where the place is a module's or none at all."""
-    if name.endswith(".py"):
+    if name.endswith((".py", UNIT)):
         return Path(name), ""
     file, _, inside = name.rpartition(":")
     return (Path(file), inside) if file.endswith(".py") else (None, inside)
 
 
-def _imported(place: str, sentences: str) -> Any:
+def _imported(place: str, label: str) -> Any:
     module, _, inside = place.partition(":")
     check_not_hidden(module.partition(".")[0])
     try:
         loaded = import_module(module)
     except Exception as error:
-        raise _not_loaded(sentences, error) from error
-    return _inside(loaded, inside, sentences)
+        raise _not_loaded(label, error) from error
+    return _inside(loaded, inside, label)
 
 
 def check_not_hidden(package: str) -> None:
@@ -276,17 +287,15 @@ def hides_packages(folder: str) -> bool:
     return place != _CHECKOUT and any((place / file).is_file() for file in files)
 
 
-def _from_file(file: Path, inside: str, sentences: str) -> Any:
+def _from_file(file: Path, inside: str, label: str) -> Any:
     try:
         loaded = _file_module(file)
     except OSError as error:
         reason = error.strerror or error
-        raise InputError(
-            f"{sentences}: cannot be read ({reason}); expected: file.py:NAME"
-        ) from None
+        raise InputError(f"{label}: cannot be read ({reason}); expected: file.py:NAME") from None
     except Exception as error:
-        raise _not_loaded(sentences, error) from error
-    return _inside(loaded, inside, sentences)
+        raise _not_loaded(label, error) from error
+    return _inside(loaded, inside, label)
 
 
 def _file_module(file: Path) -> ModuleType:
@@ -311,16 +320,16 @@ def _digest(source: bytes) -> str:
     return hashlib.sha256(source).hexdigest()
 
 
-def _inside(module: ModuleType, name: str, sentences: str) -> Any:
+def _inside(module: ModuleType, name: str, label: str) -> Any:
     thing: Any = module
     for part in name.split(".") if name else ():
         if not hasattr(thing, part):
             offered = [each for each in vars(thing) if not each.startswith("_")]
-            raise unknown_name(f"name in {sentences}:", part, offered)
+            raise unknown_name(f"name in {label}:", part, offered)
         thing = getattr(thing, part)
     return thing
 
 
-def _not_loaded(sentences: str, error: Exception) -> InputError:
+def _not_loaded(label: str, error: Exception) -> InputError:
     words = " ".join(str(error).split())
-    return InputError(f"{sentences} cannot be loaded: {type(error).__name__}: {words}")
+    return InputError(f"{label} cannot be loaded: {type(error).__name__}: {words}")

@@ -181,7 +181,7 @@ def select_best(
     Raises
     ------
     InputError
-        If there are fewer records than wanted.
+        If there are fewer records than requested.
     """
     if not 0 < count <= len(spectra):
         raise InputError("records to select", f"{count}", f"1 to {len(spectra)}, as many as given")

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from controllers import Controller
     from ground_motions import Record, available_records, el_centro_1940
     from ground_motions import read as read_record
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
         PlausibilityWarning,
         TestedRangeWarning,
     )
+    from .export.opensees import opensees_material
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
@@ -95,6 +97,7 @@ _HOMES = {
     "Case": ".simulation.batch",
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
+    "Controller": "controllers",
     "Device": ".laws",
     "DeviceSimulator": ".simulation.substructure",
     "Diagnosis": ".discrepancy.diagnosis",
@@ -136,6 +139,7 @@ _HOMES = {
     "loop_curves": ".identification.loop_curves",
     "loop_measures": ".identification.loop_measures",
     "measured_force": ".laws",
+    "opensees_material": ".export.opensees",
     "passive": ".laws",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
@@ -160,6 +164,7 @@ __all__ = [
     "Case",
     "CoilDriver",
     "Comparison",
+    "Controller",
     "Device",
     "DeviceSimulator",
     "Diagnosis",
@@ -201,6 +206,7 @@ __all__ = [
     "loop_curves",
     "loop_measures",
     "measured_force",
+    "opensees_material",
     "passive",
     "read_campaign",
     "read_matrices",

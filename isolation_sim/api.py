@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from ground_motions import Record
 
@@ -20,12 +20,15 @@ from .structures import IsolatedStructure
 if TYPE_CHECKING:
     from .comparison import Comparison
     from .discrepancy.diagnosis import Diagnosis
+    from .discrepancy.tiers.result import Tier
     from .identification.campaign import Campaign
     from .identification.fitted import Fit, LawEvaluation
     from .laws import Device
     from .laws.law import Law
     from .scenario import Scenario
     from .sweeps.result import Sweep
+    from .sweeps.suites.result import Suite
+    from .tuning.tuning import Tuning
 
 
 def simulate(
@@ -60,7 +63,7 @@ def simulate(
     computation_delay : float, default 0
         Time from a decision to its command, s.
     tolerance : float, default 1e-6
-        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
+        Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     current_outside : {"refuse", "clamp"}
         What to do with a command outside the driver's limits: end with an error, or clamp and
         count it.
@@ -176,18 +179,18 @@ def compare(
     return result
 
 
-def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep:
+def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite | Tuning:
     """Read a saved result as what it was.
 
     Parameters
     ----------
     path : str or pathlib.Path
-        Folder that ``save``, ``isolation-sim run``, ``diagnose`` or ``sweep`` wrote, or a file
-        ``result.npz``.
+        Folder that ``save``, ``isolation-sim run``, ``diagnose``, ``sweep``, ``suite`` or ``tune``
+        wrote, or a file ``result.npz``.
 
     Returns
     -------
-    Run, Comparison, Fit, Diagnosis or Sweep
+    Run, Comparison, Fit, Diagnosis, Sweep, Suite or Tuning
         With its plots, criteria and reports; without the simulation's working memory.
 
     Raises
@@ -197,17 +200,20 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep:
     """
     from .archive import FILE, load_archive
     from .sweeps.result import Sweep
+    from .sweeps.suites.result import Suite
+    from .tuning.tuning import Tuning
 
     folder = Path(path)
     if folder.is_file():
         return load_archive(folder)
     if (folder / FILE).is_file():
         return load_archive(folder / FILE)
-    if (folder / "manifest.json").is_file():
-        return Sweep(folder)
-    raise InputError(
-        f"{path}: no saved result; expected: a folder with {FILE}, or a sweep's with manifest.json"
-    )
+    kinds: dict[str, Callable[[Path], Sweep | Suite | Tuning]]
+    kinds = {"suite.json": Suite, "manifest.json": Sweep, "tuning.json": Tuning.read}
+    for name, kind in kinds.items():
+        if (folder / name).is_file():
+            return kind(folder)
+    raise InputError(f"{path}: no saved result; expected: a folder with {FILE}, {', '.join(kinds)}")
 
 
 def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
@@ -249,7 +255,12 @@ def diagnose(
     *,
     scenario: Scenario | IsolatedStructure | str | Path | None = None,
     consequence: bool = True,
-    **options: Any,
+    current_degree: int | None = None,
+    significance: float | None = None,
+    tiers: Tier = "causes",
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
     """Find what a simulation gets wrong in measured data, and why.
 
@@ -259,24 +270,33 @@ def diagnose(
         A campaign of device tests or its folder, the CSV file of a loop table, or one or several
         CSV files of building records.
     law : str or Law, default "strain_stiffening"
-        The law to judge, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
-        tests and loop tables.
+        Law to evaluate, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
+        tests and loop tables. "auto" first compares all registered laws on device tests; the one
+        that predicts the held-out runs best is evaluated.
     parameters : str, pathlib.Path or Device, default "fit"
         Its numbers: "fit", "published", or a file that ``fit --out`` writes.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
-        The building as it is believed to be; needed for building records. For device tests, where
+        The nominal building; required for building records. For device tests, where
         the consequence is shown: the main job by default. A scenario whose isolator section has no
         scales leaves it to the diagnosis to scale the device.
     consequence : bool, default True
-        Whether to run the scenario's controllers with the law that was judged and with the
+        Whether to run the scenario's controllers with the evaluated law and with the
         extended one, where a cause was found; of a building record only if it is a scenario that
         describes the building.
-    **options
-        ``progress`` (called with the name of what is being done); for campaigns and loop tables
-        also ``seed``, ``threads``, ``current_degree``, the degree of the parameters'
-        polynomials of the current; for campaigns ``tiers``, "causes" (the default), "equation"
-        or "learned", and ``significance``, the share of the force (RMS) below which an effect is
-        negligible (0.002).
+    current_degree : int, optional
+        Degree of the parameters' polynomials of the current; not for building records.
+    significance : float, optional
+        Share of the force (RMS) below which an effect is negligible, 0.002 by default; not for
+        building records.
+    tiers : {"causes", "equation", "learned"}, default "causes"
+        What is tried of device tests: named causes; an equation, too; or a learned term, too.
+    seed : int, default 0
+        Of the random parts of search and inference; a building record needs none.
+    threads : int, optional
+        Threads of the fits; as many as there are processors by default. A building record uses
+        one.
+    progress : callable, optional
+        Called with the name of the step that begins.
 
     Returns
     -------
@@ -304,7 +324,11 @@ def diagnose(
         paths = [] if not isinstance(data, str | Path) or kind_of(data) != "building" else [data]
     result: Diagnosis
     if not paths:
-        result = of_device(data, law, parameters, **options)  # type: ignore[arg-type]
+        result = of_device(
+            data, law, parameters, current_degree=current_degree,  # type: ignore[arg-type]
+            significance=significance, tiers=tiers, seed=seed, threads=threads,
+            progress=progress,
+        )  # fmt: skip
         scenario = Scenario() if scenario is None else scenario
     else:
         if scenario is None:
@@ -312,30 +336,27 @@ def diagnose(
                 f"{paths[0]}: a building record needs the building; expected: --scenario with a "
                 "scenario file that describes it"
             )
-        tiers = options.pop("tiers", "causes")
         if tiers != "causes":
             raise InputError(
                 f"{paths[0]}: tiers is {tiers!r}; expected of a building record: causes"
             )
-        significance = options.pop("significance", None)
         if significance is not None:
             raise InputError(
                 f"{paths[0]}: significance is {significance:g}, which has no meaning for a "
                 "building record; expected: none, or a campaign of device tests"
             )
-        degree = options.pop("current_degree", None)
-        if degree is not None:
+        if current_degree is not None:
             raise InputError(
-                f"{paths[0]}: current degree is {degree}, which has no meaning for a building "
-                "record: its isolator's numbers are the scenario's; expected: none, or a campaign "
-                "or loop table, to which a law is fitted"
+                f"{paths[0]}: current degree is {current_degree}, which has no meaning for a "
+                "building record: its isolator's numbers are the scenario's; expected: none, or a "
+                "campaign or loop table, to which a law is fitted"
             )
         isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
         records = [read_building_record(path) for path in paths]
-        result = diagnose_building(records, isolated, **options)
+        result = diagnose_building(records, isolated, progress=progress)
     if not (consequence and isinstance(scenario, Scenario)):
         return result
-    return with_consequence(result, scenario, options.get("progress"))
+    return with_consequence(result, scenario, progress)
 
 
 def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEvaluation:

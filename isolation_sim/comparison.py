@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
-from .rendering import render
+from .rendering import Printed, render
 from .simulation.tested_range import of_runs
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ OPTIMUM = "clairvoyant"
 _FIGURES = {
     "time_histories": "time_histories",
     "loops": "loops",
+    "loops_in_plan": "loops_in_plan",
     "currents": "currents",
     "floor_envelopes": "floor_envelopes",
     "energy": "energy_figure",
@@ -36,7 +37,7 @@ _FIGURES = {
 """Function of ``isolation_sim.reports.figures`` by the kind of figure."""
 
 
-class Comparison:
+class Comparison(Printed):
     """Results of several controllers on one plant under one ground motion.
 
     It prints as its table.
@@ -133,7 +134,7 @@ class Comparison:
         return f"{run.isolated.structure.name}, {motion}"
 
     def failures(self) -> list[str]:
-        """Tell which runs diverged.
+        """Return the names of the runs that diverged.
 
         Returns
         -------
@@ -143,7 +144,7 @@ class Comparison:
         return [f"{name} has no result: {error}" for name, error in self.diverged.items()]
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -178,7 +179,7 @@ class Comparison:
         )
 
     def to_records(self) -> list[dict[str, str | float]]:
-        """List the runs as flat records, for CSV or Parquet.
+        """List the runs as flat records, for CSV.
 
         Returns
         -------
@@ -192,15 +193,22 @@ class Comparison:
             for name in self.runs
         ]
 
-    def plot(self, kind: str = "time_histories", **options: Any) -> Figure:
+    def plot(
+        self,
+        kind: str = "time_histories",
+        direction: str | None = None,
+        element: str | None = None,
+    ) -> Figure:
         """Draw one figure of all runs.
 
         Parameters
         ----------
-        kind : {"time_histories", "loops", "currents", "floor_envelopes", "energy"}
+        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
             Which figure of ``isolation_sim.reports.figures``.
-        **options
-            Options of that figure.
+        direction : str, optional
+            Direction of the time histories; the first by default.
+        element : str, optional
+            Name of the element of the loops; the first by default.
 
         Returns
         -------
@@ -209,11 +217,13 @@ class Comparison:
         Raises
         ------
         InputError
-            If there is no such figure.
+            If there is no such figure, direction or element.
         """
         if kind not in _FIGURES:
             raise unknown_name("figure", kind, _FIGURES)
-        return render(f"figures:{_FIGURES[kind]}", self.runs, **options)
+        given = {"time_histories": direction, "loops": element}
+        chosen = [given[kind]] if kind in given else []
+        return render(f"figures:{_FIGURES[kind]}", self.runs, *chosen)
 
     def to_html(self, path: str | Path, scenario: str = "") -> Path:
         """Write a report that opens in any browser: tables, linked charts, an animation.
@@ -223,7 +233,7 @@ class Comparison:
         path : str or pathlib.Path
             File to write, replaced whole or not at all.
         scenario : str
-            TOML of the scenario that produced the runs, to be told in the report.
+            TOML of the scenario that produced the runs, for the report.
 
         Returns
         -------
@@ -232,11 +242,12 @@ class Comparison:
         """
         return render("html.run_report:run_report", self, scenario).write(path)
 
-    def report(self) -> None:
-        """Print criteria, energies, failures and warnings."""
-        render("console:standard_console").print(self.table())
-        for line in (*self.failures(), *(f"warning: {each}" for each in self.warnings())):
-            print(line)
+    def _shown(self) -> Iterator[Any]:
+        yield self.table()
+        yield from self.failures()
+        isolated = next(iter(self.runs.values())).isolated
+        yield from (f"{key}: {value}" for key, value in isolated.facts().items())
+        yield from (f"warning: {each}" for each in self.warnings())
 
     def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
         """Write everything; ``isolation_sim.load`` gives the comparison back.
@@ -246,7 +257,7 @@ class Comparison:
         folder : str or pathlib.Path
             Made if it does not exist.
         scenario : str
-            TOML of the scenario that produced it, kept with it.
+            TOML of the scenario that produced it, saved with it.
         figures : bool, default False
             Whether to draw figures, each as SVG and PNG.
 
@@ -288,16 +299,8 @@ class Comparison:
         names = ("runs", "diverged", "reference", "fixed_base")
         return {name: getattr(self, name) for name in names}
 
-    def _repr_html_(self) -> str:
-        return render("tables:as_html", self.table())
-
     def __repr__(self) -> str:
         return f"Comparison({', '.join(self.runs)}; reference={self.reference!r})"
-
-    def __str__(self) -> str:
-        isolated = next(iter(self.runs.values())).isolated
-        facts = [f"{key}: {value}" for key, value in isolated.facts().items()]
-        return "\n".join([render("tables:as_text", self.table()), *self.failures(), *facts])
 
     def __rich__(self) -> RenderableType:
         return self.table()

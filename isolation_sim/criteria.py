@@ -2,7 +2,7 @@
 
 The benchmark's criteria, with a hat for the uncontrolled structure, norms of vectors over the
 directions of ground motion, f a floor above the base, h a storey's height, i an isolator, k a
-control device and t the time (dimensionless, less is better but for J9):
+control device and t the time (dimensionless; smaller is better, except for J9):
 
     J1 = max_t |V0| / max_t |V0^|                base shear, at the isolation level
     J2 = max_t |V1| / max_t |V1^|                structural shear, in the first storey
@@ -14,17 +14,17 @@ control device and t the time (dimensionless, less is better but for J9):
     J8 = max_f rms |a_f| / max_f rms |a_f^|      absolute floor acceleration, without the base
     J9 = sum_k int F_k v_k dt / int V0 v_g dt    work on the devices over input energy
 
-J3 and J7 look at the isolators' positions in plan, which move further than the base's centre where
-the base rotates. A structure without ``isolator_positions`` has its isolators at the base's dofs. A
-structure without ``heights`` has storeys of equal height, which cancels in J4.
+J3 and J7 use the positions of the isolators in plan. They move further than the centre of the base
+if the base rotates. A structure without ``isolator_positions`` has its isolators at the dofs of the
+base. A structure without ``heights`` has storeys of equal height, which cancels in J4.
 
-Two things are adapted here. The benchmark's devices stand beside bearings; a magnetorheological
-isolator is bearing and damper in one, so that F in J6 is the isolators' whole force, and J6 is 1
-where nothing else carries the building. For the same reason J9 counts the isolators' elastic energy
-at the end of the record. The uncontrolled structure is the same one with its coils off.
+Two definitions are adapted. The devices of the benchmark act beside bearings. A magnetorheological
+isolator is both bearing and damper. F in J6 is therefore the whole force of the isolators, and J6
+is 1 if nothing else carries the building. For the same reason J9 includes the elastic energy of the
+isolators at the end of the record. The uncontrolled structure is the same one with its coils off.
 
-Five ratios of the same kind look at the base's centre, at drifts in m and at all levels with the
-base, and one at what the devices dissipated:
+Five ratios of the same kind use the centre of the base, drifts in m and all levels with the base.
+Another one uses the dissipated energy:
 
     normalised_peak_base_displacement, normalised_rms_base_displacement
     normalised_peak_drift
@@ -72,7 +72,7 @@ GEOMETRIC = ("isolator_displacement_m", "drift_ratio")
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What the criteria are computed from; leading axes, such as one for many runs, are kept.
+    """Responses for the criteria; leading axes, such as one for many runs, remain.
 
     With several directions of ground motion every quantity is the norm of its vector over them;
     with one it may have its sign.

@@ -44,13 +44,13 @@ def cache_folder() -> Path:
 @lru_cache
 def _writable(given: Path | None, cache_home: str) -> Path:
     """The cache folder, or one for temporary files where it can be neither written nor read."""
-    target = given or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
+    folder = given or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
     with suppress(OSError):
-        target.mkdir(parents=True, exist_ok=True)
-    if os.access(target, os.W_OK | os.X_OK):
-        return target
-    if any(target.glob("*.py")) if os.access(target, os.R_OK | os.X_OK) else False:
-        return target  # filled before, and now for reading only
+        folder.mkdir(parents=True, exist_ok=True)
+    if os.access(folder, os.W_OK | os.X_OK):
+        return folder
+    if any(folder.glob("*.py")) if os.access(folder, os.R_OK | os.X_OK) else False:
+        return folder  # filled before, and now for reading only
     if given is not None:
         raise InputError(
             f"ISOLATION_SIM_CACHE={given}: cannot be written; expected: a folder that "
@@ -62,7 +62,7 @@ def _writable(given: Path | None, cache_home: str) -> Path:
     if user != "" and fallback.stat().st_uid != user:
         fallback = Path(tempfile.mkdtemp(prefix="isolation_sim-"))
     print(
-        f"isolation-sim: {target} cannot be written; compiled code is kept in {fallback} instead; "
+        f"isolation-sim: {folder} cannot be written; compiled code goes to {fallback} instead; "
         "set ISOLATION_SIM_CACHE to a folder of your own",
         file=sys.stderr,
     )

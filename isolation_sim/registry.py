@@ -23,6 +23,7 @@ CONTROLLERS: Registry[type[Control]] = Registry(
     "a class such as a subclass of controllers.Controller",
     _controller_class,
     lambda kind: kind.name,  # type: ignore[arg-type, return-value]
+    unit="controllers.fmu:of_file",
 )
 """Every controller's class by name, or by a place such as ``"my_package.control:Outwards"``."""
 
@@ -65,9 +66,11 @@ def controller(name: str, **settings: Any) -> Control:
     Parameters
     ----------
     name : str
-        Name of the controller, or a place such as ``"my_controllers.py:Outwards"``.
+        Name of the controller, a place such as ``"my_controllers.py:Outwards"``, or a functional
+        mock-up unit, ``"my.fmu"``.
     **settings : object
-        Its settings; see ``CONTROLLERS[name].settings``.
+        Its settings; the signature of its class shows them, and so does ``isolation-sim list
+        controllers``.
 
     Returns
     -------

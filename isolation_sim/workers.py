@@ -145,7 +145,7 @@ class _Worker:
             return answer
         raise InputError(
             f"{task}: {TRIES} worker processes died over them, killed or out of "
-            "memory; what is finished is kept"
+            "memory; finished chunks are saved"
         )
 
     def _ask(self, task: Task[Any]) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,6 +12,7 @@ from typer.main import get_command
 from isolation_sim.cli.common_options import (
     AsJson,
     Out,
+    Overwrite,
     Quiet,
     examples,
     print_results,
@@ -20,7 +20,7 @@ from isolation_sim.cli.common_options import (
 )
 from isolation_sim.registry import STUDIES
 
-from .study import about
+from .study import about, default_folder
 
 _PAPERS_WIDTH = 170
 """Columns of the papers' tables where standard output is no terminal."""
@@ -58,9 +58,8 @@ def _options() -> None:
     epilog=examples("isolation-sim study papers", "isolation-sim study papers --short --quiet")
 )
 def papers(
-    out: Annotated[
-        Path, typer.Option(help="Results folder; a number is added if it holds something already.")
-    ] = Path("results/papers"),
+    out: Out = None,
+    overwrite: Overwrite = False,
     figures: Annotated[bool, typer.Option(help="Draw figures.")] = True,
     short: Annotated[
         bool, typer.Option("--short", help="Search by fewer runs: faster, shares less exact.")
@@ -81,10 +80,11 @@ def papers(
         if not (as_json or quiet):
             standard_console(_PAPERS_WIDTH).print(layout(title, checks), "\n")
 
-    path = reproduce(out, figures, short, show)
+    where = out or default_folder("papers")
+    path = reproduce(where, figures, short, show, overwrite)
     if as_json:
         print(json.dumps(records, indent=2))
-    print_results(path, as_json, quiet)
+    print_results(path, as_json, quiet, where)
 
 
 def _run(name: str) -> typer.Typer:
@@ -93,6 +93,7 @@ def _run(name: str) -> typer.Typer:
 
     def run(
         out: Out = None,
+        overwrite: Overwrite = False,
         short: Annotated[bool, typer.Option("--short", help="Run fewer cases.")] = False,
         as_json: AsJson = False,
         quiet: Quiet = False,
@@ -101,15 +102,16 @@ def _run(name: str) -> typer.Typer:
 
         from .study import layout, perform
 
+        where = out or default_folder(name)
         with progress(quiet, 1) as step:
-            result, path = perform(name, out, short, step)
+            result, path = perform(name, where, short, step, overwrite)
         if as_json:
             print(json.dumps({"finding": result.finding, "table": list(result.table)}, indent=2))
         elif not quiet:
             console = standard_console()
             console.print(layout(result.table, about(name)))
             console.print(f"\n{result.finding}\n")
-        print_results(path, as_json, quiet)
+        print_results(path, as_json, quiet, where)
 
     said = about(name)
     run.__doc__ = f"{said[:1].upper()}{said[1:]}."

@@ -57,30 +57,30 @@ Rows = list[dict[str, Any]]
 
 @dataclass(frozen=True)
 class Case:
-    """Under what the controllers are judged.
+    """Conditions of a comparison of controllers.
 
     Attributes
     ----------
     switching : {"instantaneous", "passive"}
         Rule by which the isolators stiffen.
-    believed : float
-        Force of the isolators believed in, over the true one.
+    nominal_force : float
+        Nominal force of the isolators over the true one.
     sensors : Sensors
         What the controllers are given.
     """
 
     switching: str = "instantaneous"
-    believed: float = 1.0
+    nominal_force: float = 1.0
     sensors: Sensors = field(default_factory=Sensors)
 
 
 CASES = {
     NOMINAL: Case(),
-    "soft": Case(believed=0.8, sensors=DEGRADED_SENSING),
-    "stiff": Case(believed=1.2, sensors=DEGRADED_SENSING),
+    "soft": Case(nominal_force=0.8, sensors=DEGRADED_SENSING),
+    "stiff": Case(nominal_force=1.2, sensors=DEGRADED_SENSING),
     PASSIVE: Case("passive"),
 }
-"""Nominal; with noise, 20 ms of delay and isolators believed 20 % too soft or stiff; the passive
+"""Nominal; with noise, 20 ms of delay and a nominal force 20 % too small or too large; the passive
 rule."""
 
 
@@ -170,7 +170,7 @@ def judged(candidates: Mapping[str, Controller], record: Record, case: Case) -> 
 
 
 def _run(one: Controller, record: Record, case: Case) -> Run:
-    assumed = plant("instantaneous", case.believed)
+    assumed = plant("instantaneous", case.nominal_force)
     return simulate(
         plant(case.switching), record, one, nominal=assumed, driver=DRIVER, sensors=case.sensors
     )

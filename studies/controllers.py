@@ -92,7 +92,7 @@ def ranking(result: Judgement, case: str) -> Rows:
 
     Parameters
     ----------
-    found : Judgement
+    result : Judgement
         Of all controllers.
     case : str
         One of ``controller_runs.CASES``.
@@ -167,7 +167,7 @@ def finding(result: Judgement, table: Rows) -> str:
     }
     sentences = [
         f"J is the mean over {len(result.random)} random motions that no setting was tuned on; "
-        "intervals are 95 %, by drawing the motions anew."
+        "intervals are 95 %, bootstrapped over the motions."
     ]
     for case, where in ((NOMINAL, "papers' switching"), (PASSIVE, "passive")):
         names = ", ".join(
@@ -203,7 +203,7 @@ def _closed(result: Judgement, rows: Rows) -> str:
     """Say how much of what is possible ``mpc`` and the best controller achieve."""
     shares = [row for row in rows if row.get("closed") is not None]
     first = max(shares, key=lambda row: row["closed"])
-    sentences = ", ".join(
+    closed = ", ".join(
         f"{row['controller']} {100 * row['closed']:.0f} %{_bounds(row)}"
         for row in shares
         if row is first or row["controller"] == "mpc"
@@ -214,7 +214,7 @@ def _closed(result: Judgement, rows: Rows) -> str:
         f"Under {len(bounds)} motions the clairvoyant optimum has J {min(scores):.2f} to "
         f"{max(scores):.2f} (engine and optimisation differ by "
         f"{max(one['certified'] for one in bounds):.1e} at most); of the gap between the best "
-        f"constant current and it, {sentences}."
+        f"constant current and it, {closed}."
     )
 
 

@@ -77,7 +77,7 @@ def _finding(result: dict[str, Diagnosis]) -> str:
             cause.name
             + (f" ({cause.form})" if cause.form else "")
             + f" with {100 * cause.share:.0f} % of the squared misfit"
-            + (f", hardly to be told from {', '.join(cause.confusable_with)}"
+            + (f", hardly to be distinguished from {', '.join(cause.confusable_with)}"
                if cause.confusable_with else "")
             for cause in one.causes
         )  # fmt: skip

@@ -176,14 +176,14 @@ def finding(rows: Rows) -> str:
         f"and motions with more than {HARM:g}."
     ]
     for name in dict.fromkeys(row["controller"] for row in rows):
-        sentences = "; ".join(
+        by_kind = "; ".join(
             f"{row['kind']} {row['over_constant']:+.3f} ({row['from']:+.3f} to {row['to']:+.3f}), "
             f"{row['harmed']} of {row['motions']}"
             + (f", worst {row['worst_motion']} {row['worst']:+.2f}" if row["harmed"] else "")
             for row in rows
             if row["controller"] == name
         )
-        lines.append(f"{name}: {sentences}.")
+        lines.append(f"{name}: {by_kind}.")
     return "\n".join(lines)
 
 

@@ -1,6 +1,6 @@
-"""What each lever of the predictive controller contributes.
+"""What each part of the predictive controller contributes.
 
-Each is switched off by itself, without preview and with a warning time, on random motions that no
+Each is removed alone, without preview and with a preview time, on random motions that no
 setting was tuned on; the difference in J, the peak base displacement and the peak floor
 acceleration, each over its value without current, added, is paired motion by motion.
 """
@@ -23,34 +23,34 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-TITLE = "Predictive control: what each lever contributes"
+TITLE = "Predictive control: ablations"
 WHOLE = "as it is"
 ABLATIONS: dict[str, dict[str, Any]] = {
-    "cost on exceeding the peaks": {
+    "slack weights on the peaks": {
         "displacement_excess": 0.0, "acceleration_excess": 0.0, "regret": 0.0,
     },
-    "forecast of the ground fading": {"fading": None},
+    "fading of the ground forecast": {"fading": None},
     "stiff start": {"stiff_start": 0.0},
-    "peaks so far only, none unavoidable": {"displacement_level": 0.0, "acceleration_level": 0.0},
-    "model of the ground motion to come": {"order": 0, "settling": None},
-    "of it, the return of the ground's velocity": {"settling": None},
+    "unavoidable levels": {"displacement_level": 0.0, "acceleration_level": 0.0},
+    "ground forecast": {"order": 0, "settling": None},
+    "the return of the ground velocity alone": {"settling": None},
     "terminal cost": {"end": 0.0},
-    "of it, the ground coming to rest": {"stop": 0.0},
+    "the terminal ground velocity alone": {"stop": 0.0},
     "horizon beyond 0.6 s": {"horizon": 0.6},
-    "margin for the unforeseen": {"margin": 0.0},
-    "steps of integration shorter than a decision": {"substep": 0.02},
+    "constraint tightening": {"margin": 0.0},
+    "integration steps shorter than a decision": {"substep": 0.02},
     "the law (linear prediction)": {"model": "linear"},
 }  # fmt: skip
 """What is taken away, and the settings without it."""
 PREVIEWS = (0.0, 0.1, 0.2, 0.4, 0.8, 1.2)
-"""Warning times, s."""
-SHORT = ("cost on exceeding the peaks", "terminal cost")
+"""Preview times, s."""
+SHORT = ("slack weights on the peaks", "terminal cost")
 
 Rows = list[dict[str, Any]]
 
 
 def candidates(short: bool) -> dict[str, Controller]:
-    """Return the controllers to compare, by what is taken away and the warning time."""
+    """Return the controllers to compare, by what is removed and the preview time."""
     names = SHORT if short else tuple(ABLATIONS)
     given: dict[str, Controller] = {}
     for preview in sorted({0.0, PREVIEW, *(() if short else PREVIEWS)}):
@@ -62,7 +62,7 @@ def candidates(short: bool) -> dict[str, Controller]:
 
 
 def label(name: str, preview: float) -> str:
-    """Name of a controller: what is taken away, and its warning time in s."""
+    """Name of a controller: what is removed, and its preview time in s."""
     return f"{name}, {preview:g} s"
 
 
@@ -103,7 +103,7 @@ def finding(rows: Rows, n_motions: int) -> str:
     """Say what the table says."""
     sentences = [
         f"J is the mean over {n_motions} random motions that no setting was tuned on; intervals "
-        "are 95 %, by drawing the motions anew."
+        "are 95 %, bootstrapped over the motions."
     ]
     for preview in (0.0, PREVIEW):
         some = [row for row in rows if row["preview_s"] == preview]
@@ -111,7 +111,7 @@ def finding(rows: Rows, n_motions: int) -> str:
         kinds = {
             "helps": [row for row in some if row["lost_from"] > 0],
             "harms": [row for row in some if row["lost_to"] < 0],
-            "does not tell": [
+            "not significant": [
                 row for row in some
                 if row is not whole and row["lost_from"] <= 0 <= row["lost_to"]
             ],
@@ -122,15 +122,15 @@ def finding(rows: Rows, n_motions: int) -> str:
             for kind, among in kinds.items()
         )
         sentences.append(
-            f"With {preview:g} s of warning J is {whole['over_constant']:+.3f} "
+            f"With {preview:g} s of preview J is {whole['over_constant']:+.3f} "
             f"({whole['over_constant_from']:+.3f} to {whole['over_constant_to']:+.3f}) from the "
-            f"best constant current's. What the controller loses without each lever: {told}."
+            f"best constant current's. What the controller loses without each part: {told}."
         )
     return " ".join(sentences)
 
 
 def figure(rows: Rows) -> Figure:
-    """Draw what is lost without each lever, and J over the warning time."""
+    """Draw what is lost without each part, and J over the preview time."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
     with style():
@@ -148,7 +148,7 @@ def figure(rows: Rows) -> Figure:
             left.errorbar(
                 middle, at, xerr=[middle - low, high - middle], linestyle="",
                 marker=look["marker"], color=look["color"], markersize=4.5, capsize=2.5,
-                label=f"{preview:g} s of warning" if preview else "no warning",
+                label=f"{preview:g} s of preview" if preview else "no preview",
             )  # fmt: skip
         left.axvline(0.0, color="0.6", linewidth=0.8, zorder=0)
         left.set_yticks(np.arange(len(names)), names)
@@ -162,6 +162,6 @@ def figure(rows: Rows) -> Figure:
         right.fill_between(times, low, high, color="0.85")
         right.plot(times, middle, "o-", color="black", markersize=4.5)
         right.axhline(0.0, color="0.6", linewidth=0.8)
-        right.set(xlabel="warning time, s", ylabel="J above the best constant current's")
+        right.set(xlabel="preview time, s", ylabel="J minus that of the best constant current")
         legend(drawing, left, "outside lower center")
     return drawing

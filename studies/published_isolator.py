@@ -94,7 +94,7 @@ def loops(device: Device, table: LoopTable) -> tuple[NDArray, NDArray]:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class TableDiagnosis:
     """A table, what was diagnosed in it, and what each law makes of its tests.
 
     Attributes
@@ -124,13 +124,13 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         assert diagnosis.judged is not None and diagnosis.extended is not None
         laws = {PUBLISHED: published, FITTED: diagnosis.judged, EXTENDED: diagnosis.extended}
         computed = {name: loops(device, table) for name, device in laws.items()}
-        result.append(Comparison(table, diagnosis, computed))
+        result.append(TableDiagnosis(table, diagnosis, computed))
         step(f"diagnosing {table.name}", 1 / len(tables))
     rows = [row for evaluated in result for row in _rows(evaluated)]
     return Outcome(rows, _finding(rows, result), {"loops": _figure(result)})
 
 
-def _rows(evaluated: Comparison) -> list[dict[str, Any]]:
+def _rows(evaluated: TableDiagnosis) -> list[dict[str, Any]]:
     table, diagnosis = evaluated.table, evaluated.diagnosis
     left_out = {FITTED: diagnosis.error_before.held_out, EXTENDED: diagnosis.error_after.held_out}
     rows = []
@@ -149,21 +149,21 @@ def _rms(values: NDArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _finding(rows: list[dict[str, Any]], result: list[Comparison]) -> str:
+def _finding(rows: list[dict[str, Any]], result: list[TableDiagnosis]) -> str:
     sentences = []
     for evaluated in result:
         table, diagnosis = evaluated.table, evaluated.diagnosis
         published, fitted, extended = (row for row in rows if row["data"] == table.name)
         sentences.append(
             f"{table.name}: the published law misses stiffness and damping by "
-            f"{_pair(published)} %, fitted anew by {_pair(fitted)} %"
+            f"{_pair(published)} %, after a new fit by {_pair(fitted)} %"
         )
         if not diagnosis.causes:
             sentences[-1] += "; no effect of the catalogue lowers the error on rows left out."
             continue
         named = "; ".join(
             f"{cause.name} ({cause.form}) removes {100 * cause.share:.0f} % of the squared misfit"
-            + (f", hardly to be told from {', '.join(cause.confusable_with)}"
+            + (f", hardly to be distinguished from {', '.join(cause.confusable_with)}"
                if cause.confusable_with else "")
             for cause in diagnosis.causes
         )  # fmt: skip
@@ -180,7 +180,7 @@ def _pair(row: dict[str, Any]) -> str:
     return f"{row['stiffness, RMS error %']:.3g} and {row['damping, %']:.2g}"
 
 
-def _figure(result: list[Comparison]) -> Figure:
+def _figure(result: list[TableDiagnosis]) -> Figure:
     from isolation_sim.reports.style import DOUBLE_COLUMN, line_styles, new_figure, style
 
     with style():

@@ -57,7 +57,7 @@ def plan(short: bool) -> dict[str, Any]:
             along_motions(grounds),
             {"field": "isolator.switching", "label": "switching", "values": list(RULES)},
             {"field": "simulation.computation_delay_s", "label": "delay_s", "values": delays},
-            {"field": "nominal.force_factor", "label": "believed", "values": factors},
+            {"field": "nominal.force_factor", "label": "nominal_force", "values": factors},
         ],
     }  # fmt: skip
 
@@ -67,7 +67,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     runs = swept(plan(short), folder, step).table
     peaks = ["normalised_peak_base_displacement", "normalised_peak_floor_acceleration"]
     runs["score"] = runs[peaks].mean(axis=1)
-    over = runs.groupby(["switching", "controller", "delay_s", "believed"])
+    over = runs.groupby(["switching", "controller", "delay_s", "nominal_force"])
     scores = over["score"].median()
     names = [name for name in runs["controller"].unique() if name not in PASSIVE]
     maps = {(rule, name): scores[rule, name].unstack() for rule in RULES for name in names}
@@ -119,11 +119,11 @@ def _finding(maps: Maps, constant: float) -> str:
     }
     work = {rule: field_work(rule, LATE) for rule in RULES}
     sentences.append(
-        f"The worst of all is {worst_of['instantaneous']:.1f} by the papers' rule and "
+        f"The worst of all is {worst_of['instantaneous']:.1f} by the instantaneous rule and "
         f"{worst_of['passive']:.1f} by the passive one. The energy ledger says why: under El "
         f"Centro the current of {CONTROLLERS[0]}, {1e3 * LATE:.0f} ms late, puts "
         f"{work['instantaneous']:.2f} times the ground's energy into the building by the "
-        "papers' rule, "
+        "instantaneous rule, "
         f"{work['passive']:.2f} times by the passive one."
     )
     return "\n".join(sentences)

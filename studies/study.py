@@ -21,11 +21,12 @@ from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
 from isolation_sim.reports.sweep_tables import heading
+from isolation_sim.reports.tables import TextTable
 from isolation_sim.reports.units import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.table import Table
+    from rich.console import RenderableType
 
     from isolation_sim.sweeps import Estimate, Sweep
 
@@ -113,13 +114,14 @@ def perform(
     out: str | Path | None = None,
     short: bool = False,
     step: Step = lambda what, share=0.0: None,
+    overwrite: bool = False,
 ) -> tuple[Outcome, Path]:
     """Run a study and write what it found."""
     from isolation_sim.reports.html.study_report import study_report
     from isolation_sim.reports.style import save
 
     study = STUDIES[name]
-    with ResultsFolder(out or Path("results") / Path(name).stem) as folder:
+    with ResultsFolder(out or default_folder(name), overwrite) as folder:
         step("preparing", 1.0)  # from -1, where the progress begins, to 0
         result: Outcome = study.outcome(folder.unfinished, short, step)
         write_table(result.table, folder.unfinished / "table.csv")
@@ -135,6 +137,11 @@ def perform(
         ).write(folder.unfinished / "report.html")  # fmt: skip
         write_contents(folder.unfinished, study.TITLE)
     return result, folder.path
+
+
+def default_folder(name: str) -> Path:
+    """Return where a study's results go unless it is said."""
+    return Path("results") / Path(name).stem
 
 
 def about(name: str) -> str:
@@ -166,21 +173,12 @@ def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
     return sweep(dict(plan), folder / "sweep", announce=announce, progress=progress)
 
 
-def layout(records: Records, title: str) -> Table:
+def layout(records: Records, title: str) -> RenderableType:
     """Lay out a study's table for the terminal, in engineering units."""
-    from rich.table import Table
-
-    table = Table(
-        title=title, title_justify="left", title_style="bold", box=None, header_style="bold",
-        pad_edge=False,
-    )  # fmt: skip
-    headings, rows = texts(records)
-    for text, key in zip(headings, _keys(records), strict=True):
-        numbers = any(isinstance(record.get(key), float | int) for record in records)
-        table.add_column(text, justify="right" if numbers else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    return table
+    words = [any(isinstance(record.get(key), str) for record in records) for key in _keys(records)]
+    # the words that a row begins with say which case it is
+    keys = max(1, next((k for k, word in enumerate(words) if not word), len(words)))
+    return TextTable(title, *texts(records), keys=keys)
 
 
 def texts(records: Records) -> tuple[list[str], list[list[str]]]:

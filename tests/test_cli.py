@@ -133,7 +133,7 @@ def test_a_run_tells_how_the_predictive_controllers_decisions_went(here, call):
     (here / "job.toml").write_text(text)
     code, out, _ = call("run", "job.toml", "--no-figures")
     assert code == 0
-    assert re.search(r"^late: 200 decisions, 0 failed and 200 late \(the plan before", out, re.M)
+    assert re.search(r"^late: 200 decisions, 0 failed and 200 late \(the previous plan", out, re.M)
     assert "passive_off: " not in out
 
 

@@ -111,3 +111,29 @@ def test_a_fit_leads_to_its_report(campaign, capsys, tmp_path):
     _, told, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out, "--quiet")
     assert told == f"fitted law: {out}\nreport: {tmp_path / 'fitted.html'}\n"
     assert "Kelvin-Voigt" in (tmp_path / "fitted.html").read_text()
+
+
+def test_the_fit_is_exported_and_read_back(campaign, capsys, tmp_path):
+    from pandas import read_excel
+    from scipy.io import loadmat
+
+    words = ["fit", campaign, "--law", "kelvin_voigt", "--quiet"]
+    forms = ["--export", "mat", "--export", "xlsx"]
+    code, _, told = called(capsys, *words, *forms)
+    assert code == 2 and "--export mat: is written beside the law; expected: --out" in told
+    out = tmp_path / "fitted.toml"
+    assert called(capsys, *words, *forms, "--out", out)[0] == 0
+    device = Scenario.read(out).isolator.device()
+    tree = loadmat(tmp_path / "fitted.mat", simplify_cells=True)
+    sheets = read_excel(tmp_path / "fitted.xlsx", sheet_name=None)
+    for table in (tree["law"], sheets["law"]):
+        powers = [np.array(table[key]) for key in table if key.startswith("power")]
+        for k, name in enumerate(table["parameter"]):
+            own = device.law.parameter_names.index(name)
+            at_2 = sum(power[k] * 2.0**n for n, power in enumerate(powers))
+            assert at_2 == pytest.approx(device.parameters_at(2.0)[own], rel=1e-12)
+    assert len(sheets["parameters"]) == len(tree["parameters"]["value"]) == 4
+    assert len(sheets["runs"]) == 6
+    loops = sheets["loops_1Hz_2A"]
+    residual = loops["force_N"] - loops["fitted_force_N"]
+    assert 0.5 < residual.std() < 2.0

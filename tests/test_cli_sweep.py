@@ -53,7 +53,7 @@ def test_a_plan_is_announced_run_and_shown(plan, capsys):
     assert "plan: medians over 6 cases" in out
     page = (plan.parent / "results/plan/report.html").read_text()
     code, out, _ = command(capsys, "sweep", "show", "results/plan")
-    assert code == 0 and "report.html (as it was; --force writes it anew)" in out
+    assert code == 0 and "report.html (unchanged; --force replaces it)" in out
     assert (plan.parent / "results/plan/report.html").read_text() == page
     code, out, _ = command(
         capsys, "sweep", "show", "results/plan", "--criterion", "rms_drift_m", "--csv", "t.csv",
@@ -68,7 +68,7 @@ def test_a_plan_is_announced_run_and_shown(plan, capsys):
     assert "report: results/plan/report.html" in out
     assert "rms drift" in (plan.parent / "results/plan/report.html").read_text()
     assert "report.html" in (plan.parent / "results/plan/README.txt").read_text()
-    assert (plan.parent / "t.csv").read_text().startswith('"case","scale",')
+    assert (plan.parent / "t.csv").read_text().startswith("case,scale,")
 
 
 def test_options_may_stand_before_the_plan(plan, capsys):

@@ -274,6 +274,44 @@ def test_equations_are_printed_as_the_field_writes_them(extension):
     assert equations.equation("F", letters).count(r"\\") >= 2
 
 
+def test_opensees_follows_the_isolated_storey_in_proportion_to_its_step(extension):
+    comparison = extension("comparison")
+    here, there = comparison.storey()
+    if not there:
+        pytest.skip("OpenSeesPy does not load here")
+    coarse, middle, fine = there.values()
+    for name in comparison.QUANTITIES:
+        # first order: 4 times the steps leave a quarter
+        ratio = comparison.difference(here, middle, name) / comparison.difference(here, fine, name)
+        assert 3 < ratio < 5, name
+        assert comparison.difference(here, coarse, name) > 0.01, name
+    assert comparison.difference(here, fine, "base") < 1e-3
+
+
+def test_do_mpc_takes_the_decision_shown_beside_it(extension):
+    pytest.importorskip("do_mpc")
+    here, there = extension("comparison").step()
+    command = here["command"]
+    assert abs(command[here["at"]] - there["command"]) < 1e-3 * 3.0  # of the range
+    assert np.ptp(command[here["at"] - 1 : here["at"] + 1]) > 0.05
+
+
+def test_the_gallery_shows_every_program_with_its_caption(extension):
+    gallery = extension("gallery")
+    assert sorted(gallery.ORDER) == sorted(path.stem for path in gallery.PROGRAMS.glob("*.py"))
+    for name in gallery.ORDER:
+        text = gallery.text_of(name)
+        heading, picture, code = (
+            text.split("\n\n", 2)[0],
+            text.count("{figure}"),
+            _blocks(text, "python"),
+        )
+        assert heading.startswith("## ") and picture == 1 and len(code) == 1
+        links = re.findall(r"\]\(([^)]+)\)", text)
+        assert links and all((DOCS / link).is_file() for link in links), name
+    gallery.draw("periods")
+
+
 def test_what_packages_offer_is_in_the_api_reference(extension):
     api = extension("api_pages")
     offering = set()

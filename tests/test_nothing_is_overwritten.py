@@ -1,35 +1,62 @@
 """Commands among files that exist already: whatever they are, none is changed."""
 
+import shutil
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from typer.main import get_command
 
-from isolation_sim.cli import main
+import isolation_sim as iso
+from ground_motions.csv_writer import write_csv
+from isolation_sim.cli import app, main
+from isolation_sim.effects import device_section
 from isolation_sim.identification.campaign import Campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun
 
 JOB = '[ground]\nstop_s = 0.5\n[[controller]]\nname = "passive_off"\n'
+SUITE = '[ground]\nfiles = ["motion.csv"]\n[[controller]]\nname = "passive_off"\n'
 PLAN = (
     '[scenario.ground]\nstop_s = 0.5\n[[scenario.controller]]\nname = "passive_off"\n'
     '[[vary]]\nfield = "isolator.count"\nvalues = [1.0]\n'
 )
+STUDY = """
+from studies.study import Outcome
+TITLE = "A study"
+def outcome(folder, short, step):
+    return Outcome([{"case": 1.0}], "Nothing.", {})
+"""
 COMMANDS = (
     "new", "new results", "sweep new", "sweep new out.toml", "list laws", "cite job.toml",
-    "run job.toml --no-figures --quiet", "run job.toml --no-figures --quiet --out out",
-    "sweep plan.toml --workers 1 --quiet", "sweep plan.toml --workers 1 --quiet --out out",
+    "run job.toml --no-figures --quiet", "compare job.toml --no-figures --quiet --out out",
+    "run job.toml --no-figures --quiet --out out --export mat",
+    "run job.toml --no-figures --quiet --out other --overwrite",
+    "sweep run plan.toml --workers 1 --quiet", "sweep plan.toml --workers 1 --quiet --out out",
+    "sweep plan.toml --workers 1 --quiet --out done --resume",
     "sweep show done --no-draw", "sweep show done --csv out.csv --figures figs --no-draw",
+    "suite suite.toml --workers 1 --quiet --out out", "suite suite.toml --workers 1 --quiet",
     "fit tests --law kelvin_voigt --starts 1 --quiet --out out.toml",
-    "fit tests --law kelvin_voigt --starts 1 --quiet --report out.html",
-    "diagnose tests --out out.toml/x", "study level_and_period --out out.toml/x",
+    "fit tests --law kelvin_voigt --starts 1 --quiet --report out.html --figure figs/loops",
+    "evaluate law.toml tests --quiet --report out.html",
+    "diagnose tests --law kelvin_voigt --quiet --out other --overwrite",
+    "diagnose loops.csv --out out.toml/x",
+    "tune constant --scenario job.toml --motions scenario --unseen mixture:1 --evaluations 2 "
+    "--workers 1 --quiet --out other",
+    "export c job.toml --controller passive_off --out figs",
+    "export fmu job.toml --controller passive_off --out out.fmu",
+    "export mat done", "export mat done --out out.mat", "export xlsx done --out out.xlsx",
+    "study study.py --quiet", "study study.py --quiet --out out",
+    "study study.py --quiet --out other --overwrite", "study papers --out out.toml/x",
 )  # fmt: skip
 PLACES = (
     "scenario.toml", "sweep.toml", "results", "results/job/mine.txt", "results/plan/mine.txt",
-    "out", "out/mine.txt", "out.toml", "out.html", "out.csv", "figs/comparison.svg", "README.txt",
+    "results/study/mine.txt", "results/suite/mine.txt", "out", "out/mine.txt", "other/mine.txt",
+    "out.toml", "out.html", "out.csv", "out.fmu", "out.mat", "out.xlsx", "done/results.mat",
+    "figs/comparison.svg", "figs/loops.png", "figs/passive_off.h", "figs/passive_off.c",
+    "README.txt",
 )  # fmt: skip
+ALWAYS = ("out.toml", "out.fmu", "other/mine.txt")
+"""Where writing would take long, or must be refused."""
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +65,16 @@ def desk(tmp_path_factory):
     folder = tmp_path_factory.mktemp("desk")
     (folder / "job.toml").write_text(JOB)
     (folder / "plan.toml").write_text(PLAN)
+    (folder / "suite.toml").write_text(SUITE)
+    (folder / "study.py").write_text(STUDY)
+    write_csv(iso.el_centro_1940().cut(0, 0.5), folder / "motion.csv")
     t = np.arange(0, 2, 1 / 64)
     x, v = 4e-3 * np.sin(6 * t), 24e-3 * np.cos(6 * t)
     noise = np.random.default_rng(0).normal(0, 1, t.size)
     run = TestRun("sine", t, x, v, 2e4 * x + 300 * v + noise, np.zeros(t.size), False)
     write_campaign(Campaign("spring", "made for a test", (run,)), folder / "tests")
+    spring = iso.law("kelvin_voigt", {"k": 2e4, "c": 300.0})
+    (folder / "law.toml").write_text(device_section(spring, "made for a test"))
     called(
         "sweep",
         str(folder / "plan.toml"),
@@ -65,33 +97,46 @@ def content(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="paths of the examples are POSIX")
-@settings(
-    max_examples=4, deadline=None, derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)  # fmt: skip
-@given(
-    commands=st.lists(st.sampled_from(COMMANDS), min_size=2, max_size=3, unique=True),
-    places=st.sets(st.sampled_from(PLACES), min_size=2),
-)
-def test_whatever_exists_stays_as_it_is(desk, tmp_path_factory, monkeypatch, commands, places):
-    import shutil
+def test_every_command_is_tried():
+    """The list above has all commands, those of other packages too."""
 
-    folder = tmp_path_factory.mktemp("work")
-    shutil.copytree(desk, folder, dirs_exist_ok=True)
-    for place in sorted(places):
-        path = folder / place
-        # a file where another wants a folder: whichever comes first
-        if not any(above.is_file() for above in path.parents) and not path.exists():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(f"mine: {place}")
-    with monkeypatch.context() as patched:
-        patched.chdir(folder)
-        for command in commands:
+    def commands(group, before=()):
+        for name in group.list_commands(None):
+            one = group.get_command(None, name)
+            if hasattr(one, "list_commands") and name != "study":
+                yield from commands(one, (*before, name))
+            else:
+                yield " ".join([*before, name])
+
+    tried = {text.partition(" -")[0] for text in COMMANDS}
+    missing = [
+        name for name in commands(get_command(app))
+        if not any(text == name or text.startswith(f"{name} ") for text in tried)
+    ]  # fmt: skip
+    assert missing == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="paths of the examples are POSIX")
+@pytest.mark.parametrize("number", range(len(COMMANDS)))
+def test_whatever_exists_stays_as_it_is(desk, tmp_path, monkeypatch, number):
+    """Among all the places and among some of them, drawn at random."""
+    random = np.random.default_rng(number)
+    command = COMMANDS[number]
+    for k, places in enumerate((PLACES, random.permutation(PLACES)[: random.integers(2, 9)])):
+        folder = tmp_path / str(k)
+        shutil.copytree(desk, folder)
+        for place in (*ALWAYS, *places):
+            path = folder / place
+            # a file where another wants a folder: whichever comes first
+            if not any(above.is_file() for above in path.parents) and not path.exists():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(f"mine: {place}")
+        with monkeypatch.context() as patched:
+            patched.chdir(folder)
             before = content(folder)
             code = called(*command.split())
-            after = content(folder)
-            assert {path: after.get(path) for path in before} == before, command
-            assert code in (0, 2)
-            hidden = [path for path in set(after) - set(before) if path.name.startswith(".")]
-            assert all(Path(path).name == ".lock" for path in hidden)
+        after = content(folder)
+        assert {path: after.get(path) for path in before} == before
+        assert code in (0, 2)
+        hidden = [path for path in set(after) - set(before) if path.name.startswith(".")]
+        assert all(path.name == ".lock" for path in hidden)

@@ -38,6 +38,15 @@ def test_installed_packages_hold_their_data(package, name):
     assert resources.files(package).joinpath(name).is_file()
 
 
+def test_an_installed_package_has_the_script_of_plotly():
+    """A wheel holds it, so that an install needs no plotly; the repository does not."""
+    script = resources.files("isolation_sim.reports.html").joinpath("plotly.min.js")
+    assert script.is_file() == ("site-packages" in Path(isolation_sim.__file__).parts)
+    assert any(name.startswith("plotly>=") for name in PROJECT["build-system"]["requires"])
+    names = [re.split("[>=]", name)[0] for name in PROJECT["project"]["dependencies"]]
+    assert not {"plotly", "pyarrow"} & set(names)
+
+
 def test_the_readme_has_two_set_up_lines():
     lines = [line for line in README.splitlines() if "-m venv" in line]
     assert len(lines) == 2

@@ -1,4 +1,4 @@
-"""Observers: the state from accelerometers and the isolators' displacement."""
+"""Observers: estimates of the state from accelerometers and isolator deformations."""
 
 from .extended import ExtendedKalmanFilter
 from .ground_noise import GroundNoise

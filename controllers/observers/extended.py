@@ -220,8 +220,8 @@ class ExtendedKalmanFilter(Observer):
             self.noise.acceleration, self.noise.deformation, FIRST + len(own),
         ]  # fmt: skip
         widest = (1 + model.n_states) * (3 + model.n_states)
-        keep = 1 + 2 * n_all + self.nominal.n_channels + n_y + n_y * n_all
-        memory = np.zeros(keep + 4 * (n_all + 1) ** 2 + max(4 * (n_all + 1) ** 2, widest))
+        size = 1 + 2 * n_all + self.nominal.n_channels + n_y + n_y * n_all
+        memory = np.zeros(size + 4 * (n_all + 1) ** 2 + max(4 * (n_all + 1) ** 2, widest))
         return Decision(extended_row, np.concatenate([head, own, tracking.settings]), memory, model)
 
     def _sizes(self) -> tuple[int, int]:

@@ -110,7 +110,7 @@ def kalman_row(
 class KalmanFilter(Observer):
     """Kalman filter of constant gain on the structure, the devices' forces as known inputs.
 
-    The law believed in, its states followed along the measured deformation at the measured
+    Its nominal law, with states integrated along the measured deformation at the measured
     current, says what force a device gives; the noise of the measured deformation, through the
     device's stiffness, is part of the noise that the filter expects. The structure is propagated
     exactly between measurements, the forces linear in time.

@@ -25,7 +25,7 @@ N_DOFS, N_Z, N_Y, N_ELEMENTS = range(4)
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of sensors and devices, as an observer believes in it.
+    """Noise of sensors and devices in the model of an observer.
 
     Attributes
     ----------

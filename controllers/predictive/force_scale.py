@@ -1,4 +1,4 @@
-"""The isolators' force over the one believed in, learnt as the motion arrives."""
+"""Estimate of the isolator force relative to the nominal one, during the motion."""
 
 from __future__ import annotations
 

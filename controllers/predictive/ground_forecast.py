@@ -67,13 +67,13 @@ class GroundForecast:
         self.strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
         pulses = [prediction.pulses(coils[:, k].copy(), reach) for k in (2, 3)]
         pull = 0.0 if settling is None else 1.0 / settling
-        keep = 1.0 if fading is None else float(np.exp(-step / fading))
+        faded = 1.0 if fading is None else float(np.exp(-step / fading))
         past, coefficients = np.zeros((2, n_directions, order))
         covariance = np.tile(PRIOR * np.eye(order), (n_directions, 1, 1))
         end = np.zeros((n_directions, 2))
         self.velocity = end[:, 1]
         self._model = (
-            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT)), keep),
+            np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT)), faded),
             np.zeros(n_steps + 1), past, coefficients, covariance, np.zeros(order),
             np.zeros((n_directions, 1)), self.acceleration, np.stack(pulses, axis=1),
             np.zeros(reach), self.strays,
@@ -85,10 +85,10 @@ class GroundForecast:
         self.known = 1 + len(at)
         n = self._n_sub
         between = np.add.outer(at, self._step * (np.arange(1, n + 1) / n - 1)).ravel()
-        sentences = np.zeros((len(between), self.acceleration.shape[1]))
+        known = np.zeros((len(between), self.acceleration.shape[1]))
         for d, record in enumerate(self._records or ()):
-            sentences[:, d] = np.interp(between, record.time, record.acceleration, right=0.0)
-        self.acceleration[1 : self.known] = sentences[n - 1 :: n]
+            known[:, d] = np.interp(between, record.time, record.acceleration, right=0.0)
+        self.acceleration[1 : self.known] = known[n - 1 :: n]
         self._forecast(self.known, *self._model)
         self.path = self._between(self.acceleration)
-        self.path[1 : len(sentences) + 1] = sentences
+        self.path[1 : len(known) + 1] = known

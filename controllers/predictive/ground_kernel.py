@@ -16,8 +16,8 @@ DRIFT = 10.0
 
 def drive(new: float, motion: NDArray, returning: tuple) -> float:
     """Acceleration that drives the ground against the pull by which its velocity comes back."""
-    pull, h, keep, _ = returning
-    motion[1] = keep * (motion[1] + 0.5 * h * (motion[0] + new))
+    pull, h, faded, _ = returning
+    motion[1] = faded * (motion[1] + 0.5 * h * (motion[0] + new))
     motion[0] = new
     return new + pull * motion[1]
 
@@ -59,7 +59,7 @@ def extrapolate(
     returning: tuple, drives: NDArray,
 ) -> None:  # fmt: skip
     """Continue a ground acceleration by its expected values."""
-    pull, h, keep, fading = returning
+    pull, h, faded, fading = returning
     most = 0.0
     for value in past:
         most = max(most, abs(value))
@@ -70,8 +70,8 @@ def extrapolate(
                 at = k - 1 - a
                 value += coefficients[a] * (drives[at] if at > 0 else past[-at])
             value = fading * min(max(value, -most), most)
-            coasting = keep * (motion[1] + 0.5 * h * motion[0])
-            ground[k] = (value - pull * coasting) / (1.0 + 0.5 * h * keep * pull)
+            coasting = faded * (motion[1] + 0.5 * h * motion[0])
+            ground[k] = (value - pull * coasting) / (1.0 + 0.5 * h * faded * pull)
         drives[k] = drive(ground[k], motion, returning)
         if k < known:
             most = max(most, abs(drives[k]))

@@ -1,4 +1,4 @@
-"""Prediction over a horizon, compiled for the laws believed in."""
+"""Prediction over a horizon, compiled for the nominal laws."""
 
 from __future__ import annotations
 
@@ -142,8 +142,8 @@ class Prediction:
         carried = propagator(modes, h, h, 2)
         m = modes.eigenvalues.size
         grown = np.exp(modes.eigenvalues * h)
-        keep = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
-        coil_keep = np.array([[k, self.n_sub, h] for k in keep])
+        decay = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
+        coil_decay = np.array([[k, self.n_sub, h] for k in decay])
         self.strength = np.ones(n_devices)
         self._references = references = np.stack([modes.stiffness, modes.damping], axis=1)
         self.plant = (
@@ -151,7 +151,7 @@ class Prediction:
             np.ascontiguousarray(carried.force.sum(axis=2).T),
             np.ascontiguousarray(carried.force[:, :, 1].T),
             np.ascontiguousarray(carried.ground.transpose(1, 2, 0)),
-            self.rows, references, self.channels, self.numbers, self.strength, coil_keep,
+            self.rows, references, self.channels, self.numbers, self.strength, coil_decay,
             self._output_rows(outputs, modes),
         )  # fmt: skip
         n_steps, width = len(block), int((self.block[-1] + 1) * len(coils))

@@ -129,15 +129,15 @@ def predict(
     dy_before: NDArray,
 ) -> None:  # fmt: skip
     """Predict outputs over the horizon and differentiate them by the blocks of commands."""
-    decay, held, sloped, moved, _, _, _, _, _, coil_keep, outputs = plant
+    decay, held, sloped, moved, _, _, _, _, _, coil_decay, outputs = plant
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
     dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
     n_modes, n_channels = decay.shape[1], len(i)
     n_steps, n_devices, n_states = len(commands), len(held), s.shape[1]
     everything = dy.shape[2]
-    n_sub = int(coil_keep[0, 1])
-    h = coil_keep[0, 2]
+    n_sub = int(coil_decay[0, 1])
+    h = coil_decay[0, 2]
     za[:], sa[:], ia[:] = z, s, i
     # at both ends of a step: a block that begins must not find what the last call left behind
     dza[:], dsa[:], dia[:] = 0.0, 0.0, 0.0
@@ -150,11 +150,11 @@ def predict(
             devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width)
             observe(outputs, za, dza, f0, df0, y_before[k], dy_before[k], width)
         for c in range(n_channels):
-            keep = coil_keep[c, 0]
+            coil_factor = coil_decay[c, 0]
             if k < n_steps:
                 past[k, c, :everything] = dia[c]
                 past[k, c, everything] = ia[c]
-            if keep == 0.0:
+            if coil_factor == 0.0:
                 ia[c] = commands[last, c]
                 dia[c, :] = 0.0
                 dia[c, block[last] * n_channels + c] = 1.0
@@ -176,11 +176,11 @@ def predict(
                     zb[m] += moved[d, 0, m] * ground[k * n_sub + sub, d]
                     zb[m] += moved[d, 1, m] * ground[k * n_sub + sub + 1, d]
             for c in range(n_channels):
-                keep = coil_keep[c, 0]
-                ib[c] = commands[k, c] + keep * (ia[c] - commands[k, c])
+                coil_factor = coil_decay[c, 0]
+                ib[c] = commands[k, c] + coil_factor * (ia[c] - commands[k, c])
                 for j in range(width):
-                    dib[c, j] = keep * dia[c, j]
-                dib[c, block[k] * n_channels + c] += 1.0 - keep
+                    dib[c, j] = coil_factor * dia[c, j]
+                dib[c, block[k] * n_channels + c] += 1.0 - coil_factor
             for e in range(n_devices):
                 for q in range(n_states):
                     sb[e, q] = sa[e, q] + h * r0[e, q]

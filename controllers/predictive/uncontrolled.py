@@ -12,7 +12,7 @@ from .running_peaks import RunningPeaks
 
 
 class Uncontrolled:
-    """The model believed in, at its coils' lowest currents, under the ground motion seen.
+    """The nominal model at the lowest currents of its coils, under the measured ground motion.
 
     Parameters
     ----------

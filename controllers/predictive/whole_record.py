@@ -119,8 +119,8 @@ class WholeRecord:
 
     def _coil(self, i: Any, u: Any, t: float) -> list:
         """Coil currents a time t after commands were given; just after them for t = 0."""
-        keep = [np.exp(-t / lag) if lag > 0 else 0.0 for lag in self.coils[:, 0]]
-        return [u[c] + (i[c] - u[c]) * k for c, k in enumerate(keep)]
+        decay = [np.exp(-t / lag) if lag > 0 else 0.0 for lag in self.coils[:, 0]]
+        return [u[c] + (i[c] - u[c]) * k for c, k in enumerate(decay)]
 
     @cached_property
     def guess(self) -> dict[str, NDArray]:

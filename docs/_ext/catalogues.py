@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 from markdown import table, written
 
-from controllers import CONTROLLERS
+from controllers import CONTROLLERS, Controller
 from isolation_sim.effects import EFFECTS
 from isolation_sim.reports.publications import PUBLICATIONS
 from isolation_sim.scenario import Scenario
@@ -29,9 +31,11 @@ def write_tables(folder: Path) -> None:
     texts = {
         "effects": effects(),
         "controllers": controllers(),
+        "mpc_settings": settings(CONTROLLERS["mpc"]),
         "references": references(),
         "scenario": f"```toml\n{Scenario().to_toml(comments=True)}```\n",
         "papers": papers(),
+        "tallies": tallies(),
         "periods": periods(),
         "tuned": tuned(),
     }
@@ -93,24 +97,40 @@ def controllers() -> str:
     """
     parts = []
     for name, kind in CONTROLLERS.items():
-        # a column a preset, and one for the search ranges, where there are any
-        presets = {preset: dict(values) for preset, values in kind.presets.items()}
-        searched = any(s.search for s in kind.settings.values())
-        headings = ("setting", "meaning", "unit", "default", *presets, "accepts")
-        rows = [
-            (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`",
-             *(f"`{values.get(key, s.default)}`" for values in presets.values()),
-             written(str(s.accepts)), *((str(s.search or ""),) if searched else ()))
-            for key, s in kind.settings.items()
-        ]  # fmt: skip
-        headings += ("tuned in",) if searched else ()
         parts += [
             f"## `{name}`: {kind.title}",
             f"{written((kind.__doc__ or '').splitlines()[0])}"
             + (f" Source: {written(kind.source)}." if kind.source else ""),
-            table(headings, rows) if rows else "",
+            settings(kind),
         ]
     return "\n\n".join(parts)
+
+
+def settings(kind: type[Controller]) -> str:
+    """Settings of a controller, from their declarations.
+
+    Parameters
+    ----------
+    kind : type
+        The controller's class.
+
+    Returns
+    -------
+    str
+        MyST text, empty without settings.
+    """
+    # a column a preset, and one for the search ranges, where there are any
+    presets = {preset: dict(values) for preset, values in kind.presets.items()}
+    searched = any(s.search for s in kind.settings.values())
+    headings = ("setting", "meaning", "unit", "default", *presets, "accepts")
+    rows = [
+        (f"`{key}`", written(s.meaning), s.unit, f"`{s.default}`",
+         *(f"`{values.get(key, s.default)}`" for values in presets.values()),
+         written(str(s.accepts)), *((str(s.search or ""),) if searched else ()))
+        for key, s in kind.settings.items()
+    ]  # fmt: skip
+    headings += ("tuned in",) if searched else ()
+    return table(headings, rows) if rows else ""
 
 
 def tuned() -> str:
@@ -153,13 +173,29 @@ def papers() -> str:
         MyST text.
     """
     parts = []
-    for paper, _ in PAPERS.values():
-        checks = paper.checks(True)
+    for paper, checks in _checks():
         rows = [_row(check) for check in checks]
         headings = ("number", "where", "published", "computed", "verdict", "remark")
         parts += [f"## {written(paper.TITLE)}", f"{written(tally(checks))}.",
                   table(headings, rows)]  # fmt: skip
     return "\n\n".join(parts)
+
+
+def tallies() -> str:
+    """Number of verdicts of each kind, paper by paper.
+
+    Returns
+    -------
+    str
+        MyST text.
+    """
+    rows = [(written(paper.TITLE), written(tally(checks))) for paper, checks in _checks()]
+    return table(("paper", "verdicts"), rows)
+
+
+@cache
+def _checks() -> list[tuple[ModuleType, list[Check]]]:
+    return [(paper, list(paper.checks(True))) for paper, _ in PAPERS.values()]
 
 
 def _row(check: Check) -> tuple[str, ...]:

@@ -104,11 +104,11 @@ def elastomer() -> Figure:
 
 
 def switching() -> Figure:
-    """Draw the work of on-off switching, under the papers' rule and the passive one."""
+    """Draw the work of on-off switching, under the instantaneous rule and the passive one."""
     figure = new_figure(WIDTH, 2.9)
     left, right = figure.subplots(1, 2)
     device = iso.reference_isolators()
-    rules = {"papers' rule": device, "passive rule": iso.passive(device)}
+    rules = {"instantaneous rule": device, "passive rule": iso.passive(device)}
     for (label, one), line in zip(rules.items(), line_styles(2), strict=True):
         isolated = iso.reference_building().on(one)
         run = iso.simulate(isolated, el_centro_1940(), "on_off")
@@ -129,7 +129,7 @@ def panel_loop(panel: Axes, run: iso.Run, between: tuple[float, float], line: di
 
 
 def current_map() -> Figure:
-    """Draw the forces within an isolator's reach along a cycle, and the current for one."""
+    """Draw the forces within an isolator's reach along a cycle, and the current for a target."""
     device = iso.reference_isolators()
     motion = sinusoidal(iso.law("strain_stiffening"), 6e-3, 1.0, 0.5, cycles=4, points=256)
     low, high = 0.0, 3.0
@@ -138,15 +138,15 @@ def current_map() -> Figure:
     states = motion.states[-n:]
     inverse = CurrentMap(device, low, high)
     ends = [device.force(x, v, tuple(states.T), i) for i in (low, high)]
-    # a wanted force: linear spring and dashpot
+    # target: linear spring and dashpot
     target = 5e6 * x + 2e6 * v
     result = [inverse(*each) for each in zip(target, x, v, states, strict=True)]
     figure = new_figure(WIDTH, 2.9)
     left, right = figure.subplots(1, 2)
     time = np.arange(n) / (motion.frequency * motion.points)
     left.fill_between(time, 1e-3 * ends[0], 1e-3 * ends[1], color="0.85", label="0 A to 3 A")
-    left.plot(time, 1e-3 * target, "--", color="#D55E00", label="wanted")
-    left.plot(time, [1e-3 * each.force for each in result], color="black", label="given")
+    left.plot(time, 1e-3 * target, "--", color="#D55E00", label="target")
+    left.plot(time, [1e-3 * each.force for each in result], color="black", label="result")
     left.set(xlabel="time (s)", ylabel="force (kN)")
     left.legend()
     right.plot(time, [each.current for each in result], color="black")

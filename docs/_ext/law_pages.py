@@ -76,7 +76,7 @@ def _page(one: Law, loops: str) -> str:
 
 def _equations(one: Law) -> str:
     parts = [
-        "Read off the functions that the simulation runs; $x$ is the deformation, $v$ its "
+        "Traced from the functions of the simulation; $x$ is the deformation, $v$ its "
         "velocity. Square brackets around a condition are 1 where it holds and 0 elsewhere.",
         f"Restoring force. {_summary(one.force)}",
         display(equations.equation("F", equations.force(one))),
@@ -89,8 +89,8 @@ def _equations(one: Law) -> str:
     energy = equations.stored(one)
     if energy is None:
         parts.append(
-            "No stored energy is known: the [energy ledger](../../ideas/energy.md) books the "
-            "device's whole work as dissipated."
+            "No stored energy is declared: in the [energy ledger](../../ideas/energy.md) the whole "
+            "work of the device counts as dissipated."
         )
     else:
         parts += [
@@ -153,7 +153,7 @@ def _conditions(one: Law) -> str:
     parts = [
         "## Published sets of single loading conditions",
         f"Source: {written(one.source)}. `parameters` of a device takes these names too; "
-        "the last column says which columns of the printed tables cannot be trusted.",
+        "the last column marks corrupt columns of the printed tables.",
         table(("set", *(f"${equations.symbol_latex(q.name)}$ ({q.unit})" for q in one.parameters),
                "remark"), rows),
     ]  # fmt: skip
@@ -206,7 +206,7 @@ def _draw(one: Law, folder: Path) -> str:
         caption = (
             "The law has no published numbers. Here it is fitted to loops of the published "
             f"strain-stiffening isolator at 1 A and {FREQUENCY:g} Hz (thick grey): the RMS error "
-            f"that is left is {100 * result.error:.0f} % of the RMS force."
+            f"is {100 * result.error:.0f} % of the RMS force."
         )
     with style():
         picture = new_figure(7.2, 3.0)

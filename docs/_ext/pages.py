@@ -12,7 +12,9 @@ from typing import Any
 
 import api_pages
 import catalogues
+import comparison
 import figures
+import gallery
 import law_pages
 
 import isolation_sim as iso
@@ -30,6 +32,8 @@ def write(app: Any) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     figures.write_figures(folder / "figures")
     catalogues.write_tables(folder)
+    comparison.write_tables(folder)
+    gallery.write_gallery(folder)
     iso.run_scenario().to_html(folder / "report.html")
     # the table of laws links to them already
     _index(folder / "laws", law_pages.write_pages(folder / "laws"), ":hidden:")

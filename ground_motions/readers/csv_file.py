@@ -49,7 +49,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     column = _chosen_column(names, list(units), column, place)
     require_two(len(rows) - 1, str(path))
 
-    target = names.index(TIME_COLUMN), names.index(column)
+    places = names.index(TIME_COLUMN), names.index(column)
     times, values, line_numbers = [], [], []
     for number, line in rows[1:]:
         cells = _cells(line)
@@ -58,7 +58,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
                 f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
             )
         time, value = (
-            parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in target
+            parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in places
         )
         times.append(time)
         values.append(value)

@@ -50,12 +50,12 @@ def read_text(
         if number <= skip_lines or not line.strip() or line.lstrip()[0] in "#%":
             continue
         cells = line.replace(",", " ").replace(";", " ").split()
-        target = len(rows[0]) if rows else len(cells)
-        if len(cells) not in (1, 2) or len(cells) != target:
+        width = len(rows[0]) if rows else len(cells)
+        if len(cells) not in (1, 2) or len(cells) != width:
             raise InputError(
                 f"{path}, line {number}",
                 f"{len(cells)} columns",
-                f"{target}, as above" if rows else "one column (acceleration) or two (time first)",
+                f"{width}, as above" if rows else "one column (acceleration) or two (time first)",
             )
         rows.append(
             [parse_number(cell, f"{path}, line {number}, column {i}")

@@ -18,7 +18,7 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
+from . import check, cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
 from .common_options import TABLE_WIDTH, examples, print_error
 
 
@@ -54,8 +54,8 @@ app = typer.Typer(
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
-def _show_version(target: bool) -> None:
-    if target:
+def _show_version(requested: bool) -> None:
+    if requested:
         print(f"isolation-sim {__version__}")
         raise typer.Exit
 
@@ -76,6 +76,7 @@ app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
 app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
+app.command("check", epilog=check.EXAMPLES)(check.check)
 app.command("evaluate", epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
@@ -96,8 +97,8 @@ def _end_at_usage(error: Any) -> None:
         print(context.get_help())
     else:
         path = context.command_path if context is not None else "isolation-sim"
-        sentences = " ".join(error.format_message().split())
-        print_error(f"{sentences.rstrip('.')}; expected: what {path} --help shows")
+        message = " ".join(error.format_message().split())
+        print_error(f"{message.rstrip('.')}; expected: what {path} --help shows")
     sys.exit(2)
 
 

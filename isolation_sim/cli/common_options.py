@@ -52,32 +52,37 @@ def print_warning(text: str) -> None:
     _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
-def print_results(folder: Path, as_json: bool, quiet: bool, renamed: bool = False) -> None:
+def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None = None) -> None:
     """Print where report and results are; on standard error if JSON is on standard output.
 
-    ``renamed``: the folder that was wanted holds earlier results.
+    ``wanted``: the folder that was asked for, which may hold something already.
     """
+    renamed = wanted is not None and folder.absolute() != wanted.absolute()
     if folder.is_relative_to(Path.cwd()):
         folder = folder.relative_to(Path.cwd())
     stream = sys.stderr if as_json else sys.stdout
     if renamed:
         print_warning(
-            "the results folder holds earlier results, so that a number was added; --overwrite "
-            "replaces them"
+            f"{wanted} holds something already, so that a number was added; --overwrite replaces "
+            "earlier results"
         )
     if not quiet:
         print(f"report: {folder / 'report.html'}", file=stream)
     print(f"results: {folder}", file=stream)
 
 
-def check_exports(forms: list[str] | None) -> None:
-    """Refuse a form of ``--export`` that does not exist, before anything is computed."""
-    from ..errors import unknown_name
-    from ..io.interchange import FORMS
+def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
+    """Refuse a form of ``--export`` that is unknown or already in the folder, before the work."""
+    from ..errors import InputError
+    from ..io.interchange import check_form
 
     for form in forms or ():
-        if form not in FORMS:
-            raise unknown_name("form to export", form, FORMS)
+        check_form(form)
+        if folder is not None and (folder / f"results.{form}").exists():
+            raise InputError(
+                f"--export {form}: {folder / f'results.{form}'} exists; expected: isolation-sim "
+                f"export {form} --force, which replaces it"
+            )
 
 
 def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:

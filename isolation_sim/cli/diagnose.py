@@ -22,6 +22,7 @@ from .common_options import (
 
 EXAMPLES = examples(
     "isolation-sim diagnose my_tests --law bouc_wen",
+    "isolation-sim diagnose my_tests --law auto",
     "isolation-sim diagnose loops.csv --parameters published --out diagnosis",
     "isolation-sim diagnose record.csv --scenario my_building.toml --json",
 )
@@ -35,7 +36,10 @@ def diagnose(
         typer.Argument(help="Campaign folder, CSV of a loop table, or CSV of a building record."),
     ],
     law: Annotated[
-        str, typer.Option(help="Law to judge; isolation-sim list laws.")
+        str,
+        typer.Option(
+            help="Law to evaluate, of isolation-sim list laws; auto compares all of them."
+        ),
     ] = "strain_stiffening",
     parameters: Annotated[
         str, typer.Option(help="Its numbers: fit, published, or a file that fit --out wrote.")
@@ -85,7 +89,7 @@ def diagnose(
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
                 data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, significance=significance, tiers=tiers,
+                current_degree=current_degree, significance=significance, tiers=tiers,  # type: ignore[arg-type]
                 progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
@@ -94,4 +98,4 @@ def diagnose(
         print(result.to_json())
     elif not quiet:
         result.report()
-    print_results(folder.path, as_json, quiet, folder.renamed)
+    print_results(folder.path, as_json, quiet, where)

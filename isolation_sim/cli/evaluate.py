@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Quiet, examples
+from .common_options import AsJson, Force, Quiet, examples
 
 EXAMPLES = examples(
     "isolation-sim evaluate fitted.toml my_tests",
@@ -21,21 +21,20 @@ def evaluate(
     law: Annotated[Path, typer.Argument(help="File of a law, as fit --out and diagnose write it.")],
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
     report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
+    force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Compute the errors of a saved law on measured runs; nothing is fitted."""
     from ..api import evaluate as run_evaluation
-    from ..reports.console import standard_console
+    from ..io.output_place import check_new_files
 
+    check_new_files(force, report)
     result = run_evaluation(law, campaign)
     if as_json:
-        print(json.dumps(result.report(), indent=2))
+        print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
-        console = standard_console()
-        for table in result.tables():
-            console.print(table)
-        for note in result.notes:
-            console.print(f"note: {note}")
+        result.report()
     if report is not None:
+        report.parent.mkdir(parents=True, exist_ok=True)
         print(f"report: {result.to_html(report)}", file=sys.stderr if as_json else sys.stdout)

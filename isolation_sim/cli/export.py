@@ -16,6 +16,7 @@ app = typer.Typer(
     epilog=examples(
         "isolation-sim export c --controller clipped_lqr --out laboratory",
         "isolation-sim export fmu --controller clipped_lqg --out clipped_lqg.fmu",
+        "isolation-sim export opensees fitted.toml --current 1",
         "isolation-sim export mat results/main_job",
     ),
 )
@@ -41,38 +42,58 @@ def export_c(
 ) -> None:
     """Write a controller as C99, without allocation or dependencies."""
     from ..export.controller import controller_files
+    from ..io.atomic_write import write_text
+    from ..io.output_place import check_new_files
     from ..scenario import Scenario, main_job
 
     described = main_job() if scenario is None else Scenario.read(scenario)
     files = controller_files(described.build(), controller)
+    check_new_files(force, *(out / name for name in files))
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
-        write_new_file(out / name, text, force)
-        print(out / name)
+        print(write_text(text, out / name))
 
 
 @app.command(
     "fmu",
     epilog=examples(
         "isolation-sim export fmu --controller clipped_lqg --out clipped_lqg.fmu",
-        "isolation-sim export fmu my_scenario.toml --controller on_off --out on_off.fmu --fmi 3.0",
+        "isolation-sim export fmu --plant --out building.fmu",
+        "isolation-sim export fmu my_scenario.toml --device --out isolators.fmu --fmi 3.0",
     ),
 )
 def export_fmu(
-    controller: Controller,
     out: Annotated[Path, typer.Option(help="File to write, *.fmu.")],
     scenario: Scenario = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(help="Controller of the scenario, by the name that it is printed with."),
+    ] = None,
+    plant: Annotated[
+        bool, typer.Option("--plant", help="Building, isolators and coil drivers.")
+    ] = False,
+    device: Annotated[bool, typer.Option("--device", help="The isolators alone.")] = False,
     fmi: Annotated[str, typer.Option(help="Version of the interface: 2.0 or 3.0.")] = "2.0",
     force: Force = False,
 ) -> None:
-    """Write a controller as a functional mock-up unit for co-simulation, compiled from C."""
-    from ..export.fmu import controller_fmu
+    """Write a part of a scenario as a compiled functional mock-up unit for co-simulation."""
+    from ..errors import InputError
+    from ..export.device import device_part
+    from ..export.fmu import controller_part, write_fmu
+    from ..export.plant import plant_part
     from ..io.output_place import check_new_files
     from ..scenario import Scenario, main_job
 
+    if (controller is not None) + plant + device != 1:
+        raise InputError("a unit is one part; expected: --controller NAME, --plant or --device")
     check_new_files(force, out)
     described = main_job() if scenario is None else Scenario.read(scenario)
-    print(controller_fmu(described.build(), controller, out, fmi))
+    job = described.build()
+    if controller is not None:
+        part = controller_part(job, controller)
+    else:
+        part = plant_part(job) if plant else device_part(job)
+    print(write_fmu(part, out, fmi))
 
 
 Folder = Annotated[Path, typer.Argument(help="Results of a run, a diagnosis, a sweep or a study.")]
@@ -82,16 +103,59 @@ OutFile = Annotated[
 
 
 @app.command("mat", epilog=examples("isolation-sim export mat results/main_job"))
-def export_mat(results: Folder, out: OutFile = None) -> None:
+def export_mat(results: Folder, out: OutFile = None, force: Force = False) -> None:
     """Write all tables and histories of a results folder to one MATLAB file."""
-    from ..io.interchange import export_results
-
-    print(export_results(results, "mat", out))
+    _export(results, "mat", out, force)
 
 
 @app.command("xlsx", epilog=examples("isolation-sim export xlsx results/main_job"))
-def export_xlsx(results: Folder, out: OutFile = None) -> None:
+def export_xlsx(results: Folder, out: OutFile = None, force: Force = False) -> None:
     """Write all tables and histories of a results folder to one Excel workbook."""
-    from ..io.interchange import export_results
+    _export(results, "xlsx", out, force)
 
-    print(export_results(results, "xlsx", out))
+
+def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
+    from ..io.interchange import export_results
+    from ..io.output_place import check_new_files
+
+    check_new_files(force, out or results / f"results.{form}")
+    print(export_results(results, form, out))
+
+
+@app.command(
+    "opensees",
+    epilog=examples(
+        "isolation-sim export opensees fitted.toml --current 1",
+        "isolation-sim export opensees my_scenario.toml --current 0 --out isolator.tcl",
+    ),
+)
+def export_opensees(
+    law: Annotated[Path, typer.Argument(help="Scenario, or what fit --out wrote.")],
+    current: Annotated[float, typer.Option(help="Coil current, A.")],
+    amplitude: Annotated[
+        float | None, typer.Option(help="Largest deformation, m; the tested one by default.")
+    ] = None,
+    frequency: Annotated[float, typer.Option(help="Of the loops that are fitted, Hz.")] = 1.0,
+    out: Annotated[
+        Path | None, typer.Option(help="File to write, *.py or *.tcl; the terminal by default.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Write the OpenSees material that comes nearest to the isolators at one current."""
+    from ..errors import InputError
+    from ..export.opensees import opensees_material
+    from ..io.output_place import check_new_files
+    from ..scenario import Scenario
+
+    if out is not None and out.suffix not in (".py", ".tcl"):
+        raise InputError(f"--out {out}: expected: a file that ends in .py or .tcl")
+    if out is not None:
+        check_new_files(force, out)
+    device = Scenario.read(law).build().isolated.elements[0].device
+    material = opensees_material(device, current, amplitude, frequency)
+    text = material.tcl() if out is not None and out.suffix == ".tcl" else material.python()
+    if out is None:
+        print(text, end="")
+    else:
+        write_new_file(out, text, force)
+        print(out)

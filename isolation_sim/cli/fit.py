@@ -5,26 +5,26 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from ..errors import InputError
 from ..io.output_place import check_new_files
-from .common_options import AsJson, Force, Quiet, examples, progress
-
-if TYPE_CHECKING:
-    from ..identification.fitted import Fit
+from .common_options import AsJson, Export, Force, Quiet, check_exports, examples, progress
 
 EXAMPLES = examples(
     "isolation-sim fit my_tests --law kelvin_voigt",
     "isolation-sim fit my_tests --law bouc_wen --fix n=2 --fix A=1 --out fitted.toml",
+    "isolation-sim fit my_tests --law strain_stiffening --out fitted.toml --export mat",
 )
 
 
 def fit(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
-    law: Annotated[str, typer.Option(help="Law to fit; isolation-sim list laws.")],
+    law: Annotated[
+        str, typer.Option(help="Law to fit, of isolation-sim list laws; auto takes the best.")
+    ],
     current_degree: Annotated[
         int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
     ] = None,
@@ -44,6 +44,7 @@ def fit(
         Path | None,
         typer.Option(help="File for the report (HTML); beside --out if that is given."),
     ] = None,
+    export: Export = None,
     force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -51,6 +52,11 @@ def fit(
     """Fit a law to measured runs."""
     from ..identification.fit import fit as run_fit
 
+    check_exports(export)
+    if export and out is None:
+        raise InputError(
+            f"--export {export[0]}: is written beside the law; expected: --out fitted.toml, too"
+        )
     if report is None and out is not None:
         report = out.with_suffix(".html")
     if report is not None and report == out:
@@ -60,7 +66,8 @@ def fit(
         )
     kinds = ("svg", "png") if figure else ()
     figures = [Path(f"{figure}.{kind}") for kind in kinds]
-    check_new_files(force, out, report, *figures)
+    exported = [out.with_suffix(f".{form}") for form in export or () if out is not None]
+    check_new_files(force, out, report, *figures, *exported)
     with progress(quiet, starts, alike=True) as step:
         step("searching")
         result = run_fit(
@@ -68,15 +75,17 @@ def fit(
             starts=starts, progress=lambda done: step("searching", done),
         )  # fmt: skip
     if as_json:
-        print(json.dumps(result.report(), indent=2))
+        print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
-        _show(result)
+        result.report()
     where = sys.stderr if as_json else sys.stdout
     for path in (out, report, figure):
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
     if out is not None:
         print(f"fitted law: {result.save(out)}", file=where)
+    for path in exported:
+        print(f"exported: {result.save(path)}", file=where)
     if figure is not None:
         from ..reports.style import save
 
@@ -97,13 +106,3 @@ def _numbers(given: list[str]) -> dict[str, float]:
         if not equals:
             raise InputError(f"--fix {text}: expected: a parameter and a number, such as n=2")
     return numbers
-
-
-def _show(result: Fit) -> None:
-    from ..reports.console import standard_console
-
-    console = standard_console()
-    for table in result.tables():
-        console.print(table)
-    for note in result.notes:
-        console.print(f"note: {note}")

@@ -25,8 +25,11 @@ def _laws() -> Rows:
         sets, conditions = list(available_sets(name)), available_conditions(name)
         if conditions:
             sets.append(f"{len(conditions)} single conditions (isolation-sim list sets)")
-        entries.append([name, law.title, ", ".join(sets) or "none", parameters])
-    return ["law", "title", "published sets, the default first", "parameters"], entries
+        directions = "biaxial" if law.plan else "uniaxial"
+        directions += ", axial load" * (law.axial is not None)
+        entries.append([name, law.title, directions, ", ".join(sets) or "none", parameters])
+    headings = ["law", "title", "directions", "published sets, the default first", "parameters"]
+    return headings, entries
 
 
 def _sets() -> Rows:
@@ -91,10 +94,10 @@ def _studies() -> Rows:
 
 
 def _structures() -> Rows:
-    from ..scenario.building import MatricesFile, ReferenceBuilding, ShearBuilding
+    from ..scenario.building import MatricesFile, PlanBuilding, ReferenceBuilding, ShearBuilding
 
     entries = []
-    for kind in (ReferenceBuilding, ShearBuilding, MatricesFile):
+    for kind in (ReferenceBuilding, ShearBuilding, PlanBuilding, MatricesFile):
         summary = (kind.__doc__ or "").splitlines()[0]
         keys = ", ".join(key for key in kind.model_fields if key != "kind")
         entries.append([kind.model_fields["kind"].default, summary, keys or "none"])
@@ -124,9 +127,8 @@ def list_names(
     as_json: AsJson = False,
 ) -> None:
     """List what a scenario may name."""
-    from rich.table import Table
-
     from ..reports.console import standard_console
+    from ..reports.tables import TextTable
 
     if subject not in SUBJECTS:
         raise unknown_name("subject", subject, SUBJECTS)
@@ -137,9 +139,5 @@ def list_names(
     if not entries:
         print(f"no {subject} yet")
         return
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for k, heading in enumerate(headings):
-        table.add_column(heading, no_wrap=k == 0, overflow="fold")
-    for entry in entries:
-        table.add_row(*entry)
-    standard_console().print(table)
+    keys = 2 if subject in ("effects", "sets") else 1
+    standard_console().print(TextTable("", headings, entries, keys=keys))

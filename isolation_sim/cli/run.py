@@ -78,6 +78,6 @@ def run(
         print_warning(warning)
     for divergence in comparison.diverged.values():
         print_error(divergence)
-    print_results(folder.path, as_json, quiet, folder.renamed)
+    print_results(folder.path, as_json, quiet, where)
     if comparison.diverged:
         raise typer.Exit(1)

@@ -57,7 +57,7 @@ def suite(
                 step=lambda text: step(text, 0), progress=advance,
             )  # fmt: skip
         except KeyboardInterrupt:
-            print("stopped; what is finished is kept: --resume goes on", file=sys.stderr)
+            print("stopped; finished chunks are saved: continue with --resume", file=sys.stderr)
             raise typer.Exit(130) from None
     result.check(criterion)
     if as_json:

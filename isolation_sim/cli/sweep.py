@@ -151,9 +151,9 @@ def run_plan(
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
 
-    check_exports(export)
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
+    check_exports(export, folder)
     begun = time.perf_counter()
     failures = 0
 
@@ -178,7 +178,7 @@ def run_plan(
         raise typer.Exit(130) from None
     except OSError as error:
         raise InputError(
-            f"{error.filename or folder}: {error.strerror or error}; what is finished is kept: "
+            f"{error.filename or folder}: {error.strerror or error}; finished chunks are saved: "
             "make room and go on with --resume"
         ) from None
     report = result.folder / "report.html"
@@ -276,13 +276,13 @@ def show(
             for path in save(drawn(), target, name):
                 print(f"figure: {path}")
         else:
-            print(f"figure: {target / name}.svg (as it was; --force draws it anew)")
+            print(f"figure: {target / name}.svg (unchanged; --force replaces it)")
     page = place / "report.html"
     if force or not page.exists():
         print(f"report: {result.to_html(page, criterion)}")
         write_contents(place, f"Sweep {result.plan.name}")
     else:
-        print(f"report: {page} (as it was; --force writes it anew)")
+        print(f"report: {page} (unchanged; --force replaces it)")
 
 
 @app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
-from .common_options import AsJson, Quiet, examples, progress
+from .common_options import AsJson, Quiet, examples, print_results, progress
 
 EXAMPLES = examples(
     "isolation-sim tune clipped_lqr --out my_tuning",
@@ -35,7 +35,9 @@ def tune(
     ] = "mixture",
     unseen: Annotated[
         list[str] | None,
-        typer.Option(help="Judge by, as --motions; may be repeated. Another mixture by default."),
+        typer.Option(
+            help="Motions of the evaluation; may be repeated. Another mixture by default."
+        ),
     ] = None,
     criterion: Annotated[
         list[str] | None,
@@ -68,7 +70,6 @@ def tune(
 ) -> None:
     """Tune a controller on some motions and judge it on others."""
     from ..io.results_folder import file_name
-    from ..reports.console import standard_console
     from ..tuning.tune import tune as run_tune
 
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
@@ -86,16 +87,12 @@ def tune(
         print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)
         raise typer.Exit(130) from None
     if as_json:
-        print(json.dumps(result.report(), indent=2))
+        print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
-        console = standard_console()
-        for table in result.tables():
-            console.print(table)
-        for line in result.verdict():
-            print(line)
+        result.report()
     where = sys.stderr if as_json else sys.stdout
     print(f"tuned controller: {folder / 'controller.toml'}", file=where)
-    print(f"report: {folder / 'report.html'}", file=where)
+    print_results(folder, as_json, quiet)
 
 
 def _pair(text: str, option: str, example: str) -> tuple[str, Any]:

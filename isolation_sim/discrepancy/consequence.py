@@ -1,6 +1,6 @@
 """What a wrong law would have cost: a building controlled by the law as it was, and as it is.
 
-Every controller is run three times: as the law that was judged predicts it; as it then turns out,
+Every controller is run three times: as the evaluated law predicts it; as it then turns out,
 on the extended law but designed with the old one; and designed with the extended law.
 """
 
@@ -23,8 +23,8 @@ from ..simulation.run import simulate
 from ..structures import IsolatedStructure
 
 CASES = {
-    "predicted": "plant and controllers' nominal model by the law that was judged",
-    "actual": "plant by the extended law, controllers designed with the one that was judged",
+    "predicted": "plant and nominal model by the evaluated law",
+    "actual": "plant by the extended law, nominal model by the evaluated law",
     "redesigned": "plant and controllers' nominal model by the extended law",
 }
 """How each controller is run."""
@@ -168,7 +168,7 @@ def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
 
 
 _WHERE = {
-    "predicted": "By the law that was judged",
+    "predicted": "By the evaluated law",
     "actual": "By the extended law",
     "redesigned": "Under controllers designed with the extended law",
 }
@@ -213,7 +213,7 @@ def _finding(performance: Mapping[str, Mapping[str, Performance | None]]) -> str
     if not known:
         return " ".join(sentences)
     sentences.append(
-        f"The law that was judged misses the peak base displacement by "
+        f"The evaluated law misses the peak base displacement by "
         f"{_range(known, 'peak_base_displacement_m')} and the peak floor acceleration by "
         f"{_range(known, 'peak_floor_acceleration_m_s2')}."
     )

@@ -49,6 +49,9 @@ tests and of buildings. Blind (cases ``clean`` and ``outside``) and blind buildi
 TO_BLAME_FITTED = 0.4
 """The same on the fitted runs of device tests: a law that diverges on held-out runs makes any
 effect look helpful there. Blind (cases ``outside``)."""
+FAR = 0.2
+"""Error of a fitted law, over the force, above which all laws are compared: it may be of the wrong
+family. Convention."""
 ADEQUATE = 1.25
 """Cost over that of noise below which a law is adequate, and with effects "explained". Blind
 (``clean``)."""
@@ -151,9 +154,9 @@ BUILDING_EXPLAINED = 0.95
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
 LEAST_SENSOR_NOISE = 1e-3
-"""Share of a channel's RMS below which no sensor noise is believed. Instruments' data sheets."""
+"""Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
 LEAST_SENSOR_ERROR = 3e-3
-"""Share of a channel's reading below which no calibration is believed. Instruments' data sheets."""
+"""Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
 
@@ -241,3 +244,11 @@ BEYOND_TESTS = 1.5
 Convention."""
 EQUATION_PREFERRED = 1.05
 """Factor on the learned term's left-out error up to which the equation is offered. Convention."""
+
+# Stability
+
+REDRAWN = 200
+"""Resamplings of the runs behind a cause's stability. Effort."""
+RIVAL_WINS = 0.1
+"""Share of the refits in which a rival is named instead, above which it is confusable.
+Convention."""

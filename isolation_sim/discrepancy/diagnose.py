@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
+from ..identification.law_choice import AUTO, choose_law
 from ..identification.workers import workers
 from ..io.toml import read_toml
 from ..laws import Device
@@ -48,9 +49,6 @@ def diagnose(
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
     if tiers not in TIERS:
         raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
-    if isinstance(law, str):
-        law = LAWS[law]
-    device = read_parameters(law, parameters)
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
     from .adapters.device_tests import DeviceTests
@@ -58,12 +56,26 @@ def diagnose(
 
     report = progress or (lambda text: None)
     with workers(threads) as pool:
+        choice = None
+        if law == AUTO:
+            if isinstance(data, LoopTable) or parameters != "fit":
+                raise InputError(
+                    'law is "auto"; expected: a campaign of device tests and parameters "fit", or '
+                    "the name of a law"
+                )
+            choice = choose_law(
+                data, current_degree, pool, seed=seed, advance=lambda: report("comparing laws")
+            )
+            law = choice.best.law
+        if isinstance(law, str):
+            law = LAWS[law]
+        device = read_parameters(law, parameters)
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
             if tiers != "causes":
                 raise InputError(f"tiers is {tiers!r}; expected of a loop table: causes")
             return diagnose_problem(LoopTableTests(data, *options))[0]
-        problem = DeviceTests(data, *options, significance)
+        problem = DeviceTests(data, *options, significance, choice)
         diagnosis = diagnose_problem(problem)[0]
         if tiers == "causes":
             return diagnosis
@@ -152,7 +164,7 @@ def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
         device = _from_file(Path(parameters))
     if device.law is not law:
         raise InputError(
-            f"{parameters}: numbers of {device.law.name}; expected: of {law.name}, the law to judge"
+            f"{parameters}: parameters of {device.law.name}; expected: of {law.name}, the law"
         )
     return device
 

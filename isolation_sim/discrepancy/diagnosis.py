@@ -1,9 +1,9 @@
-"""What a diagnosis says: the verdict, the causes with their numbers, and how it came to them."""
+"""Results of a diagnosis: the verdict, the causes with their parameters, and the steps."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..rendering import render
+from ..rendering import Printed, render
 from .interval import Interval
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.figure import Figure
 
     from ..laws import Device
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
 MEANINGS: dict[Verdict, str] = {
-    "adequate": "The simulation reproduces the data as far as they can tell: nothing is missing.",
-    "explained": "What the simulation gets wrong is explained, as far as the data can tell.",
+    "adequate": "The simulation reproduces the data within their noise: no effect is missing.",
+    "explained": "The error of the simulation is explained, within the noise of the data.",
     "partly_explained": "Part of what the simulation gets wrong is explained; a remainder is not.",
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
@@ -51,9 +52,13 @@ class Cause:
     evidence : str
         One sentence.
     confusable_with : tuple of str
-        Causes that the data do not tell from it.
+        Causes that the data do not distinguish from it.
     form : str
         Form of the effect that was chosen, or the law of a term outside the catalogue.
+    stability : mapping of str to float
+        Share of fits from other runs in which the cause is named again: ``conditions_left_out``,
+        without the runs of one condition at a time, and ``runs_resampled``. Empty where it is not
+        computed.
     """
 
     name: str
@@ -63,6 +68,7 @@ class Cause:
     evidence: str
     confusable_with: tuple[str, ...] = ()
     form: str = ""
+    stability: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def acts_like(self) -> bool:
@@ -109,7 +115,7 @@ class Trace:
     name : str
         Of the run.
     held_out : bool
-        Whether it was kept from fitting.
+        Whether it was held out of the fit.
     time, across : (n,) array
         Time (s), and what the run is drawn against.
     across_label, label : str
@@ -179,7 +185,7 @@ class Errors:
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(Printed):
     """What the simulation gets wrong, and why.
 
     Attributes
@@ -187,7 +193,7 @@ class Diagnosis:
     data : str
         What was diagnosed.
     model : str
-        The simulation that was judged.
+        The simulation that was evaluated.
     verdict : str
         "adequate", "explained", "partly_explained" or "unexplained".
     noise_floor : float
@@ -201,11 +207,11 @@ class Diagnosis:
     depends_on : tuple of str
         Variables that the residual depends on, before any cause was found.
     next_test : str or None
-        The test that would best tell apart what these data do not.
+        The test that best distinguishes the causes that these data do not distinguish.
     steps : tuple of Step
         How it was found.
     judged : Device or None
-        The device that was judged, with the numbers that it was given or fitted with.
+        The evaluated device, with its fitted or prescribed parameters.
     extended : Device or None
         The device with the causes in it; None where nothing was found in the device.
     gain : (float, float) or None
@@ -273,6 +279,7 @@ class Diagnosis:
                         for name, one in cause.parameters.items()
                     },
                     "confusable_with": list(cause.confusable_with),
+                    "stability": {k: _number(share) for k, share in cause.stability.items()},
                     "evidence": cause.evidence,
                 }
                 for cause in self.causes
@@ -294,12 +301,55 @@ class Diagnosis:
         """
         return json.dumps(self.to_dict(), indent=2, allow_nan=False)
 
-    def report(self) -> None:
-        """Print the diagnosis."""
-        render("diagnosis:print_diagnosis", self)
+    def _shown(self) -> Iterator[Any]:
+        yield from render("diagnosis:shown", self)
+
+    def __repr__(self) -> str:
+        before, after = (
+            100 * (error.fit if np.isnan(error.held_out) else error.held_out)
+            for error in (self.error_before, self.error_after)
+        )
+        causes = ", ".join(cause.label for cause in self.causes) or "no cause"
+        return (
+            f"{type(self).__name__}({self.model} against {self.data}: {self.verdict}, {causes}; "
+            f"error {before:.3g} % to {after:.3g} %, noise {100 * self.noise_floor:.3g} %)"
+        )
+
+    @property
+    def criteria(self) -> dict[str, float]:
+        """Relative RMS errors before and after, the noise floor and the unexplained share."""
+        return {
+            "error_before": self.error_before.fit,
+            "error_after": self.error_after.fit,
+            "held_out_error_before": self.error_before.held_out,
+            "held_out_error_after": self.error_after.held_out,
+            "noise_floor": self.noise_floor,
+            "unexplained_share": self.unexplained_share,
+        }
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the causes with their numbers.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each parameter of each cause: ``cause``, ``form``, ``share``, ``p_value``,
+            ``parameter``, ``unit``, ``value``, ``low``, ``high``, ``at_bound``.
+        """
+        import pandas
+
+        columns = ["cause", "form", "share", "p_value", "parameter", "unit", "value", "low",
+                   "high", "at_bound"]  # fmt: skip
+        rows = [
+            (cause.name, cause.form, cause.share, cause.p_value, name, one.unit, one.value,
+             one.low, one.high, one.at_bound)
+            for cause in self.causes
+            for name, one in cause.parameters.items()
+        ]  # fmt: skip
+        return pandas.DataFrame(rows, columns=columns)
 
     def plot(self) -> Figure:
-        """MeasuredRuns against simulated, before and after, and the errors of all runs.
+        """Draw measured runs against simulated ones, before and after, and the errors of all runs.
 
         Returns
         -------

@@ -112,6 +112,10 @@ class Problem(ABC, Generic[H]):
     def noise_text(self) -> Text:
         """Describe the noise."""
 
+    def choice_text(self) -> Text | None:
+        """Describe how the model was chosen among others; None if it was given."""
+        return None
+
     @abstractmethod
     def model_text(self, evaluation: Evaluation) -> Text:
         """Describe how well the nominal model follows the data."""

@@ -21,9 +21,11 @@ def report_steps(
     evaluation: Evaluation, causes: Sequence[Cause], verdict: Verdict,
 ) -> tuple[Step, ...]:  # fmt: skip
     """Describe how a diagnosis was reached."""
+    choice = problem.choice_text()
     steps = [
         Step("Data", *problem.data_text()),
         Step("Noise floor", *problem.noise_text()),
+        *([] if choice is None else [Step("Which law", *choice)]),
         Step("Nominal model", *problem.model_text(evaluation), figure="before"),
         _dependence_step(dependences),
     ]

@@ -1,4 +1,4 @@
-"""Effects that a law may lack. One file an effect, one line in the registry."""
+"""Effects that a law may lack: one file per effect, one line in the registry."""
 
 from .effect import Effect, EffectParameter, Signals
 from .extend import ExtendedLaw, extend, separate

@@ -80,27 +80,27 @@ def start_mean(signals: Signals, parameters: tuple) -> tuple:
 
 
 LOSS = EffectParameter(
-    "loss", "1", "largest share of the force lost", lower=0.0, upper=0.95, strength=True,
+    "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, strength=True,
     starts=(0.3, 0.6),
 )  # fmt: skip
 HALF = EffectParameter(
-    "half", "m", "amplitude at which half of that is lost", lower=1e-7, upper=100.0, divides=True,
+    "half", "m", "amplitude at which half of this is lost", lower=1e-7, upper=100.0, divides=True,
     starts=(0.1, 0.4, 1.0),
 )  # fmt: skip
 EXPONENT = EffectParameter(
     "exponent", "1", "of the amplitude; Kraus' 2 m", lower=0.5, upper=4.0, starts=(1.2,)
 )
 POWER = EffectParameter(
-    "exponent", "1", "power of the amplitude lost", lower=0.0, upper=2.0, strength=True,
+    "exponent", "1", "exponent of the amplitude", lower=0.0, upper=2.0, strength=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
 KNEE = EffectParameter(
-    "half", "m", "amplitude from which it holds", lower=1e-7, upper=100.0, divides=True,
+    "half", "m", "amplitude above which the power law holds", lower=1e-7, upper=100.0, divides=True,
     starts=(0.05, 0.3),
 )  # fmt: skip
 # what is remembered for longer is the largest deformation: stress softening
 MEMORY = EffectParameter(
-    "memory", "s", "over which an amplitude is forgotten", lower=0.02, upper=10.0, divides=True,
+    "memory", "s", "time constant of forgetting", lower=0.02, upper=10.0, divides=True,
     starts=(0.5, 3.0),
 )  # fmt: skip
 PEAK = Quantity("amplitude", "m", "present amplitude")

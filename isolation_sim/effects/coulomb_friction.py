@@ -54,7 +54,7 @@ FORMS = (
         parameters=(
             LEVEL,
             EffectParameter(
-                "velocity", "m/s", "over which friction sets in", lower=1e-6, divides=True,
+                "velocity", "m/s", "range over which friction develops", lower=1e-6, divides=True,
                 starts=(0.02, 0.2),
             ),
         ),
@@ -68,11 +68,11 @@ FORMS = (
         parameters=(
             LEVEL,
             EffectParameter(
-                "rise", "1", "static over sliding friction, less one", lower=0.0, upper=2.0,
+                "rise", "1", "static over sliding friction, minus one", lower=0.0, upper=2.0,
                 starts=(0.3,),
             ),
             EffectParameter(
-                "velocity", "m/s", "over which the rise is gone", lower=1e-5, divides=True,
+                "velocity", "m/s", "velocity range of the rise", lower=1e-5, divides=True,
                 starts=(0.1, 0.5),
             ),
         ),
@@ -86,7 +86,7 @@ FORMS = (
         parameters=(
             LEVEL,
             EffectParameter(
-                "length", "m", "over which friction sets in", lower=1e-6, divides=True,
+                "length", "m", "range over which friction develops", lower=1e-6, divides=True,
                 starts=(0.02, 0.1),
             ),
         ),

@@ -40,7 +40,7 @@ def rates_work(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 
 TRAVEL = Quantity("travel", "m", "way travelled")
 LOSS = EffectParameter(
-    "loss", "1", "share of the force lost in the end", lower=0.0, upper=0.95, strength=True,
+    "loss", "1", "final fraction of the force lost", lower=0.0, upper=0.95, strength=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
 
@@ -56,7 +56,7 @@ FORMS = (
         cause="cyclic_degradation",
         form="exponential",
         title="Cyclic degradation",
-        parameters=(LOSS, _scale("m", "way over which force is lost")),
+        parameters=(LOSS, _scale("m", "path length over which force is lost")),
         states=(TRAVEL,),
         factor=exponential,
         rates=rates_travel,
@@ -68,10 +68,10 @@ FORMS = (
         title="Cyclic degradation, logarithmic",
         parameters=(
             EffectParameter(
-                "loss", "1", "loss over e-fold travel", lower=0.0, upper=10.0, strength=True,
+                "loss", "1", "loss for an e-fold path length", lower=0.0, upper=10.0, strength=True,
                 starts=(0.1,),
             ),
-            _scale("m", "way after which it shows"),
+            _scale("m", "path length after which it begins"),
         ),
         states=(TRAVEL,),
         factor=logarithmic,
@@ -82,7 +82,7 @@ FORMS = (
         cause="cyclic_degradation",
         form="work",
         title="Cyclic degradation by work",
-        parameters=(LOSS, _scale("J", "work over which force is lost")),
+        parameters=(LOSS, _scale("J", "work after which force is lost")),
         states=(Quantity("work", "J", "work done on the device"),),
         factor=exponential,
         rates=rates_work,

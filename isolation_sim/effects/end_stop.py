@@ -66,10 +66,10 @@ FORMS = (
         form="power",
         title="End stop",
         parameters=(
-            _stiffness("secant stiffness a tenth of the gap beyond it"),
+            _stiffness("secant stiffness at a tenth of the gap beyond the gap"),
             GAP,
             EffectParameter(
-                "exponent", "1", "power of the overrun", lower=1.0, upper=3.0, starts=(1.0, 2.0)
+                "exponent", "1", "exponent of the overrun", lower=1.0, upper=3.0, starts=(1.0, 2.0)
             ),
         ),
         force=power,
@@ -84,7 +84,7 @@ FORMS = (
             _stiffness("tangent stiffness where it begins"),
             GAP,
             EffectParameter(
-                "depth", "m", "overrun over which it grows e-fold", lower=1e-4, upper=100.0,
+                "depth", "m", "overrun for e-fold growth", lower=1e-4, upper=100.0,
                 divides=True, starts=(0.1, 0.3),
             ),
         ),

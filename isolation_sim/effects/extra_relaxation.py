@@ -46,7 +46,7 @@ def stored_energy_two(x: Any, states: tuple, parameters: tuple) -> Any:
 
 
 STIFFNESS = EffectParameter(
-    "stiffness", "N/m", "of the arms' springs together", lower=0.0, strength=True, starts=(0.2,)
+    "stiffness", "N/m", "total stiffness of the springs", lower=0.0, strength=True, starts=(0.2,)
 )
 
 
@@ -73,7 +73,7 @@ FORMS = (
         parameters=(
             STIFFNESS,
             EffectParameter(
-                "share", "1", "of the second arm", lower=0.0, upper=1.0, starts=(0.5,)
+                "share", "1", "fraction of the second arm", lower=0.0, upper=1.0, starts=(0.5,)
             ),
             _time("time", "of relaxation of the first arm", 0.05, 0.3),
             _time("second_time", "of relaxation of the second arm", 1.0, 10.0),

@@ -1,4 +1,4 @@
-"""The field weakens as the device deforms: the magnetic circuit opens (001, Section 4.2).
+"""The field weakens as the device deforms: the magnetic circuit opens (Li & Li, Section 4.2).
 
 Forms:
 

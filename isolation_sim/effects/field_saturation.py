@@ -32,7 +32,7 @@ def tanh(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 
 STRENGTH = EffectParameter(
-    "saturation", "1/A", "one over the current of saturation", lower=0.0, upper=100.0,
+    "saturation", "1/A", "inverse of the saturation current", lower=0.0, upper=100.0,
     strength=True, starts=(0.5, 1.5),
 )  # fmt: skip
 

@@ -50,7 +50,7 @@ def start(signals: Signals, parameters: tuple) -> tuple:
 
 
 SHARE = EffectParameter(
-    "share", "1", "of the memory in the field", lower=0.0, upper=1.0, strength=True,
+    "share", "1", "fraction of the remanent field", lower=0.0, upper=1.0, strength=True,
     starts=(0.1, 0.4),
 )  # fmt: skip
 
@@ -90,7 +90,7 @@ FORMS = (
         parameters=(
             SHARE,
             EffectParameter(
-                "memory", "s", "over which it fades", lower=0.01, upper=1e4, divides=True,
+                "memory", "s", "time constant of fading", lower=0.01, upper=1e4, divides=True,
                 starts=(1.0, 10.0),
             ),
         ),

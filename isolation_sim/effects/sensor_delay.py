@@ -54,7 +54,7 @@ def _late(parameters: tuple) -> Any:
 
 
 LATENESS = EffectParameter(
-    "delay", "s", "of the force behind the displacement", lower=0.0, upper=0.2, strength=True,
+    "delay", "s", "delay of the force to the displacement", lower=0.0, upper=0.2, strength=True,
     starts=(0.003,),
 )  # fmt: skip
 
@@ -65,7 +65,7 @@ FORMS = (
         title="Sensor delay",
         parameters=(
             EffectParameter(
-                "delay", "s", "of the force behind the displacement", lower=-0.1, upper=0.1,
+                "delay", "s", "delay of the force to the displacement", lower=-0.1, upper=0.1,
                 strength=True, starts=(0.003,),
             ),
         ),

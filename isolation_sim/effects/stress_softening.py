@@ -48,7 +48,7 @@ def start(signals: Signals, parameters: tuple) -> tuple:
 
 LARGEST = Quantity("largest", "m", "largest deformation so far")
 LOSS = EffectParameter(
-    "loss", "1", "largest share of the force lost", lower=0.0, upper=0.95, strength=True,
+    "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, strength=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
 
@@ -70,7 +70,7 @@ FORMS = (
     Effect(
         form="ogden_roxburgh",
         title="Stress softening (Mullins)",
-        parameters=(LOSS, _length("below the largest deformation, over which force is lost")),
+        parameters=(LOSS, _length("deformation below the largest one, over which force is lost")),
         factor=ogden_roxburgh,
         source="Ogden & Roxburgh (1999), with deformation in place of energy",
         **_COMMON,
@@ -82,7 +82,7 @@ FORMS = (
             LOSS,
             _length("largest deformation over which force is lost"),
             EffectParameter(
-                "sharpness", "1", "how suddenly", lower=0.5, upper=6.0, starts=(1.0, 2.0)
+                "sharpness", "1", "sharpness of the onset", lower=0.5, upper=6.0, starts=(1.0, 2.0)
             ),
         ),
         factor=exponential,
@@ -94,7 +94,7 @@ FORMS = (
         title="Stress softening (Mullins), hyperbolic damage",
         parameters=(
             EffectParameter(
-                "loss", "1/m", "loss with largest deformation", lower=0.0, upper=1e6,
+                "loss", "1/m", "loss per largest deformation", lower=0.0, upper=1e6,
                 strength=True, starts=(0.2, 1.0),
             ),
         ),

@@ -32,11 +32,11 @@ FORMS = (
         title="Asymmetry",
         parameters=(
             EffectParameter(
-                "asymmetry", "1", "half of the difference between both ways", lower=-0.95,
+                "asymmetry", "1", "half of the difference between both directions", lower=-0.95,
                 upper=0.95, strength=True, starts=(0.1,),
             ),
             EffectParameter(
-                "width", "m", "deformation over which it sets in", lower=1e-7, upper=10.0,
+                "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0,
                 divides=True, starts=(0.05, 0.5),
             ),
         ),
@@ -54,6 +54,6 @@ FORMS = (
             ),
         ),
         factor=proportional,
-        source="first even term of the force's series, kept positive",
+        source="first even term of the force's series, limited to positive values",
     ),
 )  # fmt: skip

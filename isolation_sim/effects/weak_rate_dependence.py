@@ -64,7 +64,7 @@ def thinning(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 
 VELOCITY = EffectParameter(
-    "velocity", "m/s", "below which the rate does not matter", lower=1e-7, divides=True,
+    "velocity", "m/s", "velocity of the onset of rate dependence", lower=1e-7, divides=True,
     starts=(0.02, 0.1, 0.5),
 )  # fmt: skip
 _K, _A = SPRING_POT.parameters
@@ -99,7 +99,7 @@ FORMS = (
                 starts=(0.05,),
             ),
             EffectParameter(
-                "window", "s", "over which the frequency is taken", lower=0.02, upper=100.0,
+                "window", "s", "averaging time of the frequency", lower=0.02, upper=100.0,
                 divides=True, starts=(0.3, 1.0),
             ),
         ),
@@ -131,7 +131,7 @@ FORMS = (
         title="Weak rate dependence, logarithm of the velocity",
         parameters=(
             EffectParameter(
-                "rise", "1", "growth of force over e-fold velocity", lower=-0.2, upper=1.0,
+                "rise", "1", "growth of the force for an e-fold velocity", lower=-0.2, upper=1.0,
                 strength=True, starts=(0.05,),
             ),
             VELOCITY,
@@ -145,10 +145,10 @@ FORMS = (
         title="Weak rate dependence, thinning viscosity",
         parameters=(
             EffectParameter(
-                "viscosity", "N s/m", "of slow motion", lower=0.0, strength=True, starts=(0.2,)
+                "viscosity", "N s/m", "at low velocity", lower=0.0, strength=True, starts=(0.2,)
             ),
             EffectParameter(
-                "velocity", "m/s", "from which the viscosity falls", lower=1e-6, divides=True,
+                "velocity", "m/s", "velocity of the onset of thinning", lower=1e-6, divides=True,
                 starts=(0.01, 0.1),
             ),
             # friction's own power is 0

@@ -1,23 +1,29 @@
-"""C99 from compiled Python: the subset of the language that Numba compiles for controllers.
+"""C99 from compiled Python: the subset of the language that Numba compiles here.
 
-Numbers, arrays of float64, slices of them, tuples, and functions on these. Types are inferred from
-the arguments of the first call. A slice is a pointer and a length, and is cut off where Python cuts
-it off. Nothing is allocated.
+Numbers, arrays of them, slices of flat arrays of float64, tuples, and functions on these. Types are
+inferred from the arguments of the first call. A slice is a pointer and a length, and is cut off
+where Python cuts it off. Nothing is allocated.
 """
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..errors import InputError
 
 Kind = Any
-"""``"b"`` truth, ``"i"`` long, ``"d"`` double, ``"a"`` array, ``"v"`` nothing; a tuple of kinds."""
+"""``"b"`` truth, ``"i"`` long, ``"d"`` double, ``"z"`` complex, ``"v"`` nothing; a tuple of kinds.
 
-TYPES = {"b": "int", "i": "long", "d": "double", "a": "array", "v": "void"}
+``"a"`` is a flat array of double; another array is its element and the number of its axes, such as
+``"i1"`` or ``"z2"``.
+"""
+
+TYPES = {"b": "int", "i": "long", "d": "double", "z": "double complex", "v": "void", "a": "array"}
+NUMBERS = ("b", "i", "d", "z")
+"""Kinds of numbers, each of which holds those before it."""
 
 ARRAY = "typedef struct { double *p; long n; } array;\n"
 
@@ -43,15 +49,15 @@ static array part(array a, long begin, long end)
 """What Python has and C has not; each calls only those behind it."""
 
 MATHEMATICS = set(
-    "acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh exp expm1 fabs floor fmod hypot "
-    "log log10 log1p log2 nextafter pow sin sinh sqrt tan tanh".split()
+    "acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh erf exp expm1 fabs floor fmod "
+    "hypot log log10 log1p log2 nextafter pow sin sinh sqrt tan tanh".split()
 )
 RENAMED = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh",
            "arctan2": "atan2", "power": "pow", "abs": "fabs"}  # fmt: skip
 KEYWORDS = set(
     "auto break case char const continue default do double else enum extern float for goto if "
-    "inline int long register restrict return short signed sizeof static struct switch typedef "
-    "union unsigned void volatile while array".split()
+    "I complex inline int long register restrict return short signed sizeof static struct switch "
+    "typedef union unsigned void volatile while array".split()
 ) | set(HELPERS)
 OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
@@ -70,10 +76,17 @@ class CText:
         Source of the module.
     prefix : str
         Put before the functions' names.
+    external : mapping of str to (kind, str), optional
+        Kind of the result and C text of functions that take the place of the module's own or of
+        those that it imports, by name; an empty text leaves their calls out.
     """
 
-    def __init__(self, text: str, prefix: str):
+    def __init__(
+        self, text: str, prefix: str, external: Mapping[str, tuple[Kind, str]] | None = None
+    ):
         self.prefix = prefix
+        self.external = external or {}
+        self.arrays: dict[str, str] = {}
         self.sources: dict[str, ast.FunctionDef] = {}
         self.constants: dict[str, Any] = {}
         for node in ast.parse(text).body:
@@ -84,6 +97,9 @@ class CText:
                     self.constants[node.targets[0].id] = ast.literal_eval(node.value)
                 except ValueError:
                     continue
+            elif isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("range("):
+                names = ast.unparse(node.targets[0]).strip("()").split(", ")
+                self.constants |= {name: k for k, name in enumerate(names)}
         self.tuples: dict[Kind, str] = {}
         self.tables: dict[str, str] = {}
         self.functions: dict[tuple, tuple[str, Kind]] = {}
@@ -108,6 +124,12 @@ class CText:
 
     def type_of(self, kind: Kind) -> str:
         """Name of a kind's C type."""
+        if axes := _axes(kind):
+            if kind != "a":
+                element = TYPES[kind[0]]
+                text = f"typedef struct {{ {element} *p; long n[{axes}]; }} array_{kind};"
+                self.arrays[kind] = text
+                return f"array_{kind}"
         if not isinstance(kind, tuple):
             return TYPES[kind]
         for part in kind:
@@ -120,12 +142,27 @@ class CText:
         for kind, name in self.tuples.items():
             members = " ".join(f"{self.type_of(part)} f{k};" for k, part in enumerate(kind))
             lines.append(f"typedef struct {{ {members} }} {name};")
-        text = "\n".join([*lines, *self.tables.values(), "", *self.texts])
+        written = "".join(self.texts)
+        lines += self.tables.values()
+        lines += [c for name, (_, c) in self.external.items() if re.search(rf"\b{name}\(", written)]
+        text = "\n".join([*self.arrays.values(), *lines, "", written])
         # compilers warn of what nothing calls
         for name, helper in HELPERS.items():
             if re.search(rf"\b{name}\(", text):
                 text = f"{helper}\n{text}"
         return f"{ARRAY}{text}"
+
+
+def _axes(kind: Kind) -> int:
+    """Number of axes of an array's kind; 0 for another kind."""
+    if isinstance(kind, tuple) or kind is None:
+        return 0
+    return 1 if kind == "a" else int(kind[1:] or 0)
+
+
+def array_kind(element: str, axes: int) -> Kind:
+    """Kind of an array of numbers of a kind."""
+    return "a" if (element, axes) == ("d", 1) else f"{element}{axes}"
 
 
 def _annotated(argument: ast.arg, name: str) -> bool:
@@ -140,8 +177,8 @@ def _joined(a: Kind, b: Kind) -> Kind:
         return b
     if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
         return tuple(map(_joined, a, b))
-    if a in ("b", "i", "d") and b in ("b", "i", "d"):
-        return "d" if "d" in (a, b) else "i"
+    if a in NUMBERS and b in NUMBERS:
+        return max(a, b, "i", key=NUMBERS.index)
     raise InputError(f"a variable is {a} and {b}; C has one type for it")
 
 
@@ -171,12 +208,20 @@ class _Function:
         arguments = ", ".join(f"{c(self.kinds[a])} {_c(a)}" for a in self.arguments)
         lines = [f"/* {said.splitlines()[0]} */"] if said else []
         lines += [f"static {c(self.returned)} {self.name}({arguments})", "{"]
+        left_out = {
+            id(part)
+            for call in ast.walk(self.node)
+            if isinstance(call, ast.Call)
+            and self.module.external.get(ast.unparse(call.func), ("v", "kept"))[1] == ""
+            for part in ast.walk(call)
+        }
         read = {n.id for n in ast.walk(self.node)
-                if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}  # fmt: skip
+                if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)
+                and id(n) not in left_out}  # fmt: skip
         local = [name for name in self.kinds if name not in self.arguments]
         for name in local:
             kind = self.kinds[name]
-            zero = "{0}" if kind == "a" or isinstance(kind, tuple) else "0"
+            zero = "{0}" if _axes(kind) or isinstance(kind, tuple) else "0"
             lines.append(f"    {c(kind)} {_c(name)} = {zero};")
         lines += [f"    (void){_c(name)};" for name in local if name not in read]
         return self.returned, "\n".join([*lines, *self.lines, "}", ""])
@@ -194,7 +239,7 @@ class _Function:
                     whole = ast.BinOp(ast.Name(node.target.id, ast.Load()), node.op, node.value)
                     self._note(node.target, self._expression(whole)[1])
                 elif isinstance(node, ast.For):
-                    self._note(node.target, "i")
+                    self._note(node.target, "d" if isinstance(node.iter, ast.Tuple) else "i")
                 elif isinstance(node, ast.Return) and node.value is not None:
                     self.returned = _joined(self.returned, self._expression(node.value)[1])
             except _NotYet:
@@ -256,6 +301,10 @@ class _Function:
 
     def _assign(self, node: ast.Assign, depth: int) -> None:
         target = node.targets[0]
+        if isinstance(target, ast.Subscript) and ast.unparse(target.slice) == ":":
+            there, here = (self._expression(each)[0] for each in (target.value, node.value))
+            self._put(depth, f"memcpy({there}.p, {here}.p, (size_t){there}.n * sizeof(double));")
+            return
         if len(node.targets) == 1 and not isinstance(target, ast.Tuple):
             kind = self._expression(_loaded(target))[1]
             value = self._as(kind, node.value)
@@ -288,6 +337,18 @@ class _Function:
 
     def _for(self, node: ast.For, depth: int) -> None:
         call = node.iter
+        if isinstance(call, ast.Tuple):
+            values = ", ".join(self._expression(each)[0] for each in call.elts)
+            self.count += 1
+            i, each = f"i{self.count}_", f"each{self.count}_"
+            self._put(depth, "{")
+            self._put(depth + 1, f"const double {each}[] = {{{values}}};")
+            self._put(depth + 1, f"for (int {i} = 0; {i} < {len(call.elts)}; ++{i}) {{")
+            self._put(depth + 2, f"{_c(ast.unparse(node.target))} = {each}[{i}];")
+            self._block(node.body, depth + 2)
+            self._put(depth + 1, "}")
+            self._put(depth, "}")
+            return
         if not (isinstance(call, ast.Call) and ast.unparse(call.func) == "range"):
             raise self._no_form(call)
         bounds = [self._expression(argument)[0] for argument in call.args]
@@ -314,7 +375,8 @@ class _Function:
         return self._converted(text, own, kind)
 
     def _converted(self, text: str, own: Kind, target: Kind) -> str:
-        if own == target or (own in ("b", "i", "d") and target in ("b", "i", "d")):
+        numbers = own in NUMBERS and target in NUMBERS and (own != "z" or target == "z")
+        if own == target or numbers:
             return text
         if not (isinstance(own, tuple) and isinstance(target, tuple)):
             raise InputError(f"{self.node.name} has no form in C: {text} is {own}, not {target}")
@@ -346,10 +408,13 @@ class _Function:
         shape, numbers = _table(value)
         own = f"{self.module.prefix}_{node.id}"
         sizes = "".join(f"[{n}]" for n in shape)
-        self.module.tables[own] = f"static const double {own}{sizes} = {numbers};"
-        return own, ("table", len(shape))
+        element = "i" if re.fullmatch(r"[-0-9{}, ]+", numbers) else "d"
+        self.module.tables[own] = f"static const {TYPES[element]} {own}{sizes} = {numbers};"
+        return own, ("table", len(shape), element)
 
     def _attribute(self, node: ast.Attribute) -> tuple[str, Kind]:
+        if node.attr in ("real", "imag"):
+            return f"c{node.attr}({self._expression(node.value)[0]})", "d"
         known = {"nan": "NAN", "inf": "INFINITY", "pi": "3.141592653589793"}
         if node.attr not in known:
             raise self._no_form(node)
@@ -367,15 +432,16 @@ class _Function:
         (a, left), (b, right) = self._expression(node.left), self._expression(node.right)
         kind, op = _joined(left, right), type(node.op)
         if op is ast.Div:
-            return f"((double){a} / {b})" if kind != "d" else f"({a} / {b})", "d"
+            whole = kind in ("b", "i")
+            return f"((double){a} / {b})" if whole else f"({a} / {b})", "d" if whole else kind
         if op in OPERATORS:
             return f"({a} {OPERATORS[op]} {b})", "i" if kind == "b" else kind
         if op is ast.Pow:
             return (f"pow({a}, {b})", "d") if kind == "d" else (f"((long)pow({a}, {b}))", "i")
         if kind != "d" and op in (ast.FloorDiv, ast.Mod):
             return f"{'over' if op is ast.FloorDiv else 'rest'}({a}, {b})", "i"
-        if kind != "d" and op is ast.LShift:
-            return f"({a} << {b})", "i"
+        if kind != "d" and op in (ast.LShift, ast.RShift):
+            return f"({a} {'<<' if op is ast.LShift else '>>'} {b})", "i"
         if op is ast.FloorDiv:
             return f"floor({a} / {b})", "d"
         raise self._no_form(node)
@@ -403,23 +469,39 @@ class _Function:
         return f"({self.module.type_of(kind)}){{{', '.join(part[0] for part in parts)}}}", kind
 
     def _subscript(self, node: ast.Subscript) -> tuple[str, Kind]:
-        text, kind = self._expression(node.value)
         at = node.slice
+        if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
+            text, kind = self._expression(node.value.value)
+            return f"{text}.n" if kind == "a" else f"{text}.n[{ast.unparse(at)}]", "i"
+        text, kind = self._expression(node.value)
         if kind == "a" and isinstance(at, ast.Slice) and at.step is None:
             begin = "0" if at.lower is None else self._expression(at.lower)[0]
             end = f"{text}.n" if at.upper is None else self._expression(at.upper)[0]
             return f"part({text}, {begin}, {end})", "a"
         if isinstance(kind, tuple) and kind[0] == "table":
-            depth = kind[1] - 1
-            return f"{text}[{self._expression(at)[0]}]", ("table", depth) if depth else "d"
+            _, depth, element = kind
+            part = ("table", depth - 1, element) if depth > 1 else element
+            return f"{text}[{self._expression(at)[0]}]", part
         if isinstance(kind, tuple) and isinstance(at, ast.Constant) and isinstance(at.value, int):
             return f"{text}.f{at.value}", kind[at.value]
-        if kind != "a" or isinstance(at, (ast.UnaryOp, ast.Slice)):
+        places = at.elts if isinstance(at, ast.Tuple) else [at]
+        if _axes(kind) != len(places) or any(
+            isinstance(place, (ast.UnaryOp, ast.Slice)) for place in places
+        ):
             raise self._no_form(node)
-        return f"{text}.p[{_bare(self._expression(at)[0])}]", "d"
+        index = self._expression(places[0])[0]
+        for axis, place in enumerate(places[1:], 1):
+            index = f"({index} * {text}.n[{axis}] + {self._expression(place)[0]})"
+        return f"{text}.p[{_bare(index)}]", "d" if kind == "a" else kind[0]
 
     def _call(self, node: ast.Call) -> tuple[str, Kind]:
         name = ast.unparse(node.func)
+        if name == "unsigned":
+            return self._expression(node.args[0])
+        if name in self.module.external:
+            texts = [self._expression(argument)[0] for argument in node.args]
+            kind, own = self.module.external[name]
+            return f"{name}({', '.join(map(_bare, texts))})" if own else "(void)0", kind
         if name in self.module.sources:
             given = [self._expression(argument) for argument in node.args]
             own, kind = self.module.function(name, [kind for _, kind in given])
@@ -436,6 +518,8 @@ class _Function:
                 text = f"{call}({text}, {other})"
             return text, "i" if whole else "d"
         if name == "abs":
+            if kinds[0] == "z":
+                return f"cabs({texts[0]})", "d"
             return f"{'fabs' if kinds[0] == 'd' else 'magnitude'}({texts[0]})", kinds[0]
         if name == "len" and kinds[0] == "a":
             return f"{texts[0]}.n", "i"
@@ -444,6 +528,8 @@ class _Function:
             return f"(({TYPES[kind]}){texts[0]})", kind
         module, _, function = name.rpartition(".")
         function = RENAMED.get(function, function)
+        if name == "np.exp" and kinds == ["z"]:
+            return f"cexp({texts[0]})", "z"
         if module in ("np", "math") and function in MATHEMATICS:
             return f"{function}({', '.join(texts)})", "d"
         raise self._no_form(node)
@@ -475,6 +561,8 @@ def _bare(text: str) -> str:
 def _number(value: Any) -> tuple[str, Kind]:
     if isinstance(value, bool):
         return str(int(value)), "b"
+    if value == 0j and isinstance(value, complex):
+        return "0.0", "z"
     if not isinstance(value, (int, float)):
         raise InputError(f"{value!r} has no form in C")
     text = repr(value).replace("inf", "INFINITY").replace("nan", "NAN")
@@ -484,6 +572,6 @@ def _number(value: Any) -> tuple[str, Kind]:
 def _table(value: tuple) -> tuple[tuple[int, ...], str]:
     """Shape and C text of a tuple of numbers, or of tuples of them."""
     if not isinstance(value[0], tuple):
-        return (len(value),), "{" + ", ".join(repr(float(v)) for v in value) + "}"
+        return (len(value),), "{" + ", ".join(map(repr, value)) + "}"
     rows = [_table(row) for row in value]
     return (len(value), *rows[0][0]), "{" + ", ".join(text for _, text in rows) + "}"

@@ -10,12 +10,11 @@ from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..errors import InputError, unknown_name
 from ..simulation.control import CoilDriver, CompiledDecision, RunContext, Sensors
 from ..simulation.run import prepared, simulate
 from .c_text import CText
+from .part import numbers
 
 if TYPE_CHECKING:
     from ..scenario.job import Job
@@ -93,13 +92,6 @@ def controller_files(job: Job, label: str) -> dict[str, str]:
     }
 
 
-def numbers(values: np.ndarray) -> str:
-    """Numbers as C text, a few a line; a zero where there are none, for C has no empty array."""
-    texts = [repr(float(v)).replace("inf", "INFINITY").replace("nan", "NAN") for v in values]
-    rows = [", ".join(texts[k : k + 4]) for k in range(0, len(texts), 4)]
-    return ",\n    ".join(rows) or "0.0"
-
-
 def _header(result: Decided) -> str:
     name, context = result.name, result.context
     low, high = context.low, context.high
@@ -118,7 +110,7 @@ def _header(result: Decided) -> str:
         *measured,
         *commands,
         " *",
-        " * Nothing is allocated, and nothing is kept but in the state that you hand over. */",
+        " * No memory is allocated. All memory is in the state of the caller. */",
         f"#ifndef {name.upper()}_H",
         f"#define {name.upper()}_H",
         "",

@@ -120,8 +120,7 @@ EXPORTED int fmi2GetRealOutputDerivatives(Component c, const Reference *r, size_
 EXPORTED int fmi2DoStep(Component c, double time, double step, int keep)
 {
     (void)keep;
-    advance(c, time, step);
-    return OK;
+    return advance(c, time, step) ? FAILED : OK;
 }
 EXPORTED int fmi2CancelStep(Component c) { (void)c; return FAILED; }
 #define STATUS(name, type)                                  \

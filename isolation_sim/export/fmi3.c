@@ -132,11 +132,11 @@ EXPORTED int fmi3EnterStepMode(Model m) { (void)m; return FAILED; }
 EXPORTED int fmi3DoStep(Model m, double time, double step, bool keep, bool *event, bool *terminate,
                         bool *early, double *last)
 {
+    const int failed = advance(m, time, step);
     (void)keep;
-    advance(m, time, step);
     *event = *terminate = *early = false;
     *last = ((Instance *)m)->time;
-    return OK;
+    return failed ? FAILED : OK;
 }
 
 /* What belongs to other kinds of unit: declared to be absent, never called, but looked up by name.

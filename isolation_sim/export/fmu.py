@@ -1,4 +1,4 @@
-"""A controller as a functional mock-up unit, compiled: no Python where it runs."""
+"""Parts of a scenario as functional mock-up units, compiled: no Python where they run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
@@ -17,14 +17,17 @@ from ..errors import InputError
 from ..io.atomic_write import atomic_write
 from ..version import __version__
 from .controller import controller_files, decided
+from .part import Part
 
 if TYPE_CHECKING:
     from ..scenario.job import Job
 
 FOLDER = Path(__file__).parent
 UNITS = {
-    "_m_s2": ("m/s2", {"m": 1, "s": -2}), "_m_s": ("m/s", {"m": 1, "s": -1}),
-    "_m": ("m", {"m": 1}), "_N": ("N", {"kg": 1, "m": 1, "s": -2}), "_A": ("A", {"A": 1}),
+    "_m_s3": ("m/s3", {"m": 1, "s": -3}), "_m_s2": ("m/s2", {"m": 1, "s": -2}),
+    "_m_s": ("m/s", {"m": 1, "s": -1}), "_m": ("m", {"m": 1}),
+    "_J": ("J", {"kg": 1, "m": 2, "s": -2}), "_N": ("N", {"kg": 1, "m": 1, "s": -2}),
+    "_A": ("A", {"A": 1}),
 }  # fmt: skip
 """Unit by the end of a variable's name, and its exponents of the SI's base units."""
 PLATFORMS = {
@@ -36,33 +39,38 @@ PLATFORMS = {
 """By system and processor: folder of binaries in version 2.0 and in 3.0, ending of a library."""
 
 
-def controller_fmu(job: Job, label: str, path: str | Path, version: str = "2.0") -> Path:
-    """Write a scenario's controller as a functional mock-up unit for co-simulation."""
+def controller_part(job: Job, label: str) -> Part:
+    """A scenario's controller as a part."""
+    result = decided(job, label)
+    files = {k: v for k, v in controller_files(job, label).items() if not k.endswith("_run.c")}
+    commands = tuple(f"coil{c}_command_A" for c in range(len(result.context.low)))
+    context = result.context
+    return Part(result.name, result.title, files, context.outputs, commands, context.period, True)
+
+
+def write_fmu(part: Part, path: str | Path, version: str = "2.0") -> Path:
+    """Write a part as a functional mock-up unit for co-simulation."""
     if version not in ("2.0", "3.0"):
         raise InputError(f"FMI version is {version!r}; expected: 2.0 or 3.0")
     here = (platform.system(), platform.machine())
     if here not in PLATFORMS:
         raise InputError(f"no FMU is built on {' '.join(here)}; expected: Linux or macOS")
-    result = decided(job, label)
-    sources = {k: v for k, v in controller_files(job, label).items() if not k.endswith("_run.c")}
+    own = "fmi_controller.c" if part.sampled else "fmi_part.c"
     wrapper = "".join(
-        (FOLDER / part).read_text() for part in ("fmi_common.c", f"fmi{version[0]}.c")
+        (FOLDER / text).read_text() for text in (own, "fmi_common.c", f"fmi{version[0]}.c")
     )
-    token = hashlib.sha256("".join([*sources.values(), wrapper]).encode()).hexdigest()[:32]
+    token = hashlib.sha256("".join([*part.files.values(), wrapper]).encode()).hexdigest()[:32]
     token = "-".join([token[:8], token[8:12], token[12:16], token[16:20], token[20:]])
-    sources["fmu.c"] = wrapper.replace("NAME", result.name).replace("GUID", token)
-    variables = [("input", output) for output in result.context.outputs]
-    variables += [("output", f"coil{c}_command_A") for c in range(len(result.context.low))]
+    sources = {**part.files, "fmu.c": wrapper.replace("NAME", part.name).replace("GUID", token)}
     describe = _description_2 if version == "2.0" else _description_3
     texts = {
-        "modelDescription.xml": describe(result.name, result.title, token, variables,
-                                         result.context.period, sources),
+        "modelDescription.xml": describe(part, token, sources),
         **{f"sources/{name}": text for name, text in sources.items()},
-    }  # fmt: skip
+    }
     if version == "3.0":
-        texts["sources/buildDescription.xml"] = _build_description(result.name, sources)
+        texts["sources/buildDescription.xml"] = _build_description(part.name, sources)
     folder_2, folder_3, ending = PLATFORMS[here]
-    binary = f"binaries/{folder_2 if version == '2.0' else folder_3}/{result.name}{ending}"
+    binary = f"binaries/{folder_2 if version == '2.0' else folder_3}/{part.name}{ending}"
     library = _library(sources)
     path = Path(path)
     with (
@@ -98,8 +106,8 @@ def _unit(name: str) -> str | None:
     return next((end for end in UNITS if name.endswith(end)), None)
 
 
-def _units(variables: list[tuple[str, str]], time: bool) -> list[str]:
-    used = dict.fromkeys(end for _, name in variables if (end := _unit(name)))
+def _units(part: Part, time: bool) -> list[str]:
+    used = dict.fromkeys(end for name in (*part.inputs, *part.outputs) if (end := _unit(name)))
     lines = ["  <UnitDefinitions>"]
     for end in used:
         unit, exponents = UNITS[end]
@@ -107,81 +115,85 @@ def _units(variables: list[tuple[str, str]], time: bool) -> list[str]:
         lines.append(f'    <Unit name="{unit}"><BaseUnit {base}/></Unit>')
     if time:
         lines.append('    <Unit name="s"><BaseUnit s="1"/></Unit>')
-    return [*lines, "  </UnitDefinitions>"]
+    return [*lines, "  </UnitDefinitions>"] if len(lines) > 1 else []
 
 
-def _description_2(
-    name: str, title: str, token: str, variables: list[tuple[str, str]], period: float,
-    sources: Mapping[str, str],
-) -> str:  # fmt: skip
-    lines = [
+def _variables(part: Part) -> Iterator[tuple[str, str]]:
+    """Attributes of each variable that both versions share, and those of its type."""
+    output = f'output" variability="{"discrete" if part.sampled else "continuous"}"'
+    for k, name in enumerate((*part.inputs, *part.outputs)):
+        end = _unit(name)
+        more = f' unit="{UNITS[end][0]}"' if end else ""
+        shared = f'name={quoteattr(name)} valueReference="{k}"'
+        if k < len(part.inputs):
+            yield f'{shared} causality="input" variability="continuous"', f'{more} start="0"'
+        else:
+            yield f'{shared} causality="{output} initial="calculated"', more
+
+
+def _outputs(part: Part) -> range:
+    return range(len(part.inputs), len(part.inputs) + len(part.outputs))
+
+
+def _description_2(part: Part, token: str, sources: Mapping[str, str]) -> str:
+    unknown = [f'      <Unknown index="{k + 1}"/>' for k in _outputs(part)]
+    return "\n".join([
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{token}"'
-        f' description={quoteattr(title)} generationTool="isolation-sim {__version__}"'
+        f'<fmiModelDescription fmiVersion="2.0" modelName="{part.name}" guid="{token}"'
+        f' description={quoteattr(part.title)} generationTool="isolation-sim {__version__}"'
         ' variableNamingConvention="flat">',
-        f'  <CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true"'
+        f'  <CoSimulation modelIdentifier="{part.name}"'
+        ' canHandleVariableCommunicationStepSize="true"'
         ' canGetAndSetFMUstate="true" canSerializeFMUstate="true">',
         "    <SourceFiles>",
         *(f'      <File name="{source}"/>' for source in sources if source.endswith(".c")),
         "    </SourceFiles>",
         "  </CoSimulation>",
-        *_units(variables, time=False),
-        f'  <DefaultExperiment startTime="0" stepSize="{period!r}"/>',
+        *_units(part, time=False),
+        f'  <DefaultExperiment startTime="0" stepSize="{part.period!r}"/>',
         "  <ModelVariables>",
-    ]
-    for k, (causality, variable) in enumerate(variables):
-        more = (
-            'variability="continuous"'
-            if causality == "input"
-            else ('variability="discrete" initial="exact"')
-        )
-        end = _unit(variable)
-        unit = f' unit="{UNITS[end][0]}"' if end else ""
-        lines.append(
-            f'    <ScalarVariable name="{variable}" valueReference="{k}" causality="{causality}" '
-            f'{more}><Real{unit} start="0"/></ScalarVariable>'
-        )
-    outputs = [k for k, (causality, _) in enumerate(variables) if causality == "output"]
-    lines += ["  </ModelVariables>", "  <ModelStructure>", "    <Outputs>"]
-    lines += [f'      <Unknown index="{k + 1}"/>' for k in outputs]
-    lines += ["    </Outputs>", "  </ModelStructure>", "</fmiModelDescription>", ""]
-    return "\n".join(lines)
+        *(
+            f"    <ScalarVariable {shared}><Real{more}/></ScalarVariable>"
+            for shared, more in _variables(part)
+        ),
+        "  </ModelVariables>",
+        "  <ModelStructure>",
+        "    <Outputs>",
+        *unknown,
+        "    </Outputs>",
+        "    <InitialUnknowns>",
+        *unknown,
+        "    </InitialUnknowns>",
+        "  </ModelStructure>",
+        "</fmiModelDescription>",
+        "",
+    ])  # fmt: skip
 
 
-def _description_3(
-    name: str, title: str, token: str, variables: list[tuple[str, str]], period: float,
-    sources: Mapping[str, str],
-) -> str:  # fmt: skip
-    lines = [
+def _description_3(part: Part, token: str, sources: Mapping[str, str]) -> str:
+    return "\n".join([
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<fmiModelDescription fmiVersion="3.0" modelName="{name}" instantiationToken="{token}"'
-        f' description={quoteattr(title)} generationTool="isolation-sim {__version__}"'
+        f'<fmiModelDescription fmiVersion="3.0" modelName="{part.name}"'
+        f' instantiationToken="{token}" description={quoteattr(part.title)}'
+        f' generationTool="isolation-sim {__version__}"'
         ' variableNamingConvention="flat">',
-        f'  <CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true"'
+        f'  <CoSimulation modelIdentifier="{part.name}"'
+        ' canHandleVariableCommunicationStepSize="true"'
         ' canGetAndSetFMUState="true" canSerializeFMUState="true"/>',
-        *_units(variables, time=True),
-        f'  <DefaultExperiment startTime="0" stepSize="{period!r}"/>',
+        *_units(part, time=True),
+        f'  <DefaultExperiment startTime="0" stepSize="{part.period!r}"/>',
         "  <ModelVariables>",
-        f'    <Float64 name="time" valueReference="{len(variables)}" causality="independent"'
+        f'    <Float64 name="time" valueReference="{_outputs(part).stop}" causality="independent"'
         ' variability="continuous" unit="s"/>',
-    ]
-    for k, (causality, variable) in enumerate(variables):
-        more = (
-            'variability="continuous"'
-            if causality == "input"
-            else ('variability="discrete" initial="exact"')
-        )
-        end = _unit(variable)
-        unit = f' unit="{UNITS[end][0]}"' if end else ""
-        lines.append(
-            f'    <Float64 name="{variable}" valueReference="{k}" causality="{causality}" '
-            f'{more}{unit} start="0"/>'
-        )
-    outputs = [k for k, (causality, _) in enumerate(variables) if causality == "output"]
-    lines += ["  </ModelVariables>", "  <ModelStructure>"]
-    lines += [f'    <Output valueReference="{k}"/>' for k in outputs]
-    lines += ["  </ModelStructure>", "</fmiModelDescription>", ""]
-    return "\n".join(lines)
+        *(f"    <Float64 {shared}{more}/>" for shared, more in _variables(part)),
+        "  </ModelVariables>",
+        "  <ModelStructure>",
+        *(f'    <Output valueReference="{k}"/>' for k in _outputs(part)),
+        *(f'    <InitialUnknown valueReference="{k}"/>' for k in _outputs(part)),
+        "  </ModelStructure>",
+        "</fmiModelDescription>",
+        "",
+    ])  # fmt: skip
 
 
 def _build_description(name: str, sources: Mapping[str, str]) -> str:

@@ -78,7 +78,7 @@ class Campaign:
 
     @property
     def held_out(self) -> tuple[TestRun, ...]:
-        """Runs kept to judge the fit."""
+        """Runs that are not fitted and validate the fit."""
         return tuple(run for run in self.runs if run.hold_out)
 
 
@@ -126,7 +126,7 @@ def read_campaign(folder: str | Path) -> Campaign:
 
 
 def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
-    """Write a campaign to a folder that `read_campaign` reads back, every digit kept.
+    """Write a campaign to a folder that `read_campaign` reads back with every digit.
 
     Parameters
     ----------
@@ -182,9 +182,9 @@ def _write_run(run: TestRun, path: Path) -> None:
         "force_N": run.force,
         "temperature_C": run.temperature,
     }
-    keep = {name: column.tolist() for name, column in columns.items() if column is not None}
-    rows = zip(*keep.values(), strict=True)
-    lines = [",".join(keep), *(",".join(map(repr, row)) for row in rows), ""]
+    measured = {name: column.tolist() for name, column in columns.items() if column is not None}
+    rows = zip(*measured.values(), strict=True)
+    lines = [",".join(measured), *(",".join(map(repr, row)) for row in rows), ""]
     path.write_text("\n".join(lines), encoding="utf-8", newline="\n")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..laws.registry import LAWS
 from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
+from .law_choice import AUTO, choose_law
 from .law_fit import STARTS, LawModel, fit_law, parameterise
 from .least_squares import Optimum
 from .measured_runs import LEAST_NOISE, measured_runs
@@ -54,12 +56,14 @@ def fit(
     campaign : Campaign, str or pathlib.Path
         The campaign, or its folder.
     law : str or Law
-        The law, its registry name, or a place such as ``"my_laws.py:CUBIC"``.
+        The law, its registry name, or a place such as ``"my_laws.py:CUBIC"``; "auto" compares all
+        registered laws on short data and takes the one that predicts the held-out runs best.
     current_degree : int, optional
         Degree of the polynomials of the current; by default the highest that the currents of the
         fitted runs determine, 2 at most.
     fixed : mapping of str to float, optional
-        Parameters that are not fitted, in SI units.
+        Parameters that are not fitted, in SI units. Of parameters among which one is redundant,
+        such as A, alpha, beta and gamma of the Bouc-Wen law, one is held in any case.
     starts : int, default 20
         Number of starts.
     seed : int, default 0
@@ -82,17 +86,23 @@ def fit(
     """
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
+    if starts < 1:
+        raise InputError(f"starts is {starts}; expected: 1 or more")
+    choice = None
+    if law == AUTO:
+        with workers(threads) as pool:
+            choice = choose_law(campaign, current_degree, pool, seed=seed)
+        law = choice.best.law
     if isinstance(law, str):
         law = LAWS[law]
     check_traceable(law)
-    if starts < 1:
-        raise InputError(f"starts is {starts}; expected: 1 or more")
     data = measured_runs(campaign.runs)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))
     advance = (lambda: progress(1)) if progress is not None else (lambda: None)
     with workers(threads) as pool:
         model, best = fit_law(model, pool, starts=starts, seed=seed, advance=advance)
-    return _result(campaign, model, best)
+    result = _result(campaign, model, best)
+    return result if choice is None else replace(result, notes=(choice.text, *result.notes))
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
@@ -115,6 +125,13 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     )
     estimates, covariance = _estimates(model, best)
     notes = _notes(campaign, estimates, covariance, best, errors)
+    redundancy = p.law.redundancy
+    if redundancy is not None and p.fixed.get(redundancy.held) == redundancy.value:
+        others = ", ".join(name for name in redundancy.among if name != redundancy.held)
+        notes = (
+            f"{redundancy.held} is held at {redundancy.value:g}: beside {others} it is redundant",
+            *notes,
+        )
     return Fit(device, campaign, errors, notes, estimates, best.converged)
 
 
@@ -174,7 +191,7 @@ def _notes(
             a, b = estimates[j], estimates[i]
             if abs(correlation[i, j]) > 0.99 and a.determined and b.determined:
                 notes.append(
-                    f"{a.label} and {b.label} can hardly be told apart (correlation "
+                    f"{a.label} and {b.label} can hardly be distinguished (correlation "
                     f"{correlation[i, j]:.3f})"
                 )
     if not best.converged:

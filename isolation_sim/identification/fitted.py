@@ -1,8 +1,8 @@
-"""The outcome of a fit: a device, its parameters with intervals, errors run by run."""
+"""The result of a fit: a device, its parameters with intervals, errors of each run."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from ..archive import FILE, save_archive
 from ..effects import device_section
 from ..io.atomic_write import write_text
+from ..io.interchange import write_parts
 from ..io.results_folder import write_contents
 from ..laws import Device
-from ..rendering import render
+from ..rendering import Printed, render
 from .campaign import Campaign
 from .noise import white_noise
 from .run_table import TestRun
@@ -23,7 +24,7 @@ from .run_table import TestRun
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
-    from rich.table import Table
+    from rich.console import RenderableType
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,7 @@ def noise_of(runs: Sequence[TestRun]) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class LawEvaluation:
+class LawEvaluation(Printed):
     """The errors of a law on measured runs.
 
     Attributes
@@ -167,20 +168,28 @@ class LawEvaluation:
         """RMS of the runs' own force noise over the RMS of their force, pooled."""
         return noise_of(self.campaign.runs)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[RenderableType, ...]:
         """Table of the runs, for a terminal.
 
         Returns
         -------
-        tuple of rich.table.Table
+        tuple of rich.console.RenderableType
         """
         title = f"{self.device.law.title}: force residual over measured force (RMS)"
-        runs = _runs_table(title, self.errors)
-        runs.add_row("all runs, pooled", f"{100 * self.error:.2f}", "")
-        return (runs,)
+        return (_runs_table(title, self.errors, [("all runs, pooled", self.error)]),)
 
-    def report(self) -> dict[str, Any]:
-        """Everything but the histories, as plain numbers and text.
+    def _shown(self) -> Iterator[Any]:
+        yield from self.tables()
+        yield from (f"note: {each}" for each in self.notes)
+
+    def __repr__(self) -> str:
+        return (
+            f"LawEvaluation({self.device.law.name} on {self.campaign.name}: error "
+            f"{100 * self.error:.3g} %, noise {100 * self.noise:.3g} %)"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the histories as plain numbers and text.
 
         Returns
         -------
@@ -225,20 +234,16 @@ class LawEvaluation:
         return render("html.fit_report:evaluation_report", self).write(path)
 
 
-def _runs_table(title: str, errors: Iterable[RunError]) -> Table:
-    """Errors run by run, for pooled ones to be added below."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(title=title, box=SIMPLE_HEAD)
-    table.add_column("run")
-    table.add_column("error, %", justify="right")
-    table.add_column("")
-    for error in errors:
-        mark = "held out" if error.run.hold_out else ""
-        table.add_row(error.run.name, f"{100 * error.relative:.2f}", mark)
-    table.add_section()
-    return table
+def _runs_table(
+    title: str, errors: Iterable[RunError], pooled: Sequence[tuple[str, float]]
+) -> RenderableType:
+    """Errors run by run, with pooled ones below."""
+    rows = [
+        (each.run.name, f"{100 * each.relative:.2f}", "held out" if each.run.hold_out else "")
+        for each in errors
+    ]
+    rows += [(name, f"{100 * error:.2f}", "") for name, error in pooled]
+    return render("tables:TextTable", title, ("run", "error, %", ""), rows, totals=len(pooled))
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,7 +259,7 @@ class Fit(LawEvaluation):
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
-        What the data do not determine or cannot tell apart, and what the law lacks.
+        Parameters that the data do not determine or distinguish, and effects that the law lacks.
     estimates : tuple of Estimate
         The fitted numbers: every free parameter at every current that is handled.
     converged : bool
@@ -279,34 +284,29 @@ class Fit(LawEvaluation):
         """Relative RMS error of the held-out runs, pooled; not a number if there are none."""
         return pooled(e for e in self.errors if e.run.hold_out)
 
-    def tables(self) -> tuple[Table, ...]:
+    def tables(self) -> tuple[RenderableType, ...]:
         """Tables of the parameters and of the runs, for a terminal.
 
         Returns
         -------
-        tuple of rich.table.Table
+        tuple of rich.console.RenderableType
         """
-        from rich.box import SIMPLE_HEAD
-        from rich.table import Table
-
         title = f"{self.device.law.title}, fitted to {self.campaign.name}"
-        parameters = Table(title=title, box=SIMPLE_HEAD)
-        for heading in ("parameter", "current, A", "value", "95 % interval", "unit", ""):
-            justify: Any = "left" if heading in ("parameter", "unit", "") else "right"
-            parameters.add_column(heading, justify=justify, overflow="fold")
-        for e in self.estimates:
-            parameters.add_row(
-                e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-                f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined",
-            )  # fmt: skip
-        runs = _runs_table("Force residual over measured force (RMS)", self.errors)
-        runs.add_row("fitted runs, pooled", f"{100 * self.error:.2f}", "")
+        headings = ("parameter", "current, A", "value", "95 % interval", "unit", "")
+        rows = [
+            (e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
+             f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined")
+            for e in self.estimates
+        ]  # fmt: skip
+        parameters = render("tables:TextTable", title, headings, rows, keys=2)
+        together = [("fitted runs, pooled", self.error)]
         if any(e.run.hold_out for e in self.errors):
-            runs.add_row("held-out runs, pooled", f"{100 * self.held_out_error:.2f}", "")
+            together.append(("held-out runs, pooled", self.held_out_error))
+        runs = _runs_table("Force residual over measured force (RMS)", self.errors, together)
         return parameters, runs
 
-    def report(self) -> dict[str, Any]:
-        """Everything but the histories, as plain numbers and text.
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the histories as plain numbers and text.
 
         Returns
         -------
@@ -347,15 +347,37 @@ class Fit(LawEvaluation):
         """
         return device_section(self.device, f"fitted to {self.campaign.name}")
 
+    def _exported(self) -> dict[str, pandas.DataFrame]:
+        """The law, its numbers, the runs' errors and their loops, a table each."""
+        import pandas
+
+        dependence = self.device.current
+        law = [
+            {"law": self.device.law.name, "parameter": name, "from_current_A": begin}
+            | {f"power{k}": number for k, number in enumerate(numbers)}
+            for begin, piece in zip(dependence.breaks, dependence.coefficients, strict=False)
+            for name, numbers in zip(dependence.names, piece.tolist(), strict=True)
+        ]
+        loops = {
+            f"loops_{e.run.name.removesuffix('.csv')}": pandas.DataFrame({
+                "time_s": e.run.time, "displacement_m": e.run.displacement,
+                "current_A": e.run.current, "force_N": e.run.force, "fitted_force_N": e.force,
+            })
+            for e in self.errors
+        }  # fmt: skip
+        runs = pandas.DataFrame(self.to_dict()["runs"])
+        return {"law": pandas.DataFrame(law), "parameters": self.to_pandas(), "runs": runs} | loops
+
     def save(self, path: str | Path) -> Path:
-        """Write the scenario section to a file, or everything into a folder.
+        """Write the scenario section or all tables to a file, or everything into a folder.
 
         Parameters
         ----------
         path : str or pathlib.Path
-            A file that ends in ``.toml``, replaced whole or not at all; or a folder, which gets
-            ``fitted.toml``, ``result.npz`` and ``report.html``, and which ``isolation_sim.load``
-            reads.
+            A file, replaced whole or not at all: ``.toml`` gets the scenario section, ``.mat`` and
+            ``.xlsx`` the law's polynomials of the current, the fitted numbers, the runs' errors
+            and their loops; or a folder, which gets ``fitted.toml``, ``result.npz`` and
+            ``report.html``, and which ``isolation_sim.load`` reads.
 
         Returns
         -------
@@ -366,6 +388,9 @@ class Fit(LawEvaluation):
         if path.suffix == ".toml":
             path.parent.mkdir(parents=True, exist_ok=True)
             return write_text(self.scenario_section(), path)
+        if path.suffix in (".mat", ".xlsx"):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return write_parts(self._exported(), path.suffix[1:], path)
         path.mkdir(parents=True, exist_ok=True)
         write_text(self.scenario_section(), path / "fitted.toml")
         save_archive(self, path / FILE)
@@ -389,7 +414,7 @@ class Fit(LawEvaluation):
         """
         import pandas
 
-        return pandas.DataFrame(self.report()["parameters"])
+        return pandas.DataFrame(self.to_dict()["parameters"])
 
     def __repr__(self) -> str:
         held = f", held out {100 * self.held_out_error:.3g} %" if self.campaign.held_out else ""
@@ -397,13 +422,6 @@ class Fit(LawEvaluation):
             f"Fit({self.device.law.name} to {self.campaign.name}: {len(self.estimates)} numbers, "
             f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
         )
-
-    def __str__(self) -> str:
-        tables = [render("tables:as_text", table) for table in self.tables()]
-        return "\n".join([*tables, *self.notes])
-
-    def _repr_html_(self) -> str:
-        return "".join(render("tables:as_html", table) for table in self.tables())
 
     def to_html(self, path: str | Path) -> Path:
         """Write a report that opens in any browser: loops, errors, parameters.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Self, TypeVar
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..laws import Device
 from ..laws.law import Law
 from .campaign import Campaign
 from .current_basis import currents_of
@@ -139,9 +140,12 @@ def parameterise(
     law: Law,
     data: MeasuredRuns,
     degree: int | None = None,
-    fixed: dict[str, float] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    given: Device | None = None,
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
+
+    A redundant parameter is held: at its value in a ``given`` device, else at the law's own.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -155,7 +159,14 @@ def parameterise(
     currents = currents_of(campaign, campaign.fitted, degree)
     # the law is evaluated at the currents of held-out runs, too
     span = float(data.current.min()), float(data.current.max())
-    return Parameterisation(law, currents, (force, x, x / v), fixed, span)
+    held: dict[str, float | NDArray] = dict(fixed or {})
+    redundancy = law.redundancy
+    if redundancy is not None and not held.keys() & set(redundancy.among):
+        held[redundancy.held] = redundancy.value
+        if given is not None:
+            values = given.current.at(currents)[law.parameter_names.index(redundancy.held)]
+            held[redundancy.held] = np.linalg.solve(np.vander(currents, increasing=True), values)
+    return Parameterisation(law, currents, (force, x, x / v), held, span)
 
 
 def fit_law(

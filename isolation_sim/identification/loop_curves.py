@@ -1,4 +1,4 @@
-"""Mean and thickness curves of a measured loop: what Yu et al. fit their hybrid law to.
+"""Mean and thickness curves of a measured loop, to which Yu et al. fit their hybrid law.
 
 At each displacement the force of the upper branch (velocity positive) and that of the lower one are
 split into their mean (Eq 1), which is the backbone, and their half difference (Eq 3), which is the
@@ -105,15 +105,15 @@ class LoopCurves:
             rows = terms(beta[0])
             return np.asarray(mean - rows @ np.linalg.lstsq(rows, mean, rcond=None)[0])
 
-        matches = min(
+        best = min(
             (
                 least_squares(left, [start], bounds=(1e-3, 50.0), xtol=1e-12, ftol=1e-14)
                 for start in _STARTS_BETA
             ),
             key=lambda result: result.cost,
         )
-        alpha, F0 = np.linalg.lstsq(terms(matches.x[0]), mean, rcond=None)[0]
-        return HyperbolicSine(float(alpha), float(matches.x[0]) / stroke, float(F0))
+        alpha, F0 = np.linalg.lstsq(terms(best.x[0]), mean, rcond=None)[0]
+        return HyperbolicSine(float(alpha), float(best.x[0]) / stroke, float(F0))
 
     @cached_property
     def gaussian(self) -> Gaussian:

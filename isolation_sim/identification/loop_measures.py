@@ -1,23 +1,25 @@
 """Stiffness and damping of a measured loop, with their uncertainty from cycle to cycle.
 
 Li & Li, Eqs 1-5, and the complex modulus of Tao et al., from the time series of a sinusoidal test.
-How each is kept from the usual errors:
+How the usual errors are avoided:
 
-- Offset and slow drift: displacement and force are measured from their means over one period,
-  taken about every sample. What is removed is given back as the two offsets.
-- Asymmetric devices and preloads: Eqs 1 and 3 take the force from that at the mean deformation,
-  the mean of both branches there. The force's mean over time would be wrong: a device that pulls
-  harder than it pushes has one of its own. A sensor's offset and a preload's force drop out.
+- Offset and slow drift: displacement and force are measured from their moving means over one
+  period. The removed means are returned as the two offsets.
+- Asymmetric devices and preloads: Eqs 1 and 3 use the force relative to that at the mean
+  deformation, which is the mean of both branches there. The mean of the force over time would be
+  wrong, because the force of an asymmetric device has a mean. The offset of a sensor and the force
+  of a preload cancel.
 - Partial cycles: the frequency is fitted, and whole cycles are cut from a quarter of a period
   before a peak of the displacement to three quarters after.
-- Noise: energy and complex modulus come from the harmonics of each cycle, the force at a point
-  from a curve through many samples (`force_curve`). The largest force of each cycle is its curve's
-  value where the mean cycle is largest: each cycle's own maximum would be too high.
-- Jumps: a friction-like force jumps where the velocity reverses. The force at an end is the mean
-  of its limits before and after, which for a symmetric loop is the same as taking both ends at one
-  sign of the velocity. Where the force does not jump the two limits agree.
-- Rest and ramps: cycles whose amplitude differs from the median of those that move by more than
-  5 % are left out.
+- Noise: energy and complex modulus come from the harmonics of each cycle. The force at a point
+  comes from a curve through many samples (`force_curve`). The largest force of each cycle is the
+  value of its curve at the maximum of the mean cycle, because the maximum of each cycle would be
+  too high.
+- Jumps: a friction-like force jumps when the velocity reverses. The force at an end is the mean of
+  its limits before and after. For a symmetric loop this equals both ends at one sign of the
+  velocity. Without a jump the two limits agree.
+- Rest and ramps: cycles are left out if their amplitude differs by more than 5 % from the median of
+  the moving cycles.
 """
 
 from __future__ import annotations

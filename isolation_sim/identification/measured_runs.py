@@ -18,7 +18,7 @@ from .sensitivities import Motion
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3
-"""Share of a run's RMS force below which no noise is believed."""
+"""Smallest force noise, as a share of a run's RMS force."""
 RUNAWAY = 10.0
 """Multiple of the largest measured force beyond which a model diverges."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
@@ -137,10 +137,30 @@ class MeasuredRuns:
 
     def thinned(self, most: int) -> MeasuredRuns:
         """Thin every run evenly, to about ``most`` samples in all."""
-        at, every = self.places(most), self._every(most)
+        return self._taken(self._every(most), self.lengths)
+
+    def cycles(self, number: float, samples: int) -> MeasuredRuns:
+        """Keep the first cycles of every run, with about so many samples a cycle at most.
+
+        A run that is held out in part keeps its length. A cycle is that of a sinusoid with the
+        run's RMS velocity over displacement.
+        """
+        size, speed = (
+            np.array([np.std(y[run]) for run in self.runs]) + 1e-300 for y in (self.x, self.v)
+        )
+        cycle = 2 * np.pi * size / speed / self.dt
+        whole = np.array([len(np.unique(self.fitted[run])) > 1 for run in self.runs])
+        lengths = np.where(whole, self.lengths, np.minimum(number * cycle, self.lengths))
+        return self._taken(np.maximum(cycle / samples, 1).astype(int), lengths.astype(int))
+
+    def _taken(self, every: NDArray, lengths: NDArray) -> MeasuredRuns:
+        """Every so many of each run's first samples, (n_runs,) and (n_runs,)."""
+        at = np.concatenate(
+            [np.arange(a, a + n, k) for a, n, k in zip(self.starts, lengths, every, strict=False)]
+        )
         return replace(
             self,
-            starts=np.concatenate([[0], np.cumsum(-(-self.lengths // every))]),
+            starts=np.concatenate([[0], np.cumsum(-(-lengths // every))]),
             dt=self.dt * every,
             **{name: getattr(self, name)[at] for name in _BY_SAMPLE},
         )

@@ -31,8 +31,8 @@ class Parameterisation:
         Currents at which the polynomials are reported, increasing, A.
     sizes : tuple of float
         Of the data: force (N), deformation (m) and time (s).
-    fixed : mapping of str to float, optional
-        Parameters that are not free, SI.
+    fixed : mapping of str to float or (n,) array, optional
+        Parameters that are not free, SI: constants, or ascending powers of the current.
     span : (float, float), optional
         Range of the current in which the bounds hold, A; from the first to the last of
         ``currents`` by default.
@@ -61,7 +61,7 @@ class Parameterisation:
         law: Law,
         currents: NDArray,
         sizes: tuple[float, float, float],
-        fixed: Mapping[str, float] | None = None,
+        fixed: Mapping[str, float | NDArray] | None = None,
         span: tuple[float, float] | None = None,
     ):
         self.law, self.currents, self.sizes = law, currents, sizes
@@ -82,7 +82,8 @@ class Parameterisation:
             self.spread[at : at + n, k * n : (k + 1) * n] = self._to_powers
         self._offset = np.zeros(len(names) * n)
         for name, value in self.fixed.items():
-            self._offset[names.index(name) * n] = value
+            powers = np.atleast_1d(value)
+            self._offset[names.index(name) * n : names.index(name) * n + len(powers)] = powers
         self.lower = np.repeat([q.lower for q in self.free], n)
         self.upper = np.repeat([q.upper for q in self.free], n)
         # a parameter that the law divides by stays clear of zero, also by rounding: where it is
@@ -104,7 +105,11 @@ class Parameterisation:
     def steady(self) -> Parameterisation:
         """Return the unknowns of the same law with parameters that do not depend on the current."""
         mean = np.array([np.mean(self.currents)])
-        return Parameterisation(self.law, mean, self.sizes, self.fixed)
+        fixed = {
+            name: float(np.polynomial.polynomial.polyval(mean[0], np.atleast_1d(value)))
+            for name, value in self.fixed.items()
+        }
+        return Parameterisation(self.law, mean, self.sizes, fixed)
 
     def of(self, device: Device, bounded: bool = True) -> NDArray:
         """Unknowns with which the parameters are those of a device at ``currents``."""
@@ -135,7 +140,7 @@ class Parameterisation:
             if np.isfinite(q.lower) and np.isfinite(q.upper)
         }
         # a unit such as 1/m^n means another size for every n
-        exponents = self.fixed | bounded
+        exponents = {name: float(np.take(value, 0)) for name, value in self.fixed.items()} | bounded
         drawn = []
         for quantity in self.free:
             size = characteristic_scale(quantity.unit, *self.sizes, exponents=exponents)

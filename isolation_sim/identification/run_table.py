@@ -48,7 +48,7 @@ class TestRun:
     force : numpy.ndarray, shape (n,), N
     current : numpy.ndarray, shape (n,), A
     hold_out : bool
-        Whether the run is kept from fitting, to judge the fit.
+        Whether the run is held out of the fit, to validate it.
     acceleration : numpy.ndarray or None, shape (n,), m/s^2
         None where it was not measured.
     temperature : numpy.ndarray or None, shape (n,), degree Celsius
@@ -130,7 +130,7 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         ``_kN``. Optional: ``velocity_mm_s`` or ``_m_s``, ``acceleration_m_s2``, ``_mm_s2`` or
         ``_g``, ``temperature_C``. Other columns are left alone and named in the result.
     hold_out : bool
-        Whether the run is kept from fitting.
+        Whether the run is held out of the fit.
 
     Returns
     -------

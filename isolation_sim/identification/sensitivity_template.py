@@ -37,7 +37,7 @@ def simulate(
     jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
     n_theta = theta.shape[0]
-    target = jacobian.shape[0] > 0
+    differentiate = jacobian.shape[0] > 0
     for run in range(starts.shape[0] - 1):
         for i in range(N_STATES):
             s[i] = 0.0
@@ -57,7 +57,7 @@ def simulate(
                 force[sample : starts[run + 1]] = np.nan
                 jacobian[sample : starts[run + 1]] = np.nan
                 break
-            if target:
+            if differentiate:
                 for k in range(n_theta):
                     total = by[0, N_STATES + owner[k]] * factor[k]
                     for i in range(N_STATES):
@@ -72,7 +72,7 @@ def simulate(
                 v[sample + 1],
                 dt[run],
                 n_steps,
-                target,
+                differentiate,
                 s,
                 parameters,
                 owner,

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError, unknown_name
 from .atomic_write import atomic_write
+from .columns import read_columns
 from .netcdf import read_netcdf
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
     Parameters
     ----------
     folder : str or pathlib.Path
-        Results of a run, a diagnosis, a sweep or a study: its CSV, Parquet and netCDF files.
+        Results of a run, a diagnosis, a sweep or a study: its CSV files, ``table.npz`` and
+        netCDF files.
     form : {"mat", "xlsx"}
         ``"mat"``: MATLAB's format of version 5, a struct a file, whose fields are a table's
         columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: a sheet a
@@ -49,17 +51,27 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         If the form is unknown, the folder holds no such files, or a table has more rows than a
         sheet.
     """
-    if form not in FORMS:
-        raise unknown_name("form", form, FORMS)
+    check_form(form)
     folder = Path(folder)
     parts: dict[str, Any] = {}
-    for path in sorted([*folder.glob("*.csv"), *folder.glob("*.parquet"), *folder.glob("*.nc")]):
+    for path in sorted([*folder.glob("*.csv"), *folder.glob("table.npz"), *folder.glob("*.nc")]):
         parts[path.stem if path.stem not in parts else path.name] = _read(path)
     if not parts:
         raise InputError(
-            f"{folder}: holds no results; expected: a folder with CSV, Parquet or netCDF files"
+            f"{folder}: holds no results; expected: a folder with CSV files, table.npz or netCDF "
+            "files"
         )
-    path = folder / f"results.{form}" if out is None else Path(out)
+    return write_parts(parts, form, folder / f"results.{form}" if out is None else Path(out))
+
+
+def check_form(form: str) -> None:
+    """Refuse a form that does not exist."""
+    if form not in FORMS:
+        raise unknown_name("form to export", form, FORMS)
+
+
+def write_parts(parts: dict[str, Any], form: str, path: Path) -> Path:
+    """Write tables (pandas) and histories (xarray) by name to one file."""
     with atomic_write(path) as unfinished:
         FORMS[form](parts, unfinished)
     return path
@@ -70,7 +82,7 @@ def _read(path: Path) -> Any:
 
     if path.suffix == ".nc":
         return read_netcdf(path)
-    return pandas.read_csv(path) if path.suffix == ".csv" else pandas.read_parquet(path)
+    return pandas.read_csv(path) if path.suffix == ".csv" else pandas.DataFrame(read_columns(path))
 
 
 def _write_mat(parts: dict[str, Any], path: Path) -> None:

@@ -50,11 +50,6 @@ class ResultsFolder:
         self.path = self._free()
         self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
 
-    @property
-    def renamed(self) -> bool:
-        """Whether the wanted name was taken, so that a number stands after it."""
-        return self.path != self._target.absolute()
-
     def _free(self) -> Path:
         target = self._target.absolute()
         if self._overwrite:
@@ -114,8 +109,8 @@ _CONTENTS = {
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
     "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
-    "tuning.json": "every trial of the search, and how it was judged; --resume goes on from it",
-    "table.parquet": "a row a run, in SI units; isolation_sim.sweeps.Sweep reads it",
+    "tuning.json": "every trial of the search with its scores; --resume continues from it",
+    "table.npz": "a row a run, an array a column, in SI units; isolation_sim.load reads it",
     "result.npz": "all of it as data; isolation_sim.load gives back the object",
     "fitted.toml": "the fitted law: the [isolator] section of a scenario",
     "manifest.json": "what the sweep ran",
@@ -138,11 +133,11 @@ def write_contents(folder: str | Path, title: str) -> Path:
     """Write ``README.txt`` into a folder of results: what each file in it is."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
-    sentences: set[Path] = set()
+    listed: set[Path] = set()
     for pattern, what in _CONTENTS.items():
-        result = sorted(set(folder.glob(pattern)) - sentences)
-        sentences.update(result)
-        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in result]
+        found = sorted(set(folder.glob(pattern)) - listed)
+        listed.update(found)
+        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in found]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 

@@ -1,4 +1,4 @@
-"""Device laws: one file a law, each written once as pure arithmetic."""
+"""Device laws: one file per law, each written once as pure arithmetic."""
 
 from .current_dependence import CurrentDependence
 from .device import Device, Scaled

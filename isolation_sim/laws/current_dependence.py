@@ -231,7 +231,7 @@ class CurrentDependence:
         Parameters
         ----------
         names : sequence of str
-            The same parameters in the wanted order.
+            The same parameters in the given order.
 
         Returns
         -------

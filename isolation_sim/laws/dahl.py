@@ -1,7 +1,7 @@
 """Dahl friction beside a spring and a dashpot.
 
-``F = k x + c v + sigma z``, ``z' = v - sigma / F_c |v| z``: a spring sigma that slips at F_c,
-whatever the speed. Not in the papers; for comparison.
+``F = k x + c v + sigma z``, ``z' = v - sigma / F_c |v| z``: a spring sigma that slips at F_c at any
+velocity. Not in the papers; for comparison.
 """
 
 from typing import Any

@@ -46,22 +46,24 @@ def complex_stiffness(law: Law, parameters: Sequence[float], omega: float) -> co
 
 @lru_cache(maxsize=64)
 def _energy_gradient(law: Law, dependence: CurrentDependence) -> Any:
-    """CasADi function: x, current, states -> gradient of the stored energy by each."""
+    """CasADi function: deformations, current, states -> gradient of the stored energy by each."""
     import casadi
 
     assert law.stored_energy is not None
-    x, current, *states = arguments = symbols(["x", "current", *law.state_names])
-    energy = law.stored_energy(x, tuple(states), dependence.at(current))
+    n = law.directions
+    names = [f"x{k}" for k in range(n)]
+    arguments = symbols([*names, "current", *law.state_names])
+    x, current, states = tuple(arguments[:n]), arguments[n], arguments[n + 1 :]
+    energy = law.stored_energy(x[0] if n == 1 else x, tuple(states), dependence.at(current))
     gradients = [casadi.gradient(energy, a) for a in arguments]
     return casadi.Function("energy_gradient", arguments, gradients)
 
 
 def energy_gradients(
-    law: Law, dependence: CurrentDependence, x: np.ndarray, states: Sequence, current: np.ndarray
-) -> tuple[np.ndarray, tuple[np.ndarray, ...], np.ndarray]:
-    """Derivatives of a law's stored energy."""
-    rows = [np.asarray(a, float)[np.newaxis] for a in (x, current, *states)]
-    by_x, by_current, *by_states = (
-        np.asarray(row).ravel() for row in _energy_gradient(law, dependence).call(rows)
-    )
-    return by_x, tuple(by_states), by_current
+    law: Law, dependence: CurrentDependence, x: Sequence, states: Sequence, current: np.ndarray
+) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
+    """Derivatives of a law's stored energy by deformations, states and current."""
+    rows = [np.asarray(a, float)[np.newaxis] for a in (*x, current, *states)]
+    gradients = [np.asarray(row).ravel() for row in _energy_gradient(law, dependence).call(rows)]
+    n = law.directions
+    return tuple(gradients[:n]), tuple(gradients[n + 1 :]), gradients[n]

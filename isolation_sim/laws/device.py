@@ -26,7 +26,7 @@ class Device:
     law : Law
         The arithmetic.
     current : CurrentDependence
-        The law's parameters against the coil current; kept in the law's order.
+        The law's parameters as functions of the coil current, in the order of the law.
     current_range : tuple of float, A
         Lowest and highest current for which the numbers are meaningful; -inf and inf where the
         current has no effect.

@@ -3,21 +3,22 @@
 ``F = K'(A, B, f) x + K''(A, B, f) v / (2 pi f)`` with the storage stiffness
 ``K' = k_0 + k_A A + k_B B + k_f f`` and the loss stiffness ``K'' = l_0 + l_A A + l_B B + l_f f``,
 which the paper fits to its Table 1. A and f are the amplitude and frequency of a sinusoid with the
-mean squares of deformation and velocity of the last ``tau`` seconds. In K' and K'' they are held at
-the ends of the tests, 0.1-0.2 mm and 6-20 Hz: the regression says nothing beyond them. Until a
-motion has lasted some periods, f is near the reference frequency of 10 Hz.
+mean squares of deformation and velocity of the last ``tau`` seconds. In K' and K'' they are limited
+to the range of the tests, 0.1-0.2 mm and 6-20 Hz, because the regression is not valid beyond it. In
+the first periods of a motion, f is near the reference frequency of 10 Hz.
 
 The paper gives the field, but no current. The field against the current is the parameter ``B``:
 ``B = [0, 0.3]`` is 0.3 T/A. The published sets take 0.588 T/A, the field that Li & Li (Section 4.2)
 compute for the first layer of their own isolator at 1 A. Give the field of your magnet, and a
 ``current_range`` up to 0.4 T, the largest field of the tests.
 
-No linear device has such a stiffness: by causality, a loss of 1 N/mm from 6 to 20 Hz makes the
-storage grow by 0.8 N/mm, four times the printed 0.2 N/mm. This device adapts to the motion and is
-not linear. It has no stored energy, and a stiffness that changes with the amplitude can do work.
+No linear device has such a stiffness. By causality, a loss stiffness of 1 N/mm from 6 to 20 Hz
+raises the storage stiffness by 0.8 N/mm, four times the printed 0.2 N/mm. This device adapts to the
+motion and is not linear. It has no stored energy, and a stiffness that changes with the amplitude
+can do work.
 
-For a fit, hold ``B`` and ``tau``. The slopes need motions of several amplitudes and frequencies
-between the ends of the tests.
+For a fit, fix ``B`` and ``tau``. The slopes need motions of several amplitudes and frequencies
+within the range of the tests.
 """
 
 from typing import Any

@@ -122,8 +122,8 @@ def straight_line(
 
     text = " ".join(statements) + " " + " ".join(results)
     tokens = set("".join(c if c.isalnum() or c == "_" else " " for c in text).split())
-    keep = [name for name in [*hoist, *(h.split(" = ")[0] for h in hoisted)] if name in tokens]
-    return hoisted, keep, statements, results
+    names = [name for name in [*hoist, *(h.split(" = ")[0] for h in hoisted)] if name in tokens]
+    return hoisted, names, statements, results
 
 
 def function_text(

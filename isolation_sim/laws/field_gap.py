@@ -1,13 +1,13 @@
 """Field-gap factor: the field between the layers weakens as the isolator shears.
 
-``F = mu(x) F_law`` with ``mu = 1 - epsilon |x|``, held at zero beyond ``|x| = 1 / epsilon``; the
-parameter is called ``gap_epsilon``, since other laws have an epsilon of their own. The paper
-(Eq 15) lets mu scale "the model parameters" at the present deformation. Scaling every stiffness and
-damping together leaves the state equations of its own models as they are, since these hold ratios
-alone, and multiplies the force: this is what the wrapper does to any law.
+``F = mu(x) F_law`` with ``mu = 1 - epsilon |x|``, and zero beyond ``|x| = 1 / epsilon``. The
+parameter is called ``gap_epsilon``, because other laws have an epsilon too. In the paper (Eq 15) mu
+scales "the model parameters" at the present deformation. If all stiffnesses and dampings have the
+same factor, the state equations of its models do not change, because they contain ratios only, and
+the force is multiplied by the factor. The wrapper does this to any law.
 
-A wrapped law has no stored energy: with springs that weaken as the deformation grows, the
-law's own energy is no longer what the device could give back.
+A wrapped law has no stored energy: because the springs weaken as the deformation grows, the energy
+of the law is not the energy that the device can return.
 """
 
 from dataclasses import replace

@@ -22,7 +22,7 @@ def fingerprint(law: Law) -> str | None:
     """Name what a law computes."""
     digest = hashlib.sha256()
     try:
-        for part in _parts([law.parameter_names, law.state_names, *_functions(law)], set()):
+        for part in _parts(law, set()):
             digest.update(part)
     except _Unknown:
         return None
@@ -48,7 +48,8 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
                 yield name.encode()
                 yield from _parts(value.__globals__[name], seen)
     elif isinstance(value, Law):
-        yield from _parts([value.parameter_names, value.state_names, *_functions(value)], seen)
+        named = [value.parameter_names, value.state_names, value.directions]
+        yield from _parts([*named, *_functions(value)], seen)
     elif isinstance(value, list | tuple):
         yield f"{type(value).__name__} {len(value)} ".encode()
         for item in value:

@@ -1,12 +1,11 @@
 """Hybrid hyperbolic sine and Gaussian law of the MR elastomer isolator.
 
 The printed law jumps by twice the Gaussian at every reversal of the velocity, which no integrator
-can follow. The sign of the velocity is therefore ``tanh(v / v_s)`` here, with the smoothing
-velocity ``v_s`` a declared parameter: 1 mm/s unless told otherwise.
+can resolve. The sign of the velocity is therefore ``tanh(v / v_s)`` here. The smoothing velocity
+``v_s`` is a parameter, 1 mm/s by default.
 
-The default set is the paper's own Tables 1-4, averaged and refitted. The generalised model as
-printed has a slope of beta, .0034, that is a misprint (ERRATA); it remains as the set
-``generalised_printed``.
+The default set is the mean of the paper's Tables 1-4, fitted again. The printed generalised model
+has a misprint in the slope of beta, .0034. It is available as the set ``generalised_printed``.
 """
 
 from functools import partial

@@ -7,22 +7,22 @@ Deformation x is positive in extension:
     f = min(1, max(0, O (W - x)))      for v < 0
     f = min(1, max(0, O (W' + x)))     for v >= 0,   W' = (1 - d) W
 
-which is Eq 22 as ERRATA mends it, written in one line a direction: the damping vanishes when the
-deformation returns from beyond W, and comes back over the length 1/O. W is printed in mm, O in N/m
-(it is 1/m); theta is a force, and alpha, beta, gamma are 1/m. Scaling z moves a factor between
-alpha, theta and beta, gamma: one of the four is redundant, so hold one when fitting.
+which is the corrected Eq 22 with one line per direction. The damping vanishes when the deformation
+returns from beyond W, and develops again over the length 1/O. W is printed in mm, and O in N/m
+although it is 1/m. Theta is a force, and alpha, beta, gamma are 1/m. A scale factor of z moves
+between alpha, theta and beta, gamma. One of the four is redundant: fix one in a fit.
 
 The state here is ``w = z / z_m``, ``z_m = (alpha / (beta + gamma))^(1/2)``, which stays within -1
-to 1. At a constant current this changes nothing. When the current changes, w is kept rather than z:
-kept as z, a state of 0.31 (the yield value at 0 A) is beyond 0.105 at 0.5 A, from where Table 4's
-gamma > beta lets z run away in finite time.
+to 1. At a constant current this is equivalent. When the current changes, w is continuous and not z.
+With a continuous z, a state of 0.31 (the yield value at 0 A) would be beyond 0.105 at 0.5 A, where
+z diverges in finite time because Table 4 has gamma > beta.
 
-Energy: the springs, ``(1 - eps) k x^2 / 2``, and what unloading to z = 0 gives back,
-``theta / (2 (beta - gamma)) log(1 + (beta - gamma) z^2 / alpha)``. Loading loses at the rate
-``2 beta theta |z|^3 |v| / (alpha + (beta - gamma) z^2)``, unloading loses nothing. (The usual
-``theta z^2 / (2 alpha)`` is not a stored energy where gamma > beta.)
+The stored energy is that of the springs, ``(1 - eps) k x^2 / 2``, and the work returned by
+unloading to z = 0, ``theta / (2 (beta - gamma)) log(1 + (beta - gamma) z^2 / alpha)``. Loading
+dissipates ``2 beta theta |z|^3 |v| / (alpha + (beta - gamma) z^2)``. Unloading dissipates nothing.
+(The usual ``theta z^2 / (2 alpha)`` is not a stored energy if gamma > beta.)
 
-The stiffness has a corner at x = 0: linearised about rest, the law is that of extension.
+The stiffness has a corner at x = 0. The law linearised at rest is that of extension.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ import numpy as np
 
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .law import Law, Quantity, Redundancy
 from .published import TAO, TAO_CURRENTS_A, TAO_IMPROVED
 
 # keeps 0/0 out of log1p(u) / u; changes no value above 1e-284
@@ -103,5 +103,6 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Tao et al., Eqs 20-23 mended",
+    redundancy=Redundancy("alpha", 1e3, ("alpha", "beta", "gamma", "theta")),
     sets={"table_4": table_4},
 )

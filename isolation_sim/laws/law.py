@@ -9,10 +9,13 @@ Not: ``if``, builtin ``abs`` or ``max``, ``np.where``, ``np.maximum``, ``math.*`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from ..errors import InputError
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,45 @@ class Spring:
     power: float | str = 1.0
 
 
+@dataclass(frozen=True)
+class Redundancy:
+    """Parameters of which one is redundant, since scaling a state moves a factor between them.
+
+    A fit that leaves all of them free has no single answer. Where they follow the current, answers
+    that agree at the tested currents differ widely between these.
+
+    Attributes
+    ----------
+    held : str
+        The parameter that a fit holds, unless it holds another one of them.
+    value : float
+        Value at which it is held, in its SI unit.
+    among : tuple of str
+        The parameters.
+    """
+
+    held: str
+    value: float
+    among: tuple[str, ...]
+
+
+class InPlan(NamedTuple):
+    """Functions of a law over two horizontal directions.
+
+    They are those of ``Law``, but for tuples of deformations, velocities and forces. States are
+    those along x, then those along y. Along a line they must give what the law itself gives.
+
+    Attributes
+    ----------
+    force, rates, stored_energy : callable
+        As in ``Law``; the last one None where no such function is known.
+    """
+
+    force: Callable[..., tuple]
+    rates: Callable[..., tuple]
+    stored_energy: Callable[..., Any] | None
+
+
 def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     """Rates of a law without internal states: none."""
     return ()
@@ -98,10 +140,20 @@ class Law:
     field_power : callable or None
         ``field_power(x, states, parameters)`` -> W, what a change of the field does on the stored
         energy, in a law that holds the field among its states.
+    redundancy : Redundancy or None
+        Parameters of which one is redundant.
     sets : mapping of str to callable
         Published parameter sets by name, the default one first: functions that return a ``Device``.
     conditions : mapping of str to callable
         The same for sets that were published for a single loading condition each.
+    directions : int
+        Number of deformations that the functions take and of forces that they return. Above one,
+        ``x``, ``v`` and the force are tuples: along x, along y and, where there are three, the
+        change of the vertical load over its mean, along which there is no force.
+    plan : InPlan or None
+        Its functions over two horizontal directions that act on each other.
+    axial : InPlan or None
+        The same with the change of the vertical load over its mean as a third deformation.
     """
 
     name: str
@@ -115,8 +167,48 @@ class Law:
     springs: tuple[Spring, ...] = ()
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
+    redundancy: Redundancy | None = None
     sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
+    directions: int = 1
+    plan: InPlan | None = field(default=None, repr=False)
+    axial: InPlan | None = field(default=None, repr=False)
+
+    @cached_property
+    def in_plan(self) -> Law:
+        """The law in two horizontal directions; its states are those along x, then along y."""
+        return self._over(self.plan, 2)
+
+    @cached_property
+    def under_axial_load(self) -> Law:
+        """The law in two horizontal directions, under a vertical load that changes."""
+        return self._over(self.axial, 3)
+
+    def _over(self, functions: InPlan | None, directions: int) -> Law:
+        if functions is None:
+            loaded = " under a vertical load that changes" if directions == 3 else ""
+            raise InputError(
+                f"law {self.name!r} has no form in two directions{loaded}; expected: one of those "
+                "that isolation-sim list laws calls biaxial"
+            )
+        states = tuple(
+            replace(state, name=f"{state.name}_{axis}", meaning=f"{state.meaning}, along {axis}")
+            for axis in "xy"
+            for state in self.states
+        )
+        return replace(
+            self, states=states, directions=directions, springs=(), rest=None, field_power=None,
+            plan=None, axial=None, **functions._asdict(),
+        )  # fmt: skip
+
+    def respond(self, x: Any, v: Any, states: tuple, parameters: tuple) -> tuple[tuple, tuple]:
+        """Forces along every direction, and rates, for tuples of deformations and velocities."""
+        if self.directions == 1:
+            (x,), (v,) = x, v
+            forces = (self.force(x, v, states, parameters),)
+        else:
+            forces = tuple(self.force(x, v, states, parameters))
+        return forces, tuple(self.rates(x, v, states, parameters))
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

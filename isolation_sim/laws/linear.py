@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from .in_plan import each_direction
 from .law import Law, Quantity, Spring
 
 
@@ -25,4 +26,5 @@ LAW = Law(
     stored_energy=stored_energy,
     source="Hooke",
     springs=(Spring("k", ("x",)),),
+    plan=each_direction(force, stored_energy=stored_energy),
 )

@@ -7,10 +7,10 @@ prints positive k_e throughout: its transfer function
 
 has the storage stiffness ``k1 + k2 C_e omega^2 / (omega^2 + k_e^2)`` and the loss stiffness
 ``omega (C - k2 k_e C_e / (omega^2 + k_e^2))`` (Eqs 9-11 print other denominators), but in time z
-would grow without bound. The law takes -k_e, which keeps the storage stiffness and turns the sign
-of the second part of the loss: ``published_stiffness`` is the paper's, ``Device.linearised`` the
-law's. Z is a Maxwell branch of stiffness k2 C_e: k2 and C_e count as their product alone, so hold
-one of them when fitting.
+would grow without bound. The law uses -k_e. This keeps the storage stiffness and changes the sign
+of the second term of the loss stiffness. ``published_stiffness`` is that of the paper, and
+``Device.linearised`` that of the law. Z is a Maxwell branch of stiffness k2 C_e. Only the product
+of k2 and C_e matters: fix one of them in a fit.
 """
 
 from collections.abc import Collection
@@ -23,7 +23,7 @@ import numpy as np
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity, Spring
+from .law import Law, Quantity, Redundancy, Spring
 from .published import (
     LINEARISED_AMPLITUDES_MM,
     LINEARISED_DOUBTFUL,
@@ -162,6 +162,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
+    redundancy=Redundancy("k2", 1.0, ("k2", "C_e")),
     springs=(Spring("k1", ("x",)), Spring("k2", ("z",))),
     sets={"field_0_tesla": field_0_tesla, "field_0p4_tesla": field_0p4_tesla},
     conditions={

@@ -5,6 +5,7 @@
 
 from typing import Any
 
+from .in_plan import each_direction
 from .law import Law, Quantity, Spring
 
 
@@ -16,7 +17,7 @@ def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
 
 
 def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-    """Rate of the spring's extension: what the dashpot leaves of the velocity."""
+    """Rate of the spring's extension: the velocity minus that of the dashpot."""
     (y,) = states
     k, c = parameters
     return (v - k * y / c,)
@@ -42,4 +43,5 @@ LAW = Law(
     stored_energy=stored_energy,
     source="Maxwell",
     springs=(Spring("k", ("y",)),),
+    plan=each_direction(force, rates, stored_energy, n_states=1),
 )

@@ -8,6 +8,7 @@ from typing import Any
 
 from .current_dependence import CurrentDependence
 from .device import Device
+from .in_plan import each_direction
 from .law import Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, SI_LI_LI
 
@@ -59,4 +60,5 @@ LAW = Law(
     source="Li & Li, Eqs 9 and 10",
     springs=(Spring("k1", ("y",)), Spring("k0", ("x",), less="y")),
     sets={"base_model": base_model},
+    plan=each_direction(force, rates, stored_energy, n_states=1),
 )

@@ -1,10 +1,14 @@
-"""Modified five-parameter strain-stiffening law of the MR elastomer isolator."""
+"""Modified five-parameter strain-stiffening law of the MR elastomer isolator.
+
+In plan, springs and dashpots act along vectors: the stiffening spring's force is ``alpha |z|^2 z``,
+along its extension z, and grows with the length of z whatever the direction.
+"""
 
 from typing import Any
 
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity, Spring
+from .law import InPlan, Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED
 
 
@@ -27,6 +31,35 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     y, z = states
     _, k0, _, k1, alpha = parameters
     return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2 + alpha * z**4 / 4
+
+
+def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Both branches along vectors; the spring stiffens by the length of its extension."""
+    y_x, z_x, y_y, z_y = states
+    _, _, _, k1, alpha = parameters
+    stiffness = alpha * (z_x**2 + z_y**2)
+    return k1 * y_x + stiffness * z_x, k1 * y_y + stiffness * z_y
+
+
+def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Rates of the extensions along x, then along y."""
+    y_x, z_x, y_y, z_y = states
+    c0, k0, c1, k1, alpha = parameters
+    decay = alpha / c1 * (z_x**2 + z_y**2)
+    return (
+        v[0] + (k0 * x[0] - (k0 + k1) * y_x) / c0,
+        v[0] - decay * z_x,
+        v[1] + (k0 * x[1] - (k0 + k1) * y_y) / c0,
+        v[1] - decay * z_y,
+    )
+
+
+def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
+    """Energy of the three springs."""
+    y_x, z_x, y_y, z_y = states
+    _, k0, _, k1, alpha = parameters
+    beside = (x[0] - y_x) ** 2 + (x[1] - y_y) ** 2
+    return (k1 * (y_x**2 + y_y**2) + k0 * beside) / 2 + alpha * (z_x**2 + z_y**2) ** 2 / 4
 
 
 _SI = {"c0": 1e3, "k0": 1e3, "c1": 1e3, "k1": 1e3, "alpha": 1e9}
@@ -85,4 +118,5 @@ LAW = Law(
         Spring("alpha", ("z",), power=3.0),
     ),
     sets={"generalised": generalised, "base_model": base_model},
+    plan=InPlan(plan_force, plan_rates, plan_energy),
 )

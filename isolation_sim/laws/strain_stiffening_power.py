@@ -1,11 +1,11 @@
 """Modified strain-stiffening law whose stiffening spring has the general odd power of Eq 7.
 
 ``F = k1 y + f(z)``, ``k1 y = k0 (x - y) + c0 (v - y')``, ``z' = v - f(z) / c1`` with
-``f(z) = alpha sign(z) |z / 1 mm|^p``. Eq 7's two cases are one: for odd n and m, ``x^(n/m)`` is
-already odd; for even n, ``|x| x^((n - m) / m)`` makes it so; both are ``sign(x) |x|^(n/m)``.
+``f(z) = alpha sign(z) |z / 1 mm|^p``. Both cases of Eq 7 are ``sign(x) |x|^(n/m)``: for odd n and m
+``x^(n/m)`` is odd, and for even n ``|x| x^((n - m) / m)`` is odd.
 
-``alpha`` is the spring's force at 1 mm, in N, which is also the paper's number in N/mm^p. Unlike a
-coefficient in N/m^p, its size does not run away when ``p`` is fitted.
+``alpha`` is the force of the spring at 1 mm, in N, which equals the paper's number in N/mm^p. Its
+size depends little on ``p`` in a fit, unlike that of a coefficient in N/m^p.
 """
 
 from typing import Any

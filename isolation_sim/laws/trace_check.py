@@ -51,11 +51,14 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
 
     states, parameters = law.state_names, law.parameter_names
     with_velocity = name != "stored_energy"
-    variables = symbols(["x", *["v"] * with_velocity, *states, *parameters])
-    n = 1 + with_velocity
+    each = law.directions
+    n = each * (1 + with_velocity)
+    variables = symbols([*["x"] * each, *["v"] * (n - each), *states, *parameters])
 
     def arguments(values: Any) -> tuple:
-        return *values[:n], tuple(values[n : n + len(states)]), tuple(values[n + len(states) :])
+        motion = [tuple(values[k : k + each]) for k in range(0, n, each)]
+        own = [pair[0] for pair in motion] if each == 1 else motion
+        return *own, tuple(values[n : n + len(states)]), tuple(values[n + len(states) :])
 
     try:
         traced = casadi.SX(casadi.vertcat(*_listed(function(*arguments(variables)))))

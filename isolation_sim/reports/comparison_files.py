@@ -13,6 +13,7 @@ from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
 from ..io.results_folder import file_name, write_contents
 from ..simulation.run_files import write_run
+from .drawing import structure_drawing
 from .style import save
 
 
@@ -39,8 +40,10 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
     isolated = next(iter(comparison.runs.values())).isolated
     kinds = ["time_histories", "floor_envelopes", "energy"]
     kinds += ["loops"] * bool(isolated.elements) + ["currents"] * bool(isolated.n_channels)
+    kinds += ["loops_in_plan"] * any(len(group) > 1 for group in isolated.groups)
     for kind in kinds:
         save(comparison.plot(kind), folder, kind)
+    save(structure_drawing(isolated), folder, "structure")
 
 
 def json_text(comparison: Comparison) -> str:

@@ -18,7 +18,7 @@ HEADINGS = (
     "rank: old", "new", "new design",
 )  # fmt: skip
 NOTE = (
-    "Old: all by the law that was judged. New: the building on the extended law, its controllers "
+    "Old: all by the evaluated law. New: the building on the extended law, its controllers "
     "designed with the old one. New design: all by the extended law. J: mean of both "
     "peaks over those with the coils off. Rank: by J."
 )

@@ -2,62 +2,58 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
 from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
 from .html.text import capital
+from .tables import TextTable
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ..discrepancy.consequence import Consequence
 
 
-def print_diagnosis(diagnosis: Diagnosis) -> None:
-    """Print a diagnosis to standard output."""
-    from .console import standard_console
+CAUSE_HEADINGS = (
+    "cause", "form", "share, %", "p", "named again, %", "parameter", "value (95 %)", "unit",
+)  # fmt: skip
+"""Named again: in the fits without the runs of one condition, in the resamplings of the runs."""
 
-    console = standard_console()
-    console.print(f"{diagnosis.model} against {diagnosis.data}", soft_wrap=True)
-    console.print()
-    console.print(f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}")
-    console.print(errors_table(diagnosis))
+
+def shown(diagnosis: Diagnosis) -> Iterator[Any]:
+    """Tables and sentences of a diagnosis, for a terminal."""
+    yield f"{diagnosis.model} against {diagnosis.data}\n"
+    yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
+    if "law_choice" in diagnosis.details:
+        yield diagnosis.details["law_choice"]["text"]
+    yield errors_table(diagnosis)
     if diagnosis.causes:
-        console.print(causes_table(diagnosis))
+        yield causes_table(diagnosis)
         for cause in diagnosis.causes:
-            console.print(f"{cause.label}: {cause.evidence}")
+            yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                console.print(f"  hardly to be told from {', '.join(cause.confusable_with)}")
+                yield f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
-        table = _table(LADDER, *LADDER_HEADINGS)
-        for cells in ladder_rows(diagnosis):
-            table.add_row(*cells)
-        console.print(table)
-        for line in ladder_text(diagnosis):
-            console.print(line, markup=False)
+        yield TextTable(LADDER, LADDER_HEADINGS, ladder_rows(diagnosis))
+        yield from ladder_text(diagnosis)
     if diagnosis.depends_on:
-        console.print(f"The residual depends on {', '.join(diagnosis.depends_on)}.")
+        yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
-        console.print(f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit.")
+        yield f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit."
     if diagnosis.next_test:
-        console.print(f"Next test. {diagnosis.next_test}")
+        yield f"Next test. {diagnosis.next_test}"
     if diagnosis.consequence is not None:
         if diagnosis.consequence.performance:
-            console.print(consequence_table(diagnosis.consequence))
-            console.print(NOTE)
-        for line in consequence_text(diagnosis.consequence):
-            console.print(line)
+            yield consequence_table(diagnosis.consequence)
+            yield NOTE
+        yield from consequence_text(diagnosis.consequence)
 
 
-def consequence_table(consequence: Consequence) -> Table:
-    """Controllers with the law that was judged and with the extended one, for a terminal."""
-    table = _table(TITLE, *(heading.replace(" ", "\n") for heading in HEADINGS), dense=True)
-    for row in consequence_rows(consequence):
-        table.add_row(*row)
-    return table
+def consequence_table(consequence: Consequence) -> TextTable:
+    """Controllers with the evaluated law and with the extended one, for a terminal."""
+    return TextTable(TITLE, HEADINGS, consequence_rows(consequence))
 
 
 def consequence_text(consequence: Consequence) -> list[str]:
@@ -66,12 +62,10 @@ def consequence_text(consequence: Consequence) -> list[str]:
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 
-def errors_table(diagnosis: Diagnosis) -> Table:
+def errors_table(diagnosis: Diagnosis) -> TextTable:
     """Errors before and after, for a terminal."""
-    table = _table("Residual over what was measured (RMS)", "", "before, %", "after, %")
-    for row in error_rows(diagnosis):
-        table.add_row(*row)
-    return table
+    headings = ("", "before, %", "after, %")
+    return TextTable("Residual over what was measured (RMS)", headings, error_rows(diagnosis))
 
 
 def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
@@ -143,42 +137,53 @@ def ladder_text(diagnosis: Diagnosis) -> list[str]:
     return [*lines, *ladder.notes]
 
 
-def causes_table(diagnosis: Diagnosis) -> Table:
+def causes_table(diagnosis: Diagnosis) -> TextTable:
     """Causes with their numbers, for a terminal."""
-    table = _table("Causes", "cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
-    for cause in diagnosis.causes:
-        for row in cause_rows(cause):
-            table.add_row(*row)
-    return table
+    rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
+    # the parameters beside the causes, since both name a row
+    headings, *ordered = ([*row[:1], *row[5:], *row[1:5]] for row in (list(CAUSE_HEADINGS), *rows))
+    for row in ordered:
+        row[2] = row[2].replace(", at", "\nat")
+    return TextTable("Causes", headings, ordered, keys=2)
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:
-    """A cause's name, form, share, p and parameters with their intervals, as text."""
-    first = [cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value)]
+    """A cause's cells under ``CAUSE_HEADINGS``, a row a parameter."""
+    first = [
+        cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
+        ", ".join(_stability(cause).values()),
+    ]  # fmt: skip
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
         value = f"{one.value:.4g} ({one.low:.3g} to {one.high:.3g})"
         value += ", at its bound" if one.at_bound else ""
-        rows.append([*(first if not rows else [""] * 4), name, value, one.unit])
+        rows.append([*(first if not rows else [""] * len(first)), name, value, one.unit])
     return rows or [[*first, "", "", ""]]
+
+
+_STABILITY = {
+    "conditions_left_out": "the fits without the runs of one condition",
+    "runs_resampled": "the resamplings of the runs",
+}
+
+
+def _stability(cause: Cause) -> dict[str, str]:
+    """Shares of fits that name a cause again, %, by the kind of fits."""
+    return {
+        words: f"{100 * cause.stability[name]:.0f}"
+        for name, words in _STABILITY.items()
+        if np.isfinite(cause.stability.get(name, np.nan))
+    }
+
+
+def evidence_text(cause: Cause) -> str:
+    """A cause's evidence, and how often it is named again from other runs."""
+    again = " and ".join(f"{share} % of {words}" for words, share in _stability(cause).items())
+    return f"{cause.evidence} Named again in {again}." if again else cause.evidence
 
 
 def _chance(p: float) -> str:
     return f"{p:.2g}" if p > 1e-9 else "< 1e-9"
-
-
-def _table(title: str, *headings: str, dense: bool = False) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(
-        title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 0 if dense else 1)
-    )
-    for number, heading in enumerate(headings):
-        numeric = "%" in heading or heading == "p" or (dense and number > 0)
-        side: Literal["right", "left"] = "right" if numeric else "left"
-        table.add_column(heading, justify=side, no_wrap=number == 0)
-    return table
 
 
 def markdown(diagnosis: Diagnosis) -> str:
@@ -188,10 +193,9 @@ def markdown(diagnosis: Diagnosis) -> str:
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {MEANINGS[diagnosis.verdict]}",
     ]
     if diagnosis.causes:
-        headings = ("cause", "form", "share, %", "p", "parameter", "value (95 %)", "unit")
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-        parts.append(_grid(headings, rows))
-        parts += [f"- **{cause.label}**: {cause.evidence}" for cause in diagnosis.causes]
+        parts.append(_grid(CAUSE_HEADINGS, rows))
+        parts += [f"- **{cause.label}**: {evidence_text(cause)}" for cause in diagnosis.causes]
     if diagnosis.ladder is not None:
         parts += ["## Tiers", _grid(LADDER_HEADINGS, ladder_rows(diagnosis))]
         parts += ladder_text(diagnosis)

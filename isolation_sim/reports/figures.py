@@ -29,6 +29,7 @@ __all__ = [
     "energy_figure",
     "floor_envelopes",
     "loops",
+    "loops_in_plan",
     "run_figure",
     "save",
     "time_histories",
@@ -103,6 +104,48 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
             panel.set_title(name)
             axes.append(panel)
         label_outer(axes, across)
+    return figure
+
+
+def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
+    """Orbits of a biaxial device's deformation and force, and its loops along x and y.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+    element : str, optional
+        Name of the device's element along x; the first biaxial device by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide, a row a run.
+
+    Raises
+    ------
+    InputError
+        If there are no runs, or the element is none of a biaxial device.
+    """
+    given = _some(runs)
+    isolated = next(iter(given.values())).isolated
+    names = isolated.element_names
+    pairs = {names[g[0]]: [names[e] for e in g[:2]] for g in isolated.groups if len(g) > 1}
+    if not pairs:
+        raise InputError(f"{isolated.structure.name} has no biaxial device to draw in plan")
+    if element is not None and element not in pairs:
+        raise unknown_name("biaxial device", element, pairs)
+    pair = pairs[element or next(iter(pairs))]
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.3 + 2.0 * len(given))
+        rows = figure.subplots(len(given), 4, squeeze=False)
+        for (name, run), axes in zip(given.items(), rows, strict=True):
+            panels.orbit(axes[0], run, pair, "deformation_m")
+            panels.orbit(axes[1], run, pair, "force_N")
+            for panel, each in zip(axes[2:], pair, strict=True):
+                panels.loop(panel, run, each)
+                panel.set_title(each, loc="left")
+            axes[0].set_title(name, loc="left")
     return figure
 
 

@@ -112,6 +112,19 @@ def loop(axes: Axes, run: Run, element: str) -> None:
     axes.set_ylabel("Force (kN)")
 
 
+def orbit(axes: Axes, run: Run, elements: Sequence[str], quantity: str) -> None:
+    """Draw what a device does along y over what it does along x."""
+    factor, label = {
+        "deformation_m": (1e3, "Deformation along {} (mm)"),
+        "force_N": (1e-3, "Force along {} (kN)"),
+    }[quantity]
+    x, y = factor * columns(run, list(elements), quantity).T
+    axes.plot(x, y, color="0.1", linewidth=0.6)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(label.format("x"))
+    axes.set_ylabel(label.format("y"))
+
+
 def acceleration_envelope(axes: Axes, runs: Mapping[str, Run]) -> None:
     """Draw the peak absolute acceleration over the levels of each run."""
     structure = next(iter(runs.values())).isolated.structure
@@ -182,12 +195,12 @@ def roof_dof(run: Run, direction: int) -> str:
 def element_along(run: Run, direction: int = 0) -> str:
     """Find the element whose loop stands for the isolators'."""
     isolated = run.isolated
-    along = isolated.element_rows @ isolated.structure.influence[:, direction]
+    along = isolated.holding[:, direction]
     return isolated.element_names[int(np.argmax(along != 0))]
 
 
 def _dofs(run: Run, direction: int) -> NDArray:
-    return np.flatnonzero(run.isolated.structure.influence[:, direction])
+    return np.flatnonzero(run.isolated.structure.above_foundation[:, direction])
 
 
 def without_direction(labels: Sequence[str], directions: Sequence[str]) -> list[str]:

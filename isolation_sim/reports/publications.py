@@ -49,6 +49,19 @@ PUBLICATIONS = {
         "B. F. Spencer, S. J. Dyke, M. K. Sain, J. D. Carlson, Phenomenological model for "
         "magnetorheological dampers, Journal of Engineering Mechanics 123 (1997) 230-238."
     ),
+    "Kwok et al. (2006)": (
+        "N. M. Kwok, Q. P. Ha, T. H. Nguyen, J. Li, B. Samali, A novel hysteretic model for "
+        "magnetorheological fluid dampers and parameter identification using particle swarm "
+        "optimization, Sensors and Actuators A 132 (2006) 441-451."
+    ),
+    "Gamota & Filisko (1991)": (
+        "D. R. Gamota, F. E. Filisko, Dynamic mechanical studies of electrorheological materials: "
+        "moderate frequencies, Journal of Rheology 35 (1991) 399-425."
+    ),
+    "Ikhouane & Rodellar (2007)": (
+        "F. Ikhouane, J. Rodellar, Systems with Hysteresis: Analysis, Identification and Control "
+        "Using the Bouc-Wen Model, Wiley, 2007."
+    ),
     "Fung (1967)": (
         "Y. C. Fung, Elasticity of soft tissues in simple elongation, American Journal of "
         "Physiology 213 (1967) 1532-1544."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -159,6 +160,14 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
             if path.suffix == ".svg":
                 unfinished.write_text(_rounded(unfinished.read_text("utf-8")), "utf-8")
     return paths
+
+
+def svg_text(figure: Figure) -> str:
+    """Return a figure as the text of an SVG file, as ``save`` writes it."""
+    text = io.StringIO()
+    with style():
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return _rounded(text.getvalue())
 
 
 def _rounded(svg: str) -> str:

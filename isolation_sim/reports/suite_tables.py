@@ -8,11 +8,10 @@ import pandas as pd
 
 from .sweep_figures import title_of
 from .sweep_tables import heading
+from .tables import TextTable
 from .units import unit_of
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ..sweeps.suites.result import Suite
 
 HEADINGS = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
@@ -34,14 +33,10 @@ def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
     return rows
 
 
-def statistics_table(suite: Suite, controller: str) -> Table:
+def statistics_table(suite: Suite, controller: str) -> TextTable:
     """Statistics of every criterion under a controller."""
-    table = _table(f"{controller}: {told_of(suite)}")
-    for k, name in enumerate(HEADINGS):
-        table.add_column(name, justify="left" if k in (0, 1, 6) else "right")
-    for row in statistics_rows(suite, controller):
-        table.add_row(*row)
-    return table
+    title = f"{controller}: {told_of(suite)}"
+    return TextTable(title, HEADINGS, statistics_rows(suite, controller), keys=2)
 
 
 def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
@@ -66,16 +61,12 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
     return rows
 
 
-def records_table(suite: Suite, criterion: str) -> Table:
+def records_table(suite: Suite, criterion: str) -> TextTable:
     """A criterion of every motion under every controller."""
-    table = _table(f"{heading(criterion)}, a row a motion")
-    table.add_column("motion")
-    for label in suite.controllers:
-        table.add_column(label, justify="right")
-    for row in records_rows(suite, criterion):
-        table.add_row(*row)
-    table.caption, table.caption_justify = "* governs under this controller", "left"
-    return table
+    title = f"{heading(criterion)}, a row a motion"
+    headings = ("motion", *suite.controllers)
+    rows = records_rows(suite, criterion)
+    return TextTable(title, headings, rows, caption="* governs under this controller")
 
 
 def told_of(suite: Suite) -> str:
@@ -118,12 +109,3 @@ def verdict(suite: Suite) -> list[str]:
             "controllers have no design value."
         )
     return sentences
-
-
-def _table(title: str) -> Table:
-    from rich.table import Table
-
-    return Table(
-        title=title, title_justify="left", title_style="bold", box=None, pad_edge=False,
-        header_style="bold",
-    )  # fmt: skip

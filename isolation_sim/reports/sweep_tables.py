@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
 from .sweep_figures import title_of
-from .tables import WideTable, marked
+from .tables import TextTable, WideTable, marked
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -62,28 +62,27 @@ def told(value: Any) -> str:
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
-def best_table(sweep: Sweep, criterion: str, count: int) -> Table:
+def best_table(sweep: Sweep, criterion: str, count: int) -> TextTable:
     """Runs with the best criterion."""
     _, factor = unit_of(criterion)
-    table = _table(f"{'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}", "case")
-    for name in (*sweep.parameters, "controller", heading(criterion)):
-        table.add_column(name, justify="left" if name == "controller" else "right")
-    for _, row in sweep.best(criterion, count).iterrows():
-        shown = [told(row[name]) for name in sweep.parameters]
-        result = f"{row[criterion] * factor:.4g}"
-        table.add_row(str(row["case"]), *shown, row["controller"], result)
-    return table
+    rows = [
+        [str(row["case"]), f"{row[criterion] * factor:.4g}", row["controller"],
+         *(told(row[name]) for name in sweep.parameters)]
+        for _, row in sweep.best(criterion, count).iterrows()
+    ]  # fmt: skip
+    title = f"{'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}"
+    headings = ("case", heading(criterion), "controller", *sweep.parameters)
+    return TextTable(title, headings, rows)
 
 
-def sensitivity_table(sweep: Sweep, criterion: str, controller: str) -> Table:
+def sensitivity_table(sweep: Sweep, criterion: str, controller: str) -> TextTable:
     """Sensitivity indices of the sampled quantities."""
     result = sweep.sensitivity(criterion, controller)
-    table = _table(f"sensitivity of {title_of(criterion)}, {controller}", "quantity")
-    for name in result.columns:
-        table.add_column(name.replace("_conf", " ±"), justify="right")
-    for quantity, row in result.iterrows():
-        table.add_row(str(quantity), *(f"{value:.3g}" for value in row))
-    return table
+    headings = ("quantity", *(name.replace("_conf", " ±") for name in result.columns))
+    rows = [
+        [str(quantity), *(f"{value:.3g}" for value in row)] for quantity, row in result.iterrows()
+    ]
+    return TextTable(f"sensitivity of {title_of(criterion)}, {controller}", headings, rows)
 
 
 def _table(title: str, *headings: str) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -116,6 +117,110 @@ class WideTable:
                 yield ""
 
 
+class TextTable:
+    """A table of texts that fits any width.
+
+    Numbers stay whole and headings break between words. Columns that do not fit stand in a part
+    below, beside the key columns.
+
+    Parameters
+    ----------
+    title : str
+        Above every part; empty for none.
+    headings, rows
+        Texts; every row as long as the headings.
+    keys : int
+        Number of first columns that stand in every part.
+    caption : str
+        Below every part.
+    totals : int
+        Number of last rows that stand below a line.
+    """
+
+    GAP = 2
+    """Characters between columns."""
+
+    def __init__(
+        self, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], keys: int = 1,
+        caption: str = "", totals: int = 0,
+    ):  # fmt: skip
+        self._title, self._caption, self._rows, self._totals = title, caption, rows, totals
+        columns = [_Column(heading, k, [row[k] for row in rows], k < keys)
+                   for k, heading in enumerate(headings)]  # fmt: skip
+        self._keys, self._others = columns[:keys], columns[keys:]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Any]:
+        left = self._others
+        while True:
+            n = len(left)
+            while n > 1 and self._least([*self._keys, *left[:n]]) > options.max_width:
+                n -= 1
+            yield self._part([*self._keys, *left[:n]], options.max_width)
+            left = left[n:]
+            if not left:
+                return
+            yield ""
+
+    def _least(self, columns: Sequence[_Column]) -> int:
+        return sum(column.least for column in columns) + self.GAP * (len(columns) - 1)
+
+    def _part(self, columns: Sequence[_Column], width: int) -> Table:
+        from rich.box import SIMPLE_HEAD
+        from rich.table import Table
+
+        table = Table(
+            title=self._title or None, title_justify="left", title_style="bold",
+            caption=self._caption or None, caption_justify="left", box=SIMPLE_HEAD,
+            padding=(0, self.GAP - 1, 0, 0), show_edge=False, pad_edge=False,
+        )  # fmt: skip
+        spare = max(0, width - self._least(columns))
+        for column in columns:
+            more = min(spare, column.most - column.least)
+            spare -= more
+            table.add_column(
+                column.heading, justify="right" if column.number else "left",
+                width=column.least + more,
+            )  # fmt: skip
+        for number, row in enumerate(self._rows):
+            if self._totals and number == len(self._rows) - self._totals:
+                table.add_section()
+            table.add_row(*(row[column.place] for column in columns))
+        return table
+
+
+class _Column:
+    """How a column of texts is set."""
+
+    LONGEST, NARROWEST = 24, 16
+    """Characters of a text that is never broken, and of a column whose texts are."""
+
+    def __init__(self, heading: str, place: int, cells: Sequence[str], key: bool):
+        filled = [line for cell in cells for line in cell.split("\n") if line]
+        self.place = place
+        self.number = not key and bool(filled) and all(_NUMBER.match(c) for c in cells if c)
+        self.most = max(map(len, filled), default=0)
+        words = [word for line in filled for word in line.split()]
+        whole = self.number or self.most <= self.LONGEST
+        self.least = self.most if whole else max(self.NARROWEST, *map(len, words))
+        self.heading = _broken(heading, self.least)
+        widest = max(map(len, self.heading.split("\n")))
+        self.least, self.most = max(self.least, widest), max(self.most, widest)
+
+
+_NUMBER = re.compile(r"[<>±+-]? ?\.?\d|nan$|-$")
+"""How the text of a number begins."""
+
+
+def _broken(heading: str, width: int) -> str:
+    """A heading in lines no longer than its column needs, broken between words."""
+    lines = [""]
+    for piece in re.findall(r"\S+?(?:[._](?=\w)|\s+|$)", heading):
+        if lines[-1] and len((lines[-1] + piece).rstrip()) > max(width, 12):
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(line.rstrip() for line in lines)
+
+
 def criteria_tables(
     criteria: Mapping[str, Mapping[str, float]],
     energy: Mapping[str, Mapping[str, float]],
@@ -211,7 +316,9 @@ def as_text(table: Any, width: int = WIDTH) -> str:
     """Plain text of a table."""
     from rich.console import Console
 
-    console = Console(width=width, color_system=None, force_terminal=False)
+    console = Console(
+        width=width, color_system=None, force_terminal=False, markup=False, highlight=False
+    )
     with console.capture() as capture:
         console.print(table)
     return "\n".join(line.rstrip() for line in capture.get().splitlines())

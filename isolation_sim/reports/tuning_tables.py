@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from rich.table import Table
+from .tables import TextTable
 
+if TYPE_CHECKING:
     from ..tuning.tuning import Tuning
 
 Texts = tuple[list[str], list[list[str]]]
@@ -38,26 +38,13 @@ def gains_texts(tuning: Tuning) -> Texts:
     return headings, rows
 
 
-def tuning_tables(tuning: Tuning) -> list[Table]:
+def tuning_tables(tuning: Tuning) -> list[TextTable]:
     """Lay the tables out for the terminal."""
-    from rich.table import Table
-
-    tables = []
-    for title, (headings, rows) in (
-        (f"Settings of {tuning.controller}", settings_texts(tuning)),
-        ("Mean score, 95 % interval: J minus that of the best constant current",
-         gains_texts(tuning)),
-    ):  # fmt: skip
-        table = Table(
-            title=title, title_justify="left", title_style="bold", box=None,
-            header_style="bold", pad_edge=False,
-        )  # fmt: skip
-        for k, heading in enumerate(headings):
-            table.add_column(heading, justify="right" if k else "left", overflow="fold")
-        for row in rows:
-            table.add_row(*row)
-        tables.append(table)
-    return tables
+    title = "Mean score, 95 % interval: J minus that of the best constant current"
+    return [
+        TextTable(f"Settings of {tuning.controller}", *settings_texts(tuning)),
+        TextTable(title, *gains_texts(tuning)),
+    ]
 
 
 def _told(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Scenarios: one validated description of a run, a section a file, to and from TOML."""
+"""Scenarios: one validated description of a run, one file per section, to and from TOML."""
 
 from .job import Job
 from .scenario import Scenario, main_job

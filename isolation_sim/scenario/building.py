@@ -6,8 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ..structures import Structure, read_matrices, reference_building, shear_building
-from .fields import InputPath, Positive, Section, kind_by_keys
+from ..structures import (
+    Structure,
+    plan_building,
+    read_matrices,
+    reference_building,
+    shear_building,
+)
+from .fields import InputPath, Number, Positive, Section, kind_by_keys
 
 _Row = Annotated[list[Positive], Field(min_length=1)]
 _Ratio = Annotated[float, Field(ge=0, lt=1)]
@@ -40,7 +46,7 @@ class ShearBuilding(Section):
         list[int], Field(min_length=2, max_length=2, description="the two with the ratio, from 1")
     ] = Field(default_factory=lambda: [1, 2])
     storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
-    name: Annotated[str, Field(min_length=1, description="to print")] = "shear building"
+    name: Annotated[str, Field(min_length=1, description="name in reports")] = "shear building"
 
     def build(self) -> Structure:
         """Return the structure."""
@@ -52,6 +58,47 @@ class ShearBuilding(Section):
             damping_ratio=self.damping_ratio,
             damping=self.damping,
             rayleigh_modes=(first, second),
+            heights=self.storey_heights_m,
+            name=self.name,
+        )
+
+
+class PlanBuilding(Section):
+    """A shear building in plan: floors along x and y and in rotation, on a rigid base slab."""
+
+    kind: Literal["plan"] = "plan"
+    floor_masses_kg: Annotated[_Row, Field(description="from below")]
+    storey_stiffnesses_x_N_per_m: Annotated[_Row, Field(description="from below")]
+    storey_stiffnesses_y_N_per_m: Annotated[_Row, Field(description="from below")]
+    base_mass_kg: Annotated[Positive, Field(description="base slab")]
+    plan_m: Annotated[
+        list[Positive], Field(min_length=2, max_length=2, description="sides along x and y")
+    ]
+    isolator_positions_m: Annotated[
+        list[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None,
+        Field(min_length=1, description="x, y from the plan's centre; its corners if left out"),
+    ] = None
+    eccentricity_m: Annotated[
+        list[Number],
+        Field(min_length=2, max_length=2, description="centre of mass from that of the plan"),
+    ] = Field(default_factory=lambda: [0.0, 0.0])
+    damping_ratio: Annotated[_Ratio, Field(description="of every mode on a held base")] = 0.02
+    storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
+    name: Annotated[str, Field(min_length=1, description="to print")] = "plan building"
+
+    def build(self) -> Structure:
+        """Return the structure."""
+        a, b = self.plan_m
+        x, y = self.eccentricity_m
+        return plan_building(
+            self.floor_masses_kg,
+            self.storey_stiffnesses_x_N_per_m,
+            self.storey_stiffnesses_y_N_per_m,
+            base_mass=self.base_mass_kg,
+            plan=(a, b),
+            isolator_positions=self.isolator_positions_m,
+            eccentricity=(x, y),
+            damping_ratio=self.damping_ratio,
             heights=self.storey_heights_m,
             name=self.name,
         )
@@ -76,18 +123,24 @@ class MatricesFile(Section):
 
     def build(self) -> Structure:
         """Return the structure."""
-        labels = {"names": self.dof_names, "directions": self.directions, "name": self.name}
-        given = {key: value for key, value in labels.items() if value is not None}
-        return read_matrices(self.file, **given)
+        return read_matrices(
+            self.file, names=self.dof_names, directions=self.directions, name=self.name
+        )
 
 
 Building = Annotated[
     Annotated[ReferenceBuilding, Tag("reference")]
     | Annotated[ShearBuilding, Tag("shear")]
+    | Annotated[PlanBuilding, Tag("plan")]
     | Annotated[MatricesFile, Tag("matrices")],
     Discriminator(
         kind_by_keys(
-            {"reference": ReferenceBuilding, "shear": ShearBuilding, "matrices": MatricesFile}
+            {
+                "reference": ReferenceBuilding,
+                "shear": ShearBuilding,
+                "plan": PlanBuilding,
+                "matrices": MatricesFile,
+            }
         )
     ),
 ]

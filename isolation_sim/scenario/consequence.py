@@ -39,8 +39,8 @@ def with_consequence(
             old, new = _alike(diagnosis.judged, _without_instruments(diagnosis.extended))
             scale = _given(scenario) or carrying(new, job.isolated.structure, job.records)
         except InputError as error:
-            sentences = f"Not run: {error}."
-            nothing = Consequence(job.isolated.structure.name, "", sentences, {})
+            reason = f"Not run: {error}."
+            nothing = Consequence(job.isolated.structure.name, "", reason, {})
             return replace(diagnosis, consequence=nothing)
         before, after = (
             _carried(job.isolated, device.scaled(scale.length, scale.force))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
@@ -15,7 +16,7 @@ class ControllerEntry(Section):
     """A controller by its registry name; every key but ``name`` and ``label`` is its setting."""
 
     name: Annotated[
-        Registered, Field(description="isolation-sim list controllers, or file.py:CLASS")
+        Registered, Field(description="isolation-sim list controllers, file.py:CLASS or unit.fmu")
     ]
     label: Annotated[str | None, Field(min_length=1, description="to print; the name")] = None
     settings: dict[str, Any] = Field(default_factory=dict)
@@ -33,7 +34,8 @@ class ControllerEntry(Section):
     @property
     def shown(self) -> str:
         """The label, or the name without the path of its file."""
-        return self.label or self.name.rpartition(":")[2]
+        inside = self.name.rpartition(":")[2]
+        return self.label or (Path(inside).stem if inside.endswith(".fmu") else inside)
 
     def build(self) -> Control:
         """Return the controller."""
@@ -58,14 +60,14 @@ class Driver(Section):
         Positive | None, Field(description="largest rate; unlimited if left out")
     ] = None
     low_A: Annotated[
-        Number | None, Field(description="limit of the supply; the device's if left out")
+        Number | None, Field(description="limit of the supply; that of the device by default")
     ] = None
     high_A: Annotated[
-        Number | None, Field(description="limit of the supply; the device's if left out")
+        Number | None, Field(description="limit of the supply; that of the device by default")
     ] = None
     initial_A: Annotated[Number, Field(description="current before the first command")] = 0.0
     step_A: Annotated[
-        NonNegative, Field(description="commands are rounded to multiples; 0 is no step")
+        NonNegative, Field(description="commands are rounded to multiples of it; 0 for no rounding")
     ] = 0.0
 
     def build(self) -> CoilDriver:
@@ -79,11 +81,12 @@ class SensorSet(Section):
 
     delay_s: Annotated[NonNegative, Field(description="age of a measurement")] = 0.0
     sampling_s: Annotated[
-        Positive | None, Field(description="interval; as often as the controller asks if left out")
+        Positive | None, Field(description="sampling interval; that of the controller by default")
     ] = None
     seed: Annotated[WholeNumber, Field(description="of noise and dropout")] = 0
     dropout: Annotated[
-        float, Field(ge=0, lt=1, description="probability that a sample is lost, the last one held")
+        float,
+        Field(ge=0, lt=1, description="probability that a sample is lost; the last one is held"),
     ] = 0.0
     compensation_s: Annotated[
         NonNegative, Field(description="measured motion is extrapolated over this time")

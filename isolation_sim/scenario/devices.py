@@ -1,4 +1,4 @@
-"""The ``[isolator]``, ``[[element]]`` and ``[nominal]`` sections: devices, true and believed."""
+"""The ``[isolator]``, ``[[element]]`` and ``[nominal]`` sections: devices, true and nominal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
 from ..old_names import renamed_value
-from ..structures import IsolatedStructure, Structure
+from ..structures import IsolatedStructure, Structure, with_p_delta
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from ..structures.sizing import sized
 from .fields import Coefficients, Number, Positive, Registered, Section
@@ -25,7 +25,7 @@ _Parameters = Annotated[
 ]
 _Range = Annotated[
     list[Number] | None,
-    Field(min_length=2, max_length=2, description="where the numbers are meaningful; the set's"),
+    Field(min_length=2, max_length=2, description="valid currents; those of the set by default"),
 ]
 
 _OLD_SWITCHING = BeforeValidator(
@@ -58,7 +58,7 @@ class AppliedEffect(Section):
 
 
 _Effects = Annotated[
-    list[AppliedEffect] | None, Field(description="what acts around the law, in this order")
+    list[AppliedEffect] | None, Field(description="effects on the law, in this order")
 ]
 
 
@@ -69,26 +69,24 @@ class _Device(Section):
     parameters: _Parameters = None
     current_range_A: _Range = None
     tested_deformation_m: Annotated[
-        Positive | None, Field(description="of one device; the set's")
+        Positive | None, Field(description="of one device; that of the set by default")
     ] = None
     tested_current_A: Annotated[
-        Number | None, Field(description="highest of the tests behind the numbers; the set's")
+        Number | None, Field(description="highest current of the tests; that of the set by default")
     ] = None
     length_scale: Annotated[
         Positive | None,
-        Field(description="deformation here over the tested device's; reference building: 10"),
+        Field(description="deformation relative to the tested device; reference building: 10"),
     ] = None
     force_scale: Annotated[
         Positive | None,
-        Field(description="force here over the tested device's; reference building: 3014.69"),
+        Field(description="force relative to the tested device; reference building: 3014.69"),
     ] = None
     count: Annotated[Positive, Field(description="devices side by side")] = 1.0
     switching: Annotated[
         Literal["instantaneous", "passive"],
         _OLD_SWITCHING,
-        Field(
-            description="instantaneous: stretched springs stiffen; passive: new deformation only"
-        ),
+        Field(description="instantaneous: deformed springs stiffen; passive: new deformation only"),
     ] = "instantaneous"
     effect: _Effects = None
 
@@ -124,12 +122,35 @@ class Isolator(_Device):
     ] = None
     design_displacement_m: Annotated[
         Positive | None,
-        Field(description="what the tested deformation stands for; 0.04 m per s of target period"),
+        Field(description="displacement at the tested deformation; 0.04 m per s of target period"),
     ] = None
     damping_ratio: Annotated[
         float | None,
-        Field(ge=0, lt=1, description="of the first mode; a dashpot adds what is lacking"),
+        Field(
+            ge=0, lt=1, description="damping ratio of the first mode; a dashpot adds the difference"
+        ),
     ] = None
+    biaxial: Annotated[
+        bool,
+        Field(description="both directions act on each other; one device a known position"),
+    ] = False
+    overturning: Annotated[
+        bool, Field(description="overturning changes each device's vertical load; with biaxial")
+    ] = False
+    p_delta_height_m: Annotated[
+        Positive | None, Field(description="of the bearings, for P-delta: stiffness -W / h")
+    ] = None
+
+    def put_under(self, structure: Structure, device: Device) -> IsolatedStructure:
+        """Return the structure on the isolators."""
+        if self.p_delta_height_m is not None:
+            structure = with_p_delta(structure, self.p_delta_height_m)
+        return structure.on(
+            device,
+            damping=self.damping_ratio,
+            biaxial=self.biaxial,
+            overturning=self.overturning,
+        )
 
     def sized(self, structure: Structure) -> Isolator:
         """Return the section with scales in place of a target period."""
@@ -167,13 +188,14 @@ class Isolator(_Device):
 class Element(_Device):
     """One more nonlinear element."""
 
-    name: Annotated[str, Field(description="to print")] = ""
+    name: Annotated[str, Field(description="name in reports")] = ""
     direction: Annotated[
         str | list[Number],
         Field(description="a storey (its drift), a dof (to the ground), or a row over the dofs"),
     ]
     channel: Annotated[
-        int | None, Field(ge=0, description="coil channel; 0 is the isolators', none has no coil")
+        int | None,
+        Field(ge=0, description="coil channel; 0 is that of the isolators; no coil by default"),
     ] = None
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
@@ -182,7 +204,7 @@ class Element(_Device):
 
 
 class NominalModel(Section):
-    """What controllers believe of the isolators where it differs from the truth."""
+    """Nominal model of the isolators in controllers, where it differs from the plant."""
 
     law: Annotated[Registered | None, Field(description="another law")] = None
     parameters: _Parameters = None
@@ -191,15 +213,15 @@ class NominalModel(Section):
     switching: Annotated[
         Literal["instantaneous", "passive"],
         _OLD_SWITCHING,
-        Field(description="as in [isolator]; by the papers' rule a force answers to the current"),
+        Field(description="as in [isolator]; instantaneous: the force responds to the current"),
     ] = "instantaneous"
     effect: Annotated[
         list[AppliedEffect] | None,
-        Field(description="in place of the isolator's effects; effect = [] believes in none"),
+        Field(description="in place of the isolator's effects; effect = [] for none"),
     ] = None
 
     def of(self, isolator: Isolator) -> Isolator:
-        """Return the isolator as it is believed to be, its scales not yet changed."""
+        """Return the nominal isolator before its scales are changed."""
         changes: dict[str, Any] = {"switching": self.switching}
         if self.law is not None and self.law != isolator.law:
             # another law brings its own numbers, their range and what acts around it

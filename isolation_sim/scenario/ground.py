@@ -28,28 +28,33 @@ _SCALES = ("scale_factor", "scale_to_pga_g", "scale_to_sa_g")
 class _Ground(Section):
     """What is done to a motion, in the order of these keys."""
 
-    start_s: Annotated[NonNegative | None, Field(description="cut: first time to keep")] = None
-    stop_s: Annotated[Positive | None, Field(description="cut: last time to keep")] = None
+    start_s: Annotated[NonNegative | None, Field(description="cut: start time")] = None
+    stop_s: Annotated[Positive | None, Field(description="cut: end time")] = None
     baseline_order: Annotated[
-        WholeNumber | None, Field(description="correct the baseline by a polynomial of this degree")
+        WholeNumber | None, Field(description="degree of the polynomial of a baseline correction")
     ] = None
     highpass_Hz: Annotated[
-        Positive | None, Field(description="corner of a high-pass, with baseline_order")
+        Positive | None,
+        Field(description="corner frequency of a high-pass filter, with baseline_order"),
     ] = None
     resample_to_s: Annotated[Positive | None, Field(description="new sampling step")] = None
     scale_factor: Annotated[
-        Number | None, Field(description="factor on the acceleration; one scale_ key at most")
+        Number | None, Field(description="factor on the acceleration; at most one scale_ key")
     ] = None
     scale_to_pga_g: Annotated[
-        Positive | None, Field(description="peak ground acceleration to reach")
+        Positive | None, Field(description="target peak ground acceleration")
     ] = None
     scale_to_sa_g: Annotated[
-        Positive | None, Field(description="spectral acceleration to reach at sa_period_s")
+        Positive | None, Field(description="target spectral acceleration at sa_period_s")
     ] = None
     sa_period_s: Annotated[NonNegative | None, Field(description="with scale_to_sa_g")] = None
     sa_damping_ratio: Annotated[float, Field(ge=0, lt=1, description="with scale_to_sa_g")] = 0.05
-    quiet_before_s: Annotated[NonNegative, Field(description="still ground put before")] = 0.0
-    quiet_after_s: Annotated[NonNegative, Field(description="still ground put after")] = 0.0
+    quiet_before_s: Annotated[
+        NonNegative, Field(description="duration of zeros before the record")
+    ] = 0.0
+    quiet_after_s: Annotated[
+        NonNegative, Field(description="duration of zeros after the record")
+    ] = 0.0
 
     @model_validator(mode="after")
     def _keys_that_go_together(self) -> Self:

@@ -1,4 +1,4 @@
-"""The ``[yielding]`` and ``[moat_wall]`` sections: a building that is not elastic, or not free."""
+"""Sections ``[yielding]``, ``[moat_wall]``, ``[soil]``: a building not elastic, free or fixed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pydantic import Field
 
 from ..effects import effect, extend
 from ..laws import law
-from ..structures import IsolatedStructure, yielding_storeys
-from .fields import Positive, Section
+from ..structures import IsolatedStructure, cones, on_soil, yielding_storeys
+from .fields import NonNegative, Positive, Section
 
 
 class Yielding(Section):
@@ -18,13 +18,14 @@ class Yielding(Section):
 
     yield_shear_N: Annotated[
         Positive | Annotated[list[Positive], Field(min_length=1)],
-        Field(description="storey shear at yield; one for all, or one a storey from below"),
+        Field(description="storey shear at yield; one for all, or one per storey from below"),
     ]
     hardening_ratio: Annotated[
         float, Field(ge=0, lt=1, description="stiffness after yielding over that before")
     ] = 0.05
     smoothness: Annotated[
-        float, Field(ge=1, description="exponent of Bouc and Wen; large is a sharp corner")
+        float,
+        Field(ge=1, description="exponent of the Bouc-Wen law; a large value gives a sharp corner"),
     ] = 5.0
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
@@ -37,10 +38,11 @@ class MoatWall(Section):
 
     gap_m: Annotated[Positive, Field(description="between base and wall, at rest")]
     stiffness_N_per_m: Annotated[
-        Positive, Field(description="of the wall; its secant at gap / 10 if not linear")
+        Positive, Field(description="of the wall; secant stiffness at gap / 10 if not linear")
     ]
     exponent: Annotated[
-        float, Field(ge=1, description="of the force over the penetration; 1.5 is Hertz's")
+        float,
+        Field(ge=1, description="exponent of the penetration in the force; 1.5 for Hertz's law"),
     ] = 1.0
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
@@ -54,3 +56,23 @@ class MoatWall(Section):
             name = "moat_wall" if len(structure.directions) == 1 else f"moat_wall_{label}"
             isolated = isolated.with_element(device, row, name=name)
         return isolated
+
+
+class Soil(Section):
+    """Soil under the foundation of the isolators: Wolf's cones, whatever the frequency."""
+
+    radius_m: Annotated[Positive, Field(description="of a disk with the foundation's area")]
+    shear_wave_velocity_m_s: Annotated[Positive, Field(description="at the earthquake's strains")]
+    density_kg_m3: Positive = 1800.0
+    poisson_ratio: Annotated[float, Field(ge=0, le=0.5)] = 0.33
+    foundation_mass_kg: Annotated[Positive, Field(description="below the isolators")]
+    foundation_inertia_kg_m2: Annotated[
+        NonNegative, Field(description="about a horizontal axis; needed with storey heights")
+    ] = 0.0
+
+    def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
+        """Return the structure on soil springs."""
+        soil = cones(
+            self.radius_m, self.shear_wave_velocity_m_s, self.density_kg_m3, self.poisson_ratio
+        )
+        return on_soil(isolated, soil, self.foundation_mass_kg, self.foundation_inertia_kg_m2)

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
+from ..code_check import CheckRow, check_building
 from ..errors import InputError
 from ..io.toml import parse_toml, read_toml
 from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
 from .building import Building, ReferenceBuilding
+from .check import Check, simulator
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Element, Isolator, NominalModel
 from .fields import Section
 from .ground import Ground, ShippedRecord
 from .job import Job, with_place
-from .nonlinear import MoatWall, Yielding
+from .nonlinear import MoatWall, Soil, Yielding
 from .problems import one_line
 
 T = TypeVar("T")
@@ -28,8 +30,8 @@ MAIN_CONTROLLERS = ("passive_off", "passive_on", "best_constant", "on_off", "cli
 """Controllers of a scenario that names none."""
 
 _CONTROLLERS = (
-    "controllers to compare; label is the name to print, every other key a setting that "
-    "isolation-sim list controllers shows"
+    "controllers to compare; label is the name in reports, every other key is a setting "
+    "(isolation-sim list controllers)"
 )
 
 
@@ -52,7 +54,7 @@ class Scenario(Section):
     ground: Annotated[
         list[Ground],
         BeforeValidator(_one_or_more),
-        Field(min_length=1, description="ground motion; [[ground]] once a direction if several"),
+        Field(min_length=1, description="ground motion; one [[ground]] per direction"),
     ] = Field(default_factory=_main_ground)
     structure: Annotated[Building, Field(description="the building, base included")] = (
         ReferenceBuilding()
@@ -67,16 +69,23 @@ class Scenario(Section):
     moat_wall: Annotated[
         MoatWall | None, Field(description="wall around the base; none if left out")
     ] = None
+    soil: Annotated[
+        Soil | None, Field(description="springs under the foundation; rigid ground if left out")
+    ] = None
     controller: Annotated[list[ControllerEntry], Field(min_length=1, description=_CONTROLLERS)] = (
         Field(default_factory=lambda: [ControllerEntry(name=name) for name in MAIN_CONTROLLERS])
     )
     driver: Annotated[Driver, Field(description="coils and supply")] = Driver()
-    sensors: Annotated[SensorSet, Field(description="what controllers see")] = SensorSet()
-    simulation: Annotated[Simulation, Field(description="how runs are made")] = Simulation()
+    sensors: Annotated[SensorSet, Field(description="sensors of the controllers")] = SensorSet()
+    simulation: Annotated[Simulation, Field(description="numerical options")] = Simulation()
     nominal: Annotated[
         NominalModel | None,
-        Field(description="isolators as controllers believe them; the truth if none"),
+        Field(description="nominal isolators of the controllers; those of the plant if left out"),
     ] = None
+
+    check: Annotated[Check | None, Field(description="what isolation-sim check needs to know")] = (
+        None
+    )
 
     _source: str = PrivateAttr(default="")
 
@@ -202,7 +211,7 @@ class Scenario(Section):
             return known[key]
 
         structure = once(lambda: at("structure", self.structure.build), "structure", self.structure)
-        more = [part for part in (self.yielding, self.moat_wall) if part is not None]
+        more = [part for part in (self.yielding, self.moat_wall, self.soil) if part]
         plant = self.structure, self.isolator, *self.element, *more
         isolator = once(
             lambda: at("isolator", partial(self.isolator.sized, structure)), "sized", *plant[:2]
@@ -246,19 +255,45 @@ class Scenario(Section):
             fixed_base=self.simulation.fixed_base,
         )
 
+    def check_rows(self) -> tuple[IsolatedStructure, Iterator[CheckRow]]:
+        """Check the scenario's building in the manner of ASCE 7-22, chapter 17.
+
+        Returns
+        -------
+        isolated : IsolatedStructure
+            The building that is checked.
+        rows : iterator of CheckRow
+            Lines of the table, as they are computed.
+
+        Raises
+        ------
+        InputError
+            If there is no ``[check]`` section, or the building or a factor cannot be used.
+        """
+        if self.check is None:
+            raise with_place(
+                InputError("no [check] section; expected: one with S_M1_g"), self._source
+            )
+        job = self.build()
+        gap = None if self.moat_wall is None else self.moat_wall.gap_m
+        settings = self.check.settings(gap)
+        return job.isolated, check_building(job.isolated, settings, simulator(job), job.controllers)
+
     def _isolated(
         self, structure: Structure, isolator: Isolator, length: float, force: float, section: str
     ) -> IsolatedStructure:
         reference = isinstance(self.structure, ReferenceBuilding)
         device = self._at(section, isolator.on_reference if reference else isolator.scaled)
         scaled = device.scaled(length, force)
-        isolated = self._at(section, partial(structure.on, scaled, damping=isolator.damping_ratio))
+        isolated = self._at(section, partial(isolator.put_under, structure, scaled))
         for k, element in enumerate(self.element):
             isolated = self._at(f"element[{k}]", partial(element.added, isolated))
         if self.yielding is not None:
             isolated = self._at("yielding", partial(self.yielding.added, isolated))
         if self.moat_wall is not None:
             isolated = self._at("moat_wall", partial(self.moat_wall.added, isolated))
+        if self.soil is not None:
+            isolated = self._at("soil", partial(self.soil.added, isolated))
         return isolated
 
     def _at(self, section: str, build: Callable[[], T]) -> T:

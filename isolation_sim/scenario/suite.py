@@ -52,7 +52,9 @@ class RecordSuite(Section):
     match_tolerance: Annotated[
         float, Field(ge=1e-3, le=0.5, description="with matched: share of the target")
     ] = 0.05
-    quiet_after_s: Annotated[NonNegative, Field(description="still ground put after")] = 0.0
+    quiet_after_s: Annotated[
+        NonNegative, Field(description="duration of zeros after the record")
+    ] = 0.0
 
     @field_validator("files", mode="before")
     @classmethod

@@ -1,4 +1,4 @@
-"""What the compiled integration is given, in groups; the arrays' last axis is the lane."""
+"""Arguments of the compiled kernel, in groups; the arrays' last axis is the lane."""
 
 from __future__ import annotations
 
@@ -92,7 +92,10 @@ class Lanes(NamedTuple):
     ``level``: of its steps, ``base`` at the window's start; ``place``: in the window; ``tried``:
     steps in the window; ``hold``: windows until coarser steps are tried; ``active``, ``going``,
     ``todo``: takes part in the step, in the iteration, in the window; ``last``: length of the last
-    step; ``previous``, ``contraction``: of the iteration; ``worst``: error in the window.
+    step; ``previous``, ``contraction``: of the iteration; ``defects``: how far the force polynomial
+    misses the force at the step's ends, relative to the peak force, infinite where the iteration
+    did not contract; ``errors``: estimated effect of that on the response; ``kinks``: whether an
+    element has a kink within the step; ``worst``: error in the window.
     """
 
     level: NDArray
@@ -133,3 +136,52 @@ class Scratch(NamedTuple):
 
     w: NDArray
     u: NDArray
+
+
+class Intervals(NamedTuple):
+    """Windows of the grid, each grid interval's window and length, and the ground acceleration."""
+
+    windows: NDArray
+    window_of: NDArray
+    lengths: NDArray
+    ground: NDArray
+
+
+class Quantities(NamedTuple):
+    """Quantities whose peaks and mean squares are wanted.
+
+    ``rows``: blocks of eight rows over the modes' real and imaginary parts, the elements' forces
+    beyond their references and the ground accelerations; a quantity is the norm of ``n_directions``
+    consecutive rows. ``fast``: modes too fast for the grid; ``fast_moduli``: of the rows for them.
+    """
+
+    rows: NDArray
+    n_quantities: int
+    n_directions: int
+    fast: NDArray
+    fast_moduli: NDArray
+
+
+class Candidates(NamedTuple):
+    """Grid intervals in which a quantity may exceed its peak, lane by lane.
+
+    ``place``: interval and number of the quantity; ``bound``: of the quantity in it; ``number``: of
+    candidates; ``chosen``: quantities that are evaluated at once.
+    """
+
+    place: NDArray
+    bound: NDArray
+    number: NDArray
+    chosen: NDArray
+
+
+class SummaryScratch(NamedTuple):
+    """Grid points, quantities and forces evaluated at once; numbers of one dense evaluation."""
+
+    points: NDArray
+    inputs: NDArray
+    present: NDArray
+    bulges: NDArray
+    dense: NDArray
+    integral: NDArray
+    phi: NDArray

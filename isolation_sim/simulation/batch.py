@@ -99,7 +99,7 @@ class Batch:
     current_over_tested: NDArray
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -140,7 +140,7 @@ def simulate_many(
     computation_delay : float
         Time from a decision to its command, s.
     tolerance : float
-        Wanted accuracy, relative to each quantity's peak.
+        Target accuracy, relative to each quantity's peak.
     current_outside : {"refuse", "clamp"}
         What to do with a command outside the driver's limits: the run fails, or it is clamped and
         counted.
@@ -315,9 +315,9 @@ class _Collected:
             if name not in self.criteria:
                 # another thread may have been first
                 self.criteria.setdefault(name, np.full(len(self.failure), np.nan))
-            keep = self.criteria[name]
-            keep[numbers] = np.atleast_1d(values)[: len(numbers)]
-            keep[list(failed)] = np.nan
+            stored = self.criteria[name]
+            stored[numbers] = np.atleast_1d(values)[: len(numbers)]
+            stored[list(failed)] = np.nan
         for k, failure in failed.items():
             self.failure[k] = str(failure)
             self.diverged[k] = isinstance(failure, Diverged)

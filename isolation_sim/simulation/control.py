@@ -76,13 +76,12 @@ class Sensors:
     seed : int
         Seed of noise and dropout.
     dropout : float
-        Probability that a sample, with all that it holds, does not arrive; the last one that did
-        is used again. Each by itself; that of the start, of the building at rest, is there.
+        Probability that a sample with all its channels is lost; the last received sample is then
+        used again. Losses are independent. The first sample, of the building at rest, is received.
     compensation : float
-        Time over which measured motion is extrapolated before the controller is given it, s: what
-        is believed of all delays together. From the measured velocity and, at constant
-        acceleration, from accelerometers on structure and ground, whose noise comes in with them.
-        Accelerations, forces and currents stay as measured.
+        Time over which the measured motion is extrapolated, s: the nominal sum of all delays. The
+        extrapolation uses the measured velocity and, at constant acceleration, accelerometers on
+        structure and ground with their noise. Accelerations, forces and currents stay as measured.
 
     References
     ----------
@@ -209,7 +208,7 @@ class Control(Protocol):
 
     @property
     def preview_time(self) -> float:
-        """How far ahead of its arrival it is told the ground motion, s."""
+        """Preview time of the ground motion, s."""
 
     def prepare(self, context: RunContext, trial: Any) -> None:
         """Get ready on the plant itself; ``trial(controller)`` simulates another one there."""

@@ -4,10 +4,14 @@ An element's numbers live in one flat float64 array, at ``base + slot * LANES + 
 text so serves a single run (one lane) and a batch: lanes side by side, which the compiler turns
 into vector instructions. All quantities are the device's own (deformation, not storey drift): the
 structure's rows and columns carry the scales.
+
+A device of several directions has an element for each, one after the other. All of its work is
+written for the first of them, with the states and parameters, and reaches over to the others.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -59,6 +63,18 @@ def lagrange(nodes: Sequence[float], at: float) -> list[float]:
     return weights
 
 
+_BY_DIRECTION = re.compile(
+    r"\b(d[012]|v[012]|d_end|v_end|f[012]|new_f[012]|f_start|force_end|force_scale|k_ref|c_ref"
+    r"|late|early|own_odd|own_even|moved)\b"
+)
+"""Variables that each direction has its own of, in the written statements."""
+
+
+def along(name: str, direction: int) -> str:
+    """Name of a variable of one direction; the first one's stays as it is."""
+    return f"{name}_along{direction}" if direction else name
+
+
 def _sum(coefficients: Sequence[float], names: Sequence[str]) -> str:
     return " + ".join(f"{c!r} * {n}" for c, n in zip(coefficients, names, strict=True))
 
@@ -82,18 +98,21 @@ class ElementCode:
         n = len(law.states)
         self.states = [f"s{i}" for i in range(n)]
         self.parameters = [f"p{k}" for k in range(len(law.parameters))]
-        x, v = symbols(["x", "v"])
+        self.directions = range(law.directions)
+        motion = [along(name, a) for a in self.directions for name in ("x", "v")]
+        moving = symbols(motion)
         s, p = tuple(symbols(self.states)), tuple(symbols(self.parameters))
-        inputs = {"x": x, "v": v}
+        inputs = dict(zip(motion, moving, strict=True))
         inputs |= dict(zip(self.states + self.parameters, s + p, strict=True))
-        rates = law.rates(x, v, s, p)
-        outputs = [law.force(x, v, s, p), *rates]
+        forces, rates = law.respond(tuple(moving[::2]), tuple(moving[1::2]), s, p)
+        outputs = [*forces, *rates]
         self.hoisted, self.kept, self.statements, self.results = straight_line(
             inputs, outputs, hoist=self.parameters
         )
         self.derived = [q for q in self.kept if q not in self.parameters]
         self.relaxation = own_slopes(inputs, rates, s) if n else ([], [])
-        self.kinks = kinks(inputs, outputs, ["x", "v", *self.states])
+        self.motion = motion
+        self.kinks = kinks(inputs, outputs, [*motion, *self.states])
         self.start = [f"start{i}" for i in range(n)]
         self.end = [f"end{i}" for i in range(n)]
         self.scale = [f"scale{i}" for i in range(n)]
@@ -107,31 +126,37 @@ class ElementCode:
         self.slots += [f"relax{i}" for i in range(n)]
         self.slots += [f"gain{i}_{j}{k}" for i in range(n) for j in range(3) for k in range(3)]
 
-    def at(self, name: str) -> str:
+    def slot(self, name: str, direction: int = 0) -> str:
+        """Where a number stands, from the first element's base."""
+        slot = str(self.slots.index(name))
+        return f"({direction} * STRIDE + {slot}) * LANES" if direction else f"{slot} * LANES"
+
+    def at(self, name: str, direction: int = 0) -> str:
         """The number that a slot holds."""
-        return f"read(w, b, {self.slots.index(name)} * LANES)"
+        return f"read(w, b, {self.slot(name, direction)})"
 
-    def load(self, *names: str) -> list[str]:
+    def load(self, *names: str, direction: int = 0) -> list[str]:
         """Statements that read slots into variables of the same names."""
-        return [f"{n} = {self.at(n)}" for n in names]
+        return [f"{along(n, direction)} = {self.at(n, direction)}" for n in names]
 
-    def put(self, slot: str, value: str) -> str:
+    def put(self, slot: str, value: str, direction: int = 0) -> str:
         """Statement that writes a slot, in the lanes that take part: a select, not a branch."""
-        return f"write(w, b, {self.slots.index(slot)} * LANES, {value}, on)"
+        return f"write(w, b, {self.slot(slot, direction)}, {value}, on)"
 
-    def store(self, *names: str) -> list[str]:
+    def store(self, *names: str, direction: int = 0) -> list[str]:
         """Statements that write variables into their slots."""
-        return [self.put(n, n) for n in names]
+        return [self.put(n, along(n, direction), direction) for n in names]
 
     def respond(self, x: str, v: str, states: Sequence[str], j: int) -> str:
-        """Call of the law at node ``j``: force, then rates."""
-        arguments = [x, v, *states, *(f"{q}_{j}" for q in self.kept)]
+        """Call of the law at node ``j``: forces along each direction, then rates."""
+        motion = [along(name, a) for a in self.directions for name in (x, v)]
+        arguments = [*motion, *states, *(f"{q}_{j}" for q in self.kept)]
         return f"respond_{self.tag}({', '.join(arguments)})"
 
     def text(self) -> str:
         """All functions of this law, as Numba source."""
         parts = {
-            "respond": (", ".join(["x", "v", *self.states, *self.kept]), self._respond()),
+            "respond": (", ".join([*self.motion, *self.states, *self.kept]), self._respond()),
             "prepare_held": ("w, b, on", self._prepare([0], copies=[1, 2, 3])),
             "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
             "relax": ("w, b, h, on", self._relax()),
@@ -143,7 +168,7 @@ class ElementCode:
             "probe": ("w, b, on", self._probe()),
         }
         if self.kinks[1]:
-            arguments = ", ".join(["x", "v", *self.states, *self.parameters])
+            arguments = ", ".join([*self.motion, *self.states, *self.parameters])
             parts["kinks"] = (arguments, [*self.kinks[0], f"return ({', '.join(self.kinks[1])},)"])
         return "\n\n".join(
             function_text(f"{name}_{self.tag}", arguments, body)
@@ -164,11 +189,13 @@ class ElementCode:
             body += [self.put(f"{q}_{j}", f"{q}") for q in self.parameters + self.derived]
         return body or ["pass"]
 
-    def _row(self, r: int, forces: Sequence[str]) -> str:
+    def _row(self, r: int, forces: Sequence[str], direction: int = 0) -> str:
         """Row r of the response to the element's own nodal forces, on top of what is there."""
-        given = self.at(f"free{r}" if self.alone else COMMON[r])
+        given = self.at(f"free{r}" if self.alone else COMMON[r], direction)
+        own = f"{direction} * (N_ELEMENTS + 1) * 24 + " if direction else ""
         for k, f in enumerate(forces):
-            given = f"fused(read(table, at, {8 * k + r} * TABLE_LANES), {f}, {given})"
+            row = f"({own}{8 * k + r}) * TABLE_LANES"
+            given = f"fused(read(table, at, {row}), {along(f, direction)}, {given})"
         return given
 
     def _relax(self) -> list[str]:
@@ -180,7 +207,10 @@ class ElementCode:
         by itself, or whose rate has a kink here, is left as it is.
         """
         statements, results = self.relaxation
-        body = [f"x = {self.at('d_start')}", f"v = {self.at('v_start')}"]
+        body = []
+        for a in self.directions:
+            body += [f"{along('x', a)} = {self.at('d_start', a)}"]
+            body += [f"{along('v', a)} = {self.at('v_start', a)}"]
         body += [f"{s} = {self.at(f'start{i}')}" for i, s in enumerate(self.states)]
         body += [f"{p} = {self.at(f'{p}_0')}" for p in self.parameters]
         body += statements
@@ -202,9 +232,12 @@ class ElementCode:
     def _sweep(self) -> list[str]:
         """One fixed-point sweep: response to the forces, rates, states, forces."""
         forces = ["f0", "f1", "f2"]
-        body = self.load(*forces, "force_scale", "k_ref", "c_ref", "change")
+        body = self.load("change")
+        for a in self.directions:
+            body += self.load(*forces, "force_scale", "k_ref", "c_ref", direction=a)
         for j in range(3):
-            body += [f"d{j} = {self._row(j, forces)}", f"v{j} = {self._row(j + 3, forces)}"]
+            for a in self.directions:
+                body += self._motion(f"d{j}", f"v{j}", j, forces, a)
             body += self.load(*(f"{q}_{j}" for q in self.kept))
             body += self.load(*(f"{s}_{j}" for s in self.states))
             if self.states:
@@ -214,7 +247,8 @@ class ElementCode:
         for i, s in enumerate(self.states):
             body += self.load(f"relax{i}", *(f"gain{i}_{j}{k}" for j in range(3) for k in range(3)))
             for j in range(3):
-                body.append(f"rest{j} = r{j}[{i + 1}] - relax{i} * ({s}_{j} - start{i})")
+                rate = f"r{j}[{i + len(self.directions)}]"
+                body.append(f"rest{j} = {rate} - relax{i} * ({s}_{j} - start{i})")
             for j in range(3):
                 integral = " + ".join(f"gain{i}_{j}{k} * rest{k}" for k in range(3))
                 body.append(f"new_{s}_{j} = start{i} + ({integral})")
@@ -223,11 +257,28 @@ class ElementCode:
             body.append(f"change = change + ({moved}) * scale{i}")
         for j in range(3):
             call = self.respond(f"d{j}", f"v{j}", [f"new_{s}_{j}" for s in self.states], j)
-            body.append(f"new_f{j} = {call}[0] - k_ref * d{j} - c_ref * v{j}")
-            body.append(self.put(f"f{j}", f"new_f{j}"))
-        moved = " + ".join(f"abs(new_f{j} - f{j})" for j in range(3))
-        body.append(f"change = change + ({moved}) * force_scale")
+            body.append(f"r{j} = {call}")
+            for a in self.directions:
+                residual = f"r{j}[{a}] - k_ref * d{j} - c_ref * v{j}"
+                body.append(self._along(f"new_f{j} = {residual}", a))
+                body.append(self.put(f"f{j}", along(f"new_f{j}", a), a))
+        for a in self.directions:
+            moved = " + ".join(f"abs(new_f{j} - f{j})" for j in range(3))
+            body.append(self._along(f"moved = ({moved}) * force_scale", a))
+            body.append(f"change = change + {along('moved', a)}")
         return body + self.store("change")
+
+    def _motion(self, d: str, v: str, j: int, forces: Sequence[str], direction: int) -> list[str]:
+        """Statements for deformation and velocity at node j, or at the end (6)."""
+        at_velocity = j + 1 if j == 6 else j + 3
+        return [
+            f"{along(d, direction)} = {self._row(j, forces, direction)}",
+            f"{along(v, direction)} = {self._row(at_velocity, forces, direction)}",
+        ]
+
+    def _along(self, statement: str, direction: int) -> str:
+        """A statement about one direction's numbers, for another direction."""
+        return re.sub(_BY_DIRECTION, lambda m: along(m[0], direction), statement)
 
     def _finish(self) -> list[str]:
         """States and force at the end; how far the polynomials miss both ends.
@@ -240,27 +291,36 @@ class ElementCode:
         states does not become smaller with the step's share of the sample.
         """
         forces = ["f0", "f1", "f2"]
-        body = self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", *self.start)
-        body += [f"d_end = {self._row(6, forces)}", f"v_end = {self._row(7, forces)}"]
+        body = self.load(*self.start)
+        for a in self.directions:
+            body += self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", direction=a)
+            body += self._motion("d_end", "v_end", 6, forces, a)
         body += self.load(*(f"{q}_3" for q in self.kept))
         for i, s in enumerate(self.states):
             body += self.load(*(f"{s}_{j}" for j in range(3)))
             steps = [f"({s}_{j} - start{i})" for j in range(3)]
             body.append(f"end{i} = start{i} + {_sum(END_FROM_NODES, steps)}")
         body.append(f"r3 = {self.respond('d_end', 'v_end', self.end, 3)}")
-        body.append("force_end = r3[0]")
         weights = [lagrange(NODES, t) for t in (0.0, 1.0)]
         at_start, at_end = (_sum(w, forces) for w in weights)
-        body.append(f"late = force_end - k_ref * d_end - c_ref * v_end - ({at_end})")
-        body.append(f"early = f_start - ({at_start})")
-        body.append("odd, even = abs(late - early) * force_scale, abs(late + early) * force_scale")
+        body.append("odd, even = 0.0, 0.0")
+        for a in self.directions:
+            for line in (
+                f"force_end = r3[{a}]",
+                f"late = force_end - k_ref * d_end - c_ref * v_end - ({at_end})",
+                f"early = f_start - ({at_start})",
+                "own_odd = abs(late - early) * force_scale",
+                "own_even = abs(late + early) * force_scale",
+            ):
+                body.append(self._along(line, a))
+            body.append(f"odd, even = odd + {along('own_odd', a)}, even + {along('own_even', a)}")
         body.append("of_force = odd + even")
         body += [*self.load(*self.scale, *self.rate), "lasting = 0.0"]
         for i, s in enumerate(self.states):
             body += self.load(f"relax{i}")
             moved = [f"({s}_{j} - start{i})" for j in range(3)]
             at_start, at_end = (_sum((w @ RATES_FROM_NODES).tolist(), moved) for w in weights)
-            body.append(f"end_rate{i} = r3[{i + 1}]")
+            body.append(f"end_rate{i} = r3[{i + len(self.directions)}]")
             body.append(f"late = h * end_rate{i} - ({at_end})")
             body.append(f"early = h * rate{i} - ({at_start})")
             body.append(f"miss = abs(late - early) * scale{i}")
@@ -279,32 +339,27 @@ class ElementCode:
         at_kink = f"{KINK_FACTOR!r} * (defect + of_force * (share - 1.0))"
         body.append(f"error = {at_kink} if kink > 0.0 else error")
         body.append("roughness = last if kink > 0.0 else roughness")
-        return body + self.store(
-            *self.end,
-            *self.end_rate,
-            "d_end",
-            "v_end",
-            "force_end",
-            "defect",
-            "error",
-            "roughness",
-            "kink",
-        )
+        for a in self.directions:
+            body += self.store("d_end", "v_end", "force_end", direction=a)
+        return body + self.store(*self.end, *self.end_rate, "defect", "error", "roughness", "kink")
 
     def _kink(self, forces: Sequence[str]) -> list[str]:
         """Statements that set ``kink`` to 1 if a quantity that the law switches at changes sign."""
         n = len(self.kinks[1])
         if not n:
             return []
-        body = self.load("d_start", "v_start")
-        body += self.load(*(f"{p}_{j}" for p in self.parameters for j in range(4)))
+        body = self.load(*(f"{p}_{j}" for p in self.parameters for j in range(4)))
+        for a in self.directions:
+            body += self.load("d_start", "v_start", direction=a)
         points = [("d_start", "v_start", self.start, 0)]
         for j in range(3):
-            body += [f"d{j} = {self._row(j, forces)}", f"v{j} = {self._row(j + 3, forces)}"]
+            for a in self.directions:
+                body += self._motion(f"d{j}", f"v{j}", j, forces, a)
             points.append((f"d{j}", f"v{j}", [f"{s}_{j}" for s in self.states], j))
         points.append(("d_end", "v_end", self.end, 3))
         for k, (x, v, states, j) in enumerate(points):
-            arguments = [x, v, *states, *(f"{p}_{j}" for p in self.parameters)]
+            motion = [along(name, a) for a in self.directions for name in (x, v)]
+            arguments = [*motion, *states, *(f"{p}_{j}" for p in self.parameters)]
             body.append(f"side{k} = kinks_{self.tag}({', '.join(arguments)})")
         for k in range(4):
             for m in range(n):
@@ -329,14 +384,26 @@ class ElementCode:
 
     def _accept(self) -> list[str]:
         """Move to the step's end; extrapolate the next step's first guess."""
-        body = self.load("f0", "f1", "f2", "force_end", "k_ref", "c_ref", "d_end", "v_end")
-        body += self.load("force_scale")
-        body.append("f_start = force_end - k_ref * d_end - c_ref * v_end")
-        body += [self.put("d_start", "d_end"), self.put("v_start", "v_end")]
-        for j in range(3):
-            weights = lagrange([*NODES, 1.0], 1.0 + NODES[j])
-            body.append(self.put(f"f{j}", f"{_sum(weights, ['f0', 'f1', 'f2', 'f_start'])}"))
-        body.append("force_scale = min(force_scale, 1.0 / (abs(force_end) + TINY))")
+        body = []
+        for a in self.directions:
+            body += self.load(
+                "f0", "f1", "f2", "force_end", "k_ref", "c_ref", "d_end", "v_end", "force_scale",
+                direction=a,
+            )  # fmt: skip
+            body.append(self._along("f_start = force_end - k_ref * d_end - c_ref * v_end", a))
+            body += [self.put("d_start", along("d_end", a), a)]
+            body += [self.put("v_start", along("v_end", a), a)]
+            for j in range(3):
+                weights = lagrange([*NODES, 1.0], 1.0 + NODES[j])
+                names = [along(f, a) for f in ("f0", "f1", "f2", "f_start")]
+                body.append(self.put(f"f{j}", f"{_sum(weights, names)}", a))
+            body += self.store("f_start", direction=a)
+        # all directions are measured by the largest force of them
+        body += ["scale = force_scale"]
+        for a in self.directions:
+            body.append(f"scale = min(scale, 1.0 / (abs({along('force_end', a)}) + TINY))")
+        for a in self.directions:
+            body.append(self.put("force_scale", "scale", a))
         for i, s in enumerate(self.states):
             names = [f"start{i}", *(f"{s}_{j}" for j in range(3))]
             body += self.load(*names, f"end{i}", f"scale{i}")
@@ -347,20 +414,28 @@ class ElementCode:
             body += [*self.load(f"end_rate{i}"), self.put(f"rate{i}", f"end_rate{i}")]
             body.append(f"write(states, at, {i} * LANES, end{i}, on)")
             body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
-        return body + self.store("f_start", "force_scale", *self.scale)
+        if len(self.directions) > 1:  # and a state along y by the one along x, or the reverse
+            half = len(self.states) // 2
+            for x, y in zip(self.scale[:half], self.scale[half:], strict=True):
+                body += [f"{x} = min({x}, {y})", f"{y} = {x}"]
+        return body + self.store(*self.scale)
 
     def _restart(self) -> list[str]:
         """First guess after a change of step length: everything stays as at the start."""
-        body = self.load("f_start", *self.start)
-        body += [self.put(f"f{j}", "f_start") for j in range(3)]
+        body = self.load(*self.start)
+        for a in self.directions:
+            body += self.load("f_start", direction=a)
+            body += [self.put(f"f{j}", along("f_start", a), a) for j in range(3)]
         for i, s in enumerate(self.states):
             body += [self.put(f"{s}_{j}", f"start{i}") for j in range(3)]
         return body
 
     def _probe(self) -> list[str]:
         """Force and rates at the present state, after the current has changed."""
-        body = self.load("d_end", "v_end", *self.start, *(f"{q}_0" for q in self.kept))
+        body = self.load(*self.start, *(f"{q}_0" for q in self.kept))
+        for a in self.directions:
+            body += self.load("d_end", "v_end", direction=a)
         body.append(f"r0 = {self.respond('d_end', 'v_end', self.start, 0)}")
-        body.append("force_end = r0[0]")
-        body += [self.put(f"rate{i}", f"r0[{i + 1}]") for i in range(len(self.states))]
-        return body + self.store("force_end")
+        body += [self.put("force_end", f"r0[{a}]", a) for a in self.directions]
+        n = len(self.directions)
+        return body + [self.put(f"rate{i}", f"r0[{n + i}]") for i in range(len(self.states))]

@@ -76,11 +76,14 @@ def elements_of(
             numbers[e, module.SLOT_C_REF, alike] = own.damping[e]
             numbers[e, module.SLOT_FORCE_SCALE, alike] = 1.0 / force
             numbers[e, module.SLOT_TO_STRUCTURE, alike] = device.force_scale
-            scale = module.SLOT_SCALE[module.KIND[e]]
-            numbers[e, scale : scale + len(device.law.states), alike] = 1.0 / small
             a, b, c = shapes[e]
             table[e, :a, :b, :c, alike] = device.current.coefficients
             breaks[e, : a + 1, alike] = device.current.breaks
+        for (e, *_), law in zip(plant.groups, plant.group_laws, strict=True):
+            device = plant.elements[e].device
+            scale = module.SLOT_SCALE[module.KIND[e]]
+            extent = 1e-4 * device.deformation_scale / device.length
+            numbers[e, scale : scale + len(law.states), alike] = 1.0 / extent
     width = first.n_channels
     return Elements(
         n_modes=modes[0].eigenvalues.size,

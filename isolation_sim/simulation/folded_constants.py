@@ -114,6 +114,12 @@ def _integer(node: ast.expr) -> int | None:
     return node.value if isinstance(node, ast.Constant) and type(node.value) is int else None
 
 
+def _is_array(node: ast.expr) -> bool:
+    """Whether a name or a group's field is an array, and not a tuple of constants."""
+    name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
+    return name.islower()
+
+
 def _leaves(node: ast.AST) -> bool:
     """Whether a statement leaves the loop that it stands in, or goes to its next pass."""
     if isinstance(node, ast.Break | ast.Continue | ast.For | ast.While):
@@ -129,7 +135,7 @@ class _UnsignedIndices(ast.NodeTransformer):
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         self.generic_visit(node)
-        if isinstance(node.value, ast.Name) and node.value.id.islower():
+        if _is_array(node.value):
             parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
             if any((_integer(part) or 0) < 0 for part in parts):
                 raise ValueError(

@@ -39,9 +39,11 @@ def dataset(run: Trajectory) -> xarray.Dataset:
         ("command", run.command, "commanded current"),
     ):
         variables[name] = (("time", "channel"), values, {"units": "A", "long_name": meaning})
-    for e, element in enumerate(isolated.elements):
-        for k, state in enumerate(element.device.law.states):
-            variables[f"{element.name}_{state.name}"] = (
+    for (e, *others), law in zip(isolated.groups, isolated.group_laws, strict=True):
+        element = isolated.elements[e]
+        name = element.name.removesuffix("_x") if others else element.name
+        for k, state in enumerate(law.states):
+            variables[f"{name}_{state.name}"] = (
                 ("time",),
                 run.states[:, e, k],
                 {"units": state.unit, "long_name": f"{state.meaning}, in the device's scale"},

@@ -19,8 +19,8 @@ _NEEDED = ("prepare", "measures", "schedule", "reset")
 def checked_plant(given: Any, what: str = "isolated") -> IsolatedStructure:
     """Return an isolated structure, or say how to make one."""
     if isinstance(given, IsolatedStructure):
-        for element in given.elements:
-            check_traceable(element.device.law)
+        for law in given.group_laws:
+            check_traceable(law)
         return given
     if isinstance(given, Structure):
         raise InputError(

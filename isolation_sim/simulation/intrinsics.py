@@ -158,29 +158,46 @@ class _Emitter:
         return self.builder.add(start, INTEGER(offset))
 
 
-def make_add_rows(lanes: int, table_lanes: int) -> Callable:
-    """Make ``add_rows(w, to, table, at, x, x_at, x_stride, n)`` for so many lanes.
+def make_respond_to_others(
+    lanes: int, table_lanes: int, n_elements: int, stride: int, to: int, free: int, force: int
+) -> Callable:
+    """Make ``respond_to_others(e, w, table, force_rows)`` for so many lanes and elements.
 
-    It does w[to + r] += sum_k table[at + 8 k + r] x[x_at + k x_stride], for eight rows r.
+    It sets eight rows of element e, from slot ``to``, to those of its free response, from slot
+    ``free``, and the response to the other elements' forces at the nodes, from slot ``force``.
     """
 
     @intrinsic
-    def add_rows(typing, w, to, table, at, x, x_at, x_stride, n):
-        signature = types.void(w, types.int64, table, types.int64, x, *[types.int64] * 3)
+    def respond_to_others(typing, e, w, table, force_rows):
+        signature = types.void(types.int64, w, table, types.int64)
 
         def generate(context, builder, signature, arguments):
-            _, to, _, at, _, x_at, x_stride, n = arguments
+            e, _, _, force_rows = arguments
             emit = _Emitter(context, builder, lanes, table_lanes)
-            w, table, x = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 4))
-            start = [emit.load(w, emit.row(to, r)) for r in emit.rows]
-            (total,) = emit.products(table, [(at, x, x_at, x_stride)], n, [start])
+            w, table = (emit.data(signature.args[k], arguments[k]) for k in (1, 2))
+            base = builder.mul(e, INTEGER(stride))
+            terms = []
+            for k in range(1, n_elements):
+                other = builder.urem(builder.add(e, INTEGER(k)), INTEGER(n_elements))
+                pair = builder.add(builder.mul(e, INTEGER(n_elements)), other)
+                at = builder.add(force_rows, builder.mul(pair, INTEGER(3 * EIGHT)))
+                x_at = builder.add(builder.mul(other, INTEGER(stride)), INTEGER(force))
+                terms.append((at, w, x_at, INTEGER(1)))
+            total = [emit.load(w, emit.row(emit.row(base, free), r)) for r in emit.rows]
+            # a single run has registers for a sum for every element
+            together = len(terms) if lanes == 1 else 1
+            zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
+            for first in range(0, len(terms), max(together, 1)):
+                some = terms[first : first + together]
+                for pushed in emit.products(table, some, INTEGER(3), [zero] * len(some)):
+                    total = [builder.fadd(a, b) for a, b in zip(total, pushed, strict=True)]
             for r, value in zip(emit.rows, total, strict=True):
-                emit.store(w, emit.row(to, r), value)
+                emit.store(w, emit.row(emit.row(base, to), r), value)
             return context.get_dummy_value()
 
         return signature, generate
 
-    return add_rows
+    return respond_to_others
 
 
 def points_at_once(lanes: int) -> int:

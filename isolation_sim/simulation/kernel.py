@@ -20,9 +20,10 @@ from .folded_constants import folded_constants
 
 TEMPLATES = tuple(
     Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "integration", "summary")
+    for part in ("step", "control", "integration")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
+SUMMARY_TEMPLATE = Path(__file__).with_name("kernel_summary_template.py")
 HEADER = """
 import math
 
@@ -41,6 +42,20 @@ inline = njit(forceinline=True, **INNER)
 # no product is fused with a sum: the same bits wherever it stands
 exact = njit(**{**INNER, "fastmath": False})
 """
+# how forces and steps are recorded; what integrates writes it, what summarises reads it
+RECORDS = {
+    # forces of an element at a grid point: before and after a change of current, at the nodes
+    "BEFORE": 0,
+    "AFTER": 1,
+    "AT_NODES": 2,
+    "FORCES": 5,
+    # a step's own numbers: window, begin and length in it, record of the interval's next step
+    "WINDOW": 0,
+    "BEGIN": 1,
+    "LENGTH": 2,
+    "NEXT": 3,
+    "STEP": 4,
+}
 # element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
     ("prepare_held", "", ""),
@@ -81,12 +96,13 @@ def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared:
     return "\n".join(lines) + "\n"
 
 
-def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) -> str:
+def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool) -> str:
     """Source of the kernel for elements of these laws, in this order, in so many lanes.
 
-    ``shared``: one set of coefficients serves all lanes, whose structures are then the same.
+    No law: a further direction of the element before. ``shared``: one set of coefficients serves
+    all lanes, whose structures are then the same.
     """
-    distinct = list(dict.fromkeys(laws))
+    distinct = [law for law in dict.fromkeys(laws) if law is not None]
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
     stride = max(len(c.slots) for c in codes) + 4 * n_states
@@ -97,19 +113,21 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         "N_ELEMENTS": len(laws),
         "N_GROUND": n_ground,
         "N_STATES": n_states,
-        "KIND": tuple(distinct.index(law) for law in laws),
+        "KIND": tuple(len(distinct) if law is None else distinct.index(law) for law in laws),
+        "DIRECTIONS": tuple(0 if law is None else law.directions for law in laws),
         "STRIDE": stride,
-        "N_PARAMETERS": tuple(len(c.parameters) for c in codes),
-        "SLOT_PARAMETER": tuple(c.slots.index("p0_0") if c.parameters else 0 for c in codes),
-        "SLOT_START": tuple(c.slots.index("start0") if c.states else 0 for c in codes),
-        "SLOT_SCALE": tuple(c.slots.index("scale0") if c.states else 0 for c in codes),
+        # the last entry is that of a further direction, which has none of its own
+        "N_PARAMETERS": (*(len(c.parameters) for c in codes), 0),
+        "SLOT_PARAMETER": (*(c.slots.index("p0_0") if c.parameters else 0 for c in codes), 0),
+        "SLOT_START": (*(c.slots.index("start0") if c.states else 0 for c in codes), 0),
+        "SLOT_SCALE": (*(c.slots.index("scale0") if c.states else 0 for c in codes), 0),
         "FORCE_SLOTS": tuple(
             e * stride + COMMON.index("f0") + k for e in range(len(laws)) for k in range(3)
         ),
+        **RECORDS,
         "PAD": padding(lanes),
         "NODES_AND_END": (*NODES, 1.0),
         "LAGRANGE": polynomials(*NODES),
-        "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
         "MOVING_FACTOR": MOVING_FACTOR,
         "TINY": 1e-300,
         "HOPELESS": 1e12,
@@ -123,10 +141,10 @@ def kernel_text(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool) ->
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
         "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
-        "build_table, layout, powers = tables.build_table, tables.layout, tables.powers\n"
-        "add_rows = intrinsics.make_add_rows(LANES, TABLE_LANES)\n"
-        "POINTS = intrinsics.points_at_once(LANES)\n"
-        "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
+        "build_table, layout = tables.build_table, tables.layout\n"
+        "summary = kernel.load_summary(N_ELEMENTS, N_GROUND, LANES, TABLE_LANES)\n"
+        "respond_to_others = intrinsics.make_respond_to_others(\n"
+        "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
         "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
@@ -154,6 +172,35 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
     return load_written("tables", (n_elements, n_ground, table_lanes), text)
 
 
+@lru_cache
+def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -> ModuleType:
+    """Peaks and mean squares, which do not depend on the laws either."""
+
+    def text() -> str:
+        constants = {
+            "N_ELEMENTS": n_elements,
+            "N_GROUND": n_ground,
+            "LANES": lanes,
+            "ROWS": 8 * lanes,
+            "TABLE_LANES": table_lanes,
+            "LAGRANGE": polynomials(*NODES),
+            "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
+            **RECORDS,
+        }
+        blocks = [
+            HEADER,
+            _assigned(constants),
+            f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
+            "powers = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES).powers\n"
+            "POINTS = intrinsics.points_at_once(LANES)\n"
+            "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)",
+            SUMMARY_TEMPLATE.read_text(),
+        ]
+        return folded_constants("\n\n".join(blocks))
+
+    return load_written("summary", (n_elements, n_ground, lanes, table_lanes), text)
+
+
 def _assigned(constants: dict[str, object]) -> str:
     return "\n".join(f"{name} = {value!r}" for name, value in constants.items())
 
@@ -163,7 +210,7 @@ def padding(lanes: int) -> int:
     return 8 if lanes == 1 else 1
 
 
-def load(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
+def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
     """Kernel module for elements of these laws; written once to the cache folder.
 
     The file is named by what goes into it, so that a later process finds it without tracing the
@@ -176,7 +223,7 @@ def load(laws: Sequence[Law], n_ground: int, lanes: int, shared: bool = False) -
         def text() -> str:
             return kernel_text(laws, n_ground, lanes, shared)
 
-        marks = [fingerprint(law) for law in laws]
+        marks = ["" if law is None else fingerprint(law) for law in laws]
         if None in marks:
             _loaded[key] = load_text("kernel", text())
         else:

@@ -62,16 +62,13 @@ def set_moving_parameters(
 
 
 @inner
-def change_current(
-    e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going, previous
-):
+def change_current(e, c, command, g, coil, applied, law_table, law_breaks, law_shape, w, going):
     """Give an element the coil current that it has from a grid point on; its force may jump."""
     base = e * STRIDE
     for lane in range(LANES):
         going[lane] = 0
         if coil[c, lane] == command[g, c, lane] and coil[c, lane] != applied[e, lane]:
             going[lane] = 1
-            previous[lane] = w[(base + SLOT_FORCE_END) * LANES + lane]
             applied[e, lane] = coil[c, lane]
             set_parameters(
                 e,
@@ -86,12 +83,17 @@ def change_current(
             )
     prepare_held(e, w, base * LANES, going)
     probe(e, w, base * LANES, going)
-    for lane in range(LANES):
-        if going[lane]:
-            jump = w[(base + SLOT_FORCE_END) * LANES + lane] - previous[lane]
-            for k in range(3):
-                w[(base + SLOT_F0 + k) * LANES + lane] += jump
-            w[(base + SLOT_F_START) * LANES + lane] += jump
+    for direction in range(DIRECTIONS[e]):
+        for lane in range(LANES):
+            if going[lane]:
+                at = (base + direction * STRIDE) * LANES + lane
+                begin = w[at + SLOT_FORCE_END * LANES]
+                begin -= w[at + SLOT_K_REF * LANES] * w[at + SLOT_D_END * LANES]
+                begin -= w[at + SLOT_C_REF * LANES] * w[at + SLOT_V_END * LANES]
+                jump = begin - w[at + SLOT_F_START * LANES]
+                for k in range(3):
+                    w[at + (SLOT_F0 + k) * LANES] += jump
+                w[at + SLOT_F_START * LANES] = begin
 
 
 @inline

@@ -21,11 +21,7 @@ FINISHED, DECIDE, BUFFER_FULL = range(3)
 WINDOW_NOW, STAGE = range(2)
 MEASURE, COMMAND, UNDER_WAY = range(3)
 ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
-BEFORE, AFTER, AT_NODES = range(3)
-FORCES = 5  # kept of an element at a grid point: before and after a change, at the step's nodes
 MAX_SWEEPS = 40
-WINDOW, BEGIN, LENGTH, NEXT = range(4)
-STEP = 4  # own numbers of a step: window, begin and length in it, record of the interval's next
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
 MOST_STEPS = 4096  # tried in one window; what still misses the tolerance then is counted
 
@@ -92,8 +88,8 @@ def integrate(
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
     row = 2 * n_pad
     whole = 1 << (n_levels - 1)  # a window in the shortest steps
-    keep = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
-    own = row + N_ELEMENTS * keep  # behind them a step's own numbers
+    width = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
+    own = row + N_ELEMENTS * width  # behind them a step's own numbers
 
     while position[WINDOW_NOW] < n_windows:
         window = position[WINDOW_NOW]
@@ -114,7 +110,6 @@ def integrate(
                     law_shape,
                     w,
                     going,
-                    previous,
                 )
                 keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
                 keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
@@ -181,7 +176,6 @@ def integrate(
                         law_shape,
                         w,
                         going,
-                        previous,
                     )
                     keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
             for c in range(n_channels):
@@ -363,9 +357,9 @@ def integrate(
                 for r in range(row * LANES):
                     steps[k, r] = z[z_at * LANES + r]
                 for e in range(N_ELEMENTS):
-                    to = (row + e * keep) * LANES
+                    to = (row + e * width) * LANES
                     first_slot = (e * STRIDE + SLOT_F_START) * LANES
-                    for r in range(keep * LANES):
+                    for r in range(width * LANES):
                         steps[k, to + r] = w[first_slot + r]
                 for lane in range(LANES):
                     steps[k, (own + WINDOW) * LANES + lane] = window

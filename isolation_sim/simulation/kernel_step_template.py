@@ -59,7 +59,9 @@ def solve_step(
             base = e * STRIDE
             for lane in range(LANES):
                 w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
-            respond_to_others(e, w, table, offset + force_rows)
+            if N_ELEMENTS > 1:  # else the free response is all there is, read where it stands
+                for direction in range(DIRECTIONS[e]):
+                    respond_to_others(e + direction, w, table, offset + force_rows)
             at = offset + force_rows + (e * N_ELEMENTS + e) * 24
             sweep(e, w, base * LANES, h, table, at * TABLE_LANES, going)
         waiting = 0
@@ -94,7 +96,9 @@ def solve_step(
                 defects[lane] = np.inf
     for e in range(N_ELEMENTS):
         base = e * STRIDE
-        respond_to_others(e, w, table, offset + force_rows)
+        if N_ELEMENTS > 1:
+            for direction in range(DIRECTIONS[e]):
+                respond_to_others(e + direction, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
         finish(e, w, base * LANES, h, share, table, at * TABLE_LANES, active)
     for lane in range(LANES):
@@ -104,20 +108,6 @@ def solve_step(
             error += w[(e * STRIDE + SLOT_ERROR) * LANES + lane]
             kink = max(kink, w[(e * STRIDE + SLOT_KINK) * LANES + lane])
         defects[lane], errors[lane], kinks[lane] = defect, error, kink
-
-
-@inline
-def respond_to_others(e, w, table, force_rows):
-    """An element's response but for its own force: free, and to the other elements' forces."""
-    if N_ELEMENTS == 1:
-        return  # the free response is all there is, and is read where it stands
-    rows = e * STRIDE + SLOT_DN0
-    for k in range(8 * LANES):
-        w[rows * LANES + k] = w[(e * STRIDE + SLOT_FREE0) * LANES + k]
-    for other in range(N_ELEMENTS):
-        if other != e:
-            at = force_rows + (e * N_ELEMENTS + other) * 24
-            add_rows(w, rows, table, at, w, other * STRIDE + SLOT_F0, 1, 3)
 
 
 @inline

@@ -1,6 +1,6 @@
 """Peaks and mean squares of the continuous response of a finished run.
 
-Part of the compiled kernel; see ``kernel_integration_template.py``.
+A module of its own: it does not depend on the laws. See ``kernel_integration_template.py``.
 
 Every quantity is evaluated at the grid points, on both sides of a change of current. An interval
 between two points is a candidate where the quantity could exceed its peak inside it, by its values
@@ -23,48 +23,21 @@ KINDS = SLOPES + 3
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(
-    sizes,
-    windows,
-    lengths,
-    window_of,
-    quantity_rows,
-    n_requested,
-    n_directions,
-    fast,
-    fast_rows,
-    ground,
-    z,
-    forces,
-    steps,
-    cuts,
-    first_step,
-    modes,
-    points,
-    inputs,
-    present,
-    bulges,
-    result,
-    candidate_bounds,
-    n_candidates,
-    items,
-    space,
-    integral,
-    phi,
-    track,
-):
+def summarise(sizes, intervals, quantities, history, modes, candidates, scratch, track):
     """Peaks and mean squares over the duration, lane by lane.
 
-    quantity_rows: the quantities as blocks of eight rows over the modes' real and imaginary parts,
-    the elements' forces beyond their references and the ground accelerations; a quantity is the
-    norm of n_directions consecutive rows. fast_rows: moduli of the rows of the modes that are too
-    fast for the grid. track: numbers of each row, namely its value at the last point, its largest
-    at the ends of the last interval and of the one before, the size of its fast modes, a bound
-    inside the interval before the last, its peak, its mean square and its last three slopes.
+    The groups are described in ``arguments.py``. track: numbers of each quantity, namely its value
+    at the last point, its largest at the ends of the last interval and of the one before, the size
+    of its fast modes, a bound inside the interval before the last, its peak, its mean square and
+    its last three slopes.
     """
     n_modes, n_pad = sizes.n_modes, sizes.n_pad
+    rows, n_quantities, n_directions, fast, _ = quantities
+    lengths, ground = intervals.lengths, intervals.ground
+    z, forces = history.z, history.forces
+    points, inputs, present = scratch.points, scratch.inputs, scratch.present
     per_block = 8 // n_directions
-    n_blocks = -(-n_requested // per_block)
+    n_blocks = -(-n_quantities // per_block)
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
     row = 2 * n_pad
     n_points = lengths.shape[0] + 1
@@ -77,7 +50,7 @@ def summarise(
             quantities_at(
                 inputs,
                 0,
-                quantity_rows,
+                rows,
                 block * size,
                 z,
                 points,
@@ -90,7 +63,7 @@ def summarise(
                 ground,
                 N_GROUND,
             )
-            n_items = min(per_block, n_requested - block * per_block)
+            n_items = min(per_block, n_quantities - block * per_block)
             for p in range(POINTS):
                 take_norms(inputs, p * ROWS, n_items, n_directions)
                 look(track, block * KINDS * ROWS, inputs, p * ROWS)
@@ -100,7 +73,7 @@ def summarise(
             quantities_at(
                 inputs,
                 0,
-                quantity_rows,
+                rows,
                 block * size,
                 z,
                 points,
@@ -113,7 +86,7 @@ def summarise(
                 ground,
                 N_GROUND,
             )
-            n_items = min(per_block, n_requested - block * per_block)
+            n_items = min(per_block, n_quantities - block * per_block)
             at = block * KINDS * ROWS
             for p in range(min(POINTS, n_points - start)):
                 point = start + p
@@ -126,9 +99,7 @@ def summarise(
                         if forces[own + AFTER * LANES + lane] != at_end:
                             before = POINTS * ROWS
                 if before != after:
-                    undo_changes(
-                        inputs, after, before, quantity_rows, block * size, n_modes, forces, point
-                    )
+                    undo_changes(inputs, after, before, rows, block * size, n_modes, forces, point)
                     take_norms(inputs, before, n_items, n_directions)
                 take_norms(inputs, after, n_items, n_directions)
                 if point > 0:
@@ -145,40 +116,22 @@ def summarise(
                     )
                     if fast.shape[0] > 0:
                         add_fast_modes(
-                            track,
-                            at,
-                            block * per_block,
-                            n_items,
-                            fast,
-                            fast_rows,
-                            z,
-                            point * row,
-                            n_pad,
+                            track, at, block * per_block, n_items, quantities, z, point * row, n_pad
                         )
                     exceeded = False
                     if near > 0 and point > 1:
-                        find_bulges(
-                            bulges,
-                            point - 2,
-                            windows,
-                            window_of,
-                            cuts,
-                            first_step,
-                            forces,
-                            steps,
-                            n_pad,
-                        )
+                        find_bulges(scratch.bulges, point - 2, intervals, history, n_pad)
                         exceeded = bound_inside(
                             track,
                             at,
                             (point - 1) % 3,
                             BEND * lengths[point - 2],
-                            quantity_rows,
+                            rows,
                             block * size,
                             n_items,
                             n_directions,
                             n_modes,
-                            bulges,
+                            scratch.bulges,
                         )
                     if exceeded:
                         for r in range(n_items):
@@ -186,131 +139,94 @@ def summarise(
                                 own = at + r * LANES + lane
                                 bound = track[own + BOUND * ROWS]
                                 if bound > track[own + PEAK * ROWS]:
-                                    if n_candidates[lane] == CANDIDATES:
+                                    if candidates.number[lane] == CANDIDATES:
                                         look_inside(
                                             lane,
                                             sizes,
-                                            windows,
-                                            lengths,
-                                            window_of,
-                                            quantity_rows,
-                                            n_directions,
-                                            ground,
-                                            z,
-                                            forces,
-                                            steps,
-                                            cuts,
-                                            first_step,
+                                            intervals,
+                                            quantities,
+                                            history,
                                             modes,
-                                            result,
-                                            candidate_bounds,
-                                            n_candidates,
-                                            items,
-                                            space,
-                                            integral,
-                                            phi,
+                                            candidates,
+                                            scratch,
                                             track,
                                         )
-                                    result[lane, n_candidates[lane], 0] = point - 2
-                                    result[lane, n_candidates[lane], 1] = block * per_block + r
-                                    candidate_bounds[lane, n_candidates[lane]] = bound
-                                    n_candidates[lane] += 1
+                                    add_candidate(
+                                        candidates, lane, point - 2, block * per_block + r, bound
+                                    )
                 else:
                     for k in range(ROWS):
                         track[at + LEFT * ROWS + k] = inputs[after + k]
+    chosen = candidates.chosen
     for lane in range(LANES):
-        look_inside(
-            lane,
-            sizes,
-            windows,
-            lengths,
-            window_of,
-            quantity_rows,
-            n_directions,
-            ground,
-            z,
-            forces,
-            steps,
-            cuts,
-            first_step,
-            modes,
-            result,
-            candidate_bounds,
-            n_candidates,
-            items,
-            space,
-            integral,
-            phi,
-            track,
-        )
+        look_inside(lane, sizes, intervals, quantities, history, modes, candidates, scratch, track)
         # nothing is known of the slope behind the last interval
-        n_items = 0
-        for number in range(n_requested):
-            own = row_of(number, per_block) * LANES + lane
+        n_chosen = np.int64(0)  # Numba compiles a function again for an argument that began as a 0
+        for item in range(n_quantities):
+            own = row_of(item, per_block) * LANES + lane
             if track[own + TOP * ROWS] > NEAR * track[own + PEAK * ROWS]:
-                items[n_items] = number
-                n_items += 1
-        if n_items > 0:
+                chosen[n_chosen] = item
+                n_chosen += 1
+        if n_chosen > 0:
             raise_peaks(
                 lane,
                 n_points - 2,
-                n_items,
-                items,
+                n_chosen,
+                chosen,
                 sizes,
-                windows,
-                lengths,
-                window_of,
-                quantity_rows,
-                n_directions,
-                ground,
-                z,
-                forces,
-                steps,
-                cuts,
-                first_step,
+                intervals,
+                quantities,
+                history,
                 modes,
-                space,
-                integral,
-                phi,
+                scratch,
                 track,
             )
         for interval in range(n_points - 1):
-            if strongly_cut(interval, lane, windows, window_of, steps, cuts, first_step):
-                for number in range(n_requested):
-                    items[number] = number
+            if strongly_cut(interval, lane, intervals, history):
+                for item in range(n_quantities):
+                    chosen[item] = item
                 raise_peaks(
                     lane,
                     interval,
-                    n_requested,
-                    items,
+                    n_quantities,
+                    chosen,
                     sizes,
-                    windows,
-                    lengths,
-                    window_of,
-                    quantity_rows,
-                    n_directions,
-                    ground,
-                    z,
-                    forces,
-                    steps,
-                    cuts,
-                    first_step,
+                    intervals,
+                    quantities,
+                    history,
                     modes,
-                    space,
-                    integral,
-                    phi,
+                    scratch,
                     track,
                 )
 
 
+@inline
+def add_candidate(candidates, lane, interval, item, bound):
+    """Keep an interval in which a quantity may exceed its peak."""
+    count = candidates.number[lane]
+    candidates.place[lane, count, 0] = interval
+    candidates.place[lane, count, 1] = item
+    candidates.bound[lane, count] = bound
+    candidates.number[lane] = count + 1
+
+
+@inline
+def record_layout(steps, n_pad):
+    """Numbers of an element in a step's record; where the step's own numbers are."""
+    own = steps.shape[1] // LANES - STEP
+    return (own - 2 * n_pad) // N_ELEMENTS, own
+
+
 @inner
-def strongly_cut(interval, lane, windows, window_of, steps, cuts, first_step):
+def strongly_cut(interval, lane, intervals, history):
     """Whether a grid interval has no step that is longer than an eighth of it."""
+    steps, cuts = history.steps, history.cuts
     if cuts[interval, lane] < STRONGLY_CUT:
         return False
-    own = (steps.shape[1] // LANES - STEP) * LANES + lane
-    n_intervals = windows[window_of[interval], 2]
-    number = first_step[interval, lane]
+    _, own = record_layout(steps, 0)
+    own = own * LANES + lane
+    n_intervals = intervals.windows[intervals.window_of[interval], 2]
+    number = history.first_step[interval, lane]
     for _ in range(cuts[interval, lane]):
         if steps[number, own + LENGTH * LANES] * n_intervals * STRONGLY_CUT > 1.0:
             return False
@@ -383,11 +299,13 @@ def bound_inside(track, at, middle, reach, rows, rows_at, n_items, n_directions,
 
 
 @inner
-def find_bulges(bulges, interval, windows, window_of, cuts, first_step, forces, steps, n_pad):
+def find_bulges(bulges, interval, intervals, history, n_pad):
     """How far every force leaves the straight line inside an interval, N in the device's scale."""
-    n_intervals = windows[window_of[interval], 2]
-    within = interval - windows[window_of[interval], 0]
-    keep = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
+    forces, steps, cuts = history.forces, history.steps, history.cuts
+    window = intervals.window_of[interval]
+    n_intervals = intervals.windows[window, 2]
+    within = interval - intervals.windows[window, 0]
+    width, own = record_layout(steps, n_pad)
     for lane in range(LANES):
         n_sub = max(-cuts[interval, lane], 1)
         begin = interval - within % n_sub
@@ -396,12 +314,12 @@ def find_bulges(bulges, interval, windows, window_of, cuts, first_step, forces, 
             last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
             most = 0.0
             if cuts[interval, lane] > 1:
-                numbers = (steps.shape[1] // LANES - STEP) * LANES + lane
-                number = first_step[interval, lane]
+                numbers = own * LANES + lane
+                number = history.first_step[interval, lane]
                 for step in range(cuts[interval, lane]):
                     if step > 0:
                         number = int(steps[number, numbers + NEXT * LANES])
-                    force = steps[number, (2 * n_pad + e * keep) * LANES + lane]
+                    force = steps[number, (2 * n_pad + e * width) * LANES + lane]
                     tau = steps[number, numbers + BEGIN * LANES] * n_intervals - within
                     most = max(most, abs(force - first - (last - first) * tau))
             else:
@@ -416,18 +334,16 @@ def find_bulges(bulges, interval, windows, window_of, cuts, first_step, forces, 
 
 
 @inner
-def undo_changes(inputs, after, before, quantity_rows, at, n_modes, forces, point):
+def undo_changes(inputs, after, before, rows, at, n_modes, forces, point):
     """A block's rows just before the current changed, from those just after it."""
     for r in range(8):
         for lane in range(LANES):
             value = inputs[after + r * LANES + lane]
             for e in range(N_ELEMENTS):
-                keep = (point * N_ELEMENTS + e) * FORCES * LANES + lane
-                change = forces[keep + BEFORE * LANES] - forces[keep + AFTER * LANES]
-                weight = quantity_rows[
-                    (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
-                ]
-                value = fused(weight, change, value)
+                own = (point * N_ELEMENTS + e) * FORCES * LANES + lane
+                change = forces[own + BEFORE * LANES] - forces[own + AFTER * LANES]
+                weight = (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
+                value = fused(rows[weight], change, value)
             inputs[before + r * LANES + lane] = value
 
 
@@ -446,15 +362,16 @@ def take_norms(inputs, at, n_items, n_directions):
 
 
 @inner
-def add_fast_modes(track, at, number, n_items, fast, fast_rows, z, z_at, n_pad):
+def add_fast_modes(track, at, first, n_items, quantities, z, z_at, n_pad):
     """Add what the modes that are too fast for the grid could add to the values at the ends."""
+    fast, moduli = quantities.fast, quantities.fast_moduli
     for item in range(n_items):
         for lane in range(LANES):
             size = 0.0
             for k in range(fast.shape[0]):
                 real = z[(z_at + fast[k]) * LANES + lane]
                 imaginary = z[(z_at + n_pad + fast[k]) * LANES + lane]
-                weight = fast_rows[number + item, k, lane % TABLE_LANES]
+                weight = moduli[first + item, k, lane % TABLE_LANES]
                 size += weight * np.sqrt(real * real + imaginary * imaginary)
             own = at + item * LANES + lane
             track[own + TOP * ROWS] += max(size, track[own + QUICK * ROWS])
@@ -462,113 +379,65 @@ def add_fast_modes(track, at, number, n_items, fast, fast_rows, z, z_at, n_pad):
 
 
 @inner
-def look_inside(
-    lane,
-    sizes,
-    windows,
-    lengths,
-    window_of,
-    quantity_rows,
-    n_directions,
-    ground,
-    z,
-    forces,
-    steps,
-    cuts,
-    first_step,
-    modes,
-    result,
-    candidate_bounds,
-    n_candidates,
-    items,
-    space,
-    integral,
-    phi,
-    track,
-):
+def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, scratch, track):
     """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
-    per_block = 8 // n_directions
+    place, bound, number, chosen = candidates
+    per_block = 8 // quantities.n_directions
     while True:
         best, most = -1, 1.0
-        for k in range(n_candidates[lane]):
-            own = row_of(result[lane, k, 1], per_block) * LANES + lane
-            promise = candidate_bounds[lane, k] / track[own + PEAK * ROWS]
+        for k in range(number[lane]):
+            own = row_of(place[lane, k, 1], per_block) * LANES + lane
+            promise = bound[lane, k] / track[own + PEAK * ROWS]
             if promise > most:
                 best, most = k, promise
         if best < 0:
             break
-        interval, n_items = result[lane, best, 0], 0
-        for k in range(n_candidates[lane]):
-            if result[lane, k, 0] == interval:
-                number = result[lane, k, 1]
-                own = row_of(number, per_block) * LANES + lane
-                if candidate_bounds[lane, k] > track[own + PEAK * ROWS]:
-                    items[n_items] = number
-                    n_items += 1
-                candidate_bounds[lane, k] = 0.0
+        interval, n_chosen = place[lane, best, 0], np.int64(0)
+        for k in range(number[lane]):
+            if place[lane, k, 0] == interval:
+                item = place[lane, k, 1]
+                own = row_of(item, per_block) * LANES + lane
+                if bound[lane, k] > track[own + PEAK * ROWS]:
+                    chosen[n_chosen] = item
+                    n_chosen += 1
+                bound[lane, k] = 0.0
         raise_peaks(
             lane,
             interval,
-            n_items,
-            items,
+            n_chosen,
+            chosen,
             sizes,
-            windows,
-            lengths,
-            window_of,
-            quantity_rows,
-            n_directions,
-            ground,
-            z,
-            forces,
-            steps,
-            cuts,
-            first_step,
+            intervals,
+            quantities,
+            history,
             modes,
-            space,
-            integral,
-            phi,
+            scratch,
             track,
         )
-    n_candidates[lane] = 0
+    number[lane] = 0
 
 
 @inline
-def row_of(number, per_block):
+def row_of(item, per_block):
     """Place of a quantity's row in track, before its numbers."""
-    return number // per_block * KINDS * 8 + number % per_block
+    return item // per_block * KINDS * 8 + item % per_block
 
 
 @exact
 def raise_peaks(
-    lane,
-    interval,
-    n_items,
-    items,
-    sizes,
-    windows,
-    lengths,
-    window_of,
-    quantity_rows,
-    n_directions,
-    ground,
-    z,
-    forces,
-    steps,
-    cuts,
-    first_step,
-    modes,
-    space,
-    integral,
-    phi,
-    track,
+    lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, scratch, track
 ):
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane.
 
-    space: a row of numbers each for the modes' states, decay and three integrals against powers of
-    time, for the forces' polynomials, for the quantities' last two values, and for which length
-    and lane the decay and the integrals are.
+    scratch.dense: a row of numbers each for the modes' states, decay and three integrals against
+    powers of time, for the forces' polynomials, for the quantities' last two values, and for which
+    length and lane the decay and the integrals are.
     """
     n_modes, n_pad = sizes.n_modes, sizes.n_pad
+    windows, window_of, lengths, ground = intervals
+    rows, _, n_directions, _, _ = quantities
+    z, _, forces, steps, _, cuts, first_step, _ = history
+    dense, integral, phi = scratch.dense, scratch.integral, scratch.phi
     own = lane % TABLE_LANES
     per_block = 8 // n_directions
     size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
@@ -581,8 +450,8 @@ def raise_peaks(
     fastest = 0.0
     for m in range(n_modes):
         fastest = max(fastest, abs(modes[m, own]))
-    keep = (steps.shape[1] // LANES - STEP - 2 * n_pad) // N_ELEMENTS
-    numbers = (steps.shape[1] // LANES - STEP) * LANES + lane
+    width, numbers = record_layout(steps, n_pad)
+    numbers = numbers * LANES + lane
     number, following = first_step[interval, lane], 0
     begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
     past = 0.0
@@ -599,31 +468,31 @@ def raise_peaks(
         resolved = n_dense <= MOST_DENSE
         n_dense = min(n_dense, MOST_DENSE)
         length = length / n_dense
-        known = space[7, 0].real == length and (TABLE_LANES == 1 or space[7, 0].imag == lane)
-        space[7, 0] = complex(length, lane)
+        known = dense[7, 0].real == length and (TABLE_LANES == 1 or dense[7, 0].imag == lane)
+        dense[7, 0] = complex(length, lane)
         for m in range(0 if known else n_modes):
             powers(modes[m, own], length, length, integral, phi)
-            space[1, m] = phi[0]
+            dense[1, m] = phi[0]
             for power in range(3):
-                space[2 + power, m] = integral[power]
+                dense[2 + power, m] = integral[power]
         share = 1.0 / (n_sub * n_dense)
         tau = (within % n_sub) / n_sub
         for m in range(n_modes):
             if n_steps == 1:
                 at = (interval * 2 * n_pad + m) * LANES + lane
-                space[0, m] = complex(z[at], z[at + n_pad * LANES])
+                dense[0, m] = complex(z[at], z[at + n_pad * LANES])
             else:
                 at = m * LANES + lane
-                space[0, m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
+                dense[0, m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
         for e in range(N_ELEMENTS):
             at = (begin * N_ELEMENTS + e) * FORCES * LANES + lane
             end = ((begin + n_sub) * N_ELEMENTS + e) * FORCES * LANES + lane
             ending = forces[end + BEFORE * LANES]
             for k in range(8):
-                space[5, 8 * e + k] = 0.0
+                dense[5, 8 * e + k] = 0.0
             for k in range(5):
                 if n_steps > 1:
-                    to = (2 * n_pad + e * keep) * LANES + lane
+                    to = (2 * n_pad + e * width) * LANES + lane
                     if k < 4:
                         force = steps[number, to + k * LANES]
                     else:
@@ -634,39 +503,39 @@ def raise_peaks(
                     force = ending
                 for power in range(3):
                     if 0 < k < 4:
-                        space[5, 8 * e + power] += LAGRANGE[k - 1][power] * force
+                        dense[5, 8 * e + power] += LAGRANGE[k - 1][power] * force
                 for power in range(5):
-                    space[5, 8 * e + 3 + power] += THROUGH_ENDS[k][power] * force
+                    dense[5, 8 * e + 3 + power] += THROUGH_ENDS[k][power] * force
         for j in range(n_dense + 1):
             a = tau + j * share
             b = begun_at + part * j / n_dense
             if j > 0 or step == 0:
-                for k in range(n_items):
-                    item = items[k]
+                for k in range(n_chosen):
+                    item = chosen[k]
                     base = item // per_block * size + item % per_block * n_directions
                     square = 0.0
                     for direction in range(n_directions):
                         value = 0.0
                         for m in range(n_modes):
                             at = (base + direction + 8 * m) * TABLE_LANES + own
-                            value += quantity_rows[at] * space[0, m].real
+                            value += rows[at] * dense[0, m].real
                             at += 8 * n_modes * TABLE_LANES
-                            value += quantity_rows[at] * space[0, m].imag
+                            value += rows[at] * dense[0, m].imag
                         for e in range(N_ELEMENTS):
                             force = 0.0
                             for power in range(4, -1, -1):
-                                force = force * a + space[5, 8 * e + 3 + power].real
+                                force = force * a + dense[5, 8 * e + 3 + power].real
                             at = base + direction + 8 * (2 * n_modes + e)
-                            value += quantity_rows[at * TABLE_LANES + own] * force
+                            value += rows[at * TABLE_LANES + own] * force
                         for i in range(N_GROUND):
                             low = ground[(interval * N_GROUND + i) * LANES + lane]
                             high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
                             at = base + direction + 8 * (2 * n_modes + N_ELEMENTS + i)
                             moved = low + (high - low) * b
-                            value += quantity_rows[at * TABLE_LANES + own] * moved
+                            value += rows[at * TABLE_LANES + own] * moved
                         square += value * value
                     value = np.sqrt(square)
-                    before, middle = space[6, item].real, space[6, item].imag
+                    before, middle = dense[6, item].real, dense[6, item].imag
                     at = row_of(item, per_block) * LANES + PEAK * ROWS + lane
                     # the values at both ends have been counted
                     if count > 0 and (step + 1 < n_steps or j < n_dense):
@@ -678,24 +547,24 @@ def raise_peaks(
                         slope = (rise * length + fall * past) / (past + length)
                         if bend < 0.0 and 2.0 * bend * length <= -slope <= -2.0 * bend * past:
                             track[at] = max(track[at], middle - 0.25 * slope * slope / bend)
-                    space[6, item] = complex(space[6, item].imag, value)
+                    dense[6, item] = complex(dense[6, item].imag, value)
                 count += 1
                 past = length
             if j < n_dense:
                 for m in range(n_modes):
-                    state = space[1, m] * space[0, m]
+                    state = dense[1, m] * dense[0, m]
                     for e in range(N_ELEMENTS):
-                        c0, c1, c2 = space[5, 8 * e], space[5, 8 * e + 1], space[5, 8 * e + 2]
-                        push = (c0 + a * (c1 + a * c2)) * space[2, m]
-                        push += share * (c1 + 2.0 * a * c2) * space[3, m]
-                        push += share * share * c2 * space[4, m]
+                        c0, c1, c2 = dense[5, 8 * e], dense[5, 8 * e + 1], dense[5, 8 * e + 2]
+                        push = (c0 + a * (c1 + a * c2)) * dense[2, m]
+                        push += share * (c1 + 2.0 * a * c2) * dense[3, m]
+                        push += share * share * c2 * dense[4, m]
                         state += modes[first_column + n_modes * (N_GROUND + e) + m, own] * push
                     for i in range(N_GROUND):
                         low = ground[(interval * N_GROUND + i) * LANES + lane]
                         high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
                         rise = (high - low) * part / n_dense
                         begun = low + (high - low) * b
-                        push = begun * space[2, m] + rise * space[3, m]
+                        push = begun * dense[2, m] + rise * dense[3, m]
                         state += modes[first_column + n_modes * i + m, own] * push
-                    space[0, m] = state
+                    dense[0, m] = state
         number = following

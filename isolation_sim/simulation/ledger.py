@@ -1,13 +1,13 @@
 """The energy ledger of a run: where the energy came from and where it went.
 
-Every term is integrated by itself, from the run's own piecewise solution: the modes are propagated
-exactly to the Gauss points of each grid interval (or of each step, where steps are smaller), the
-device states are read off their collocation polynomials, and the powers are summed there. So the
+Every term is integrated separately from the piecewise solution of the run. The modes are propagated
+exactly to the Gauss points of each grid interval (or of each step, if steps are smaller), the
+device states follow from their collocation polynomials, and the powers are summed there. The
 balance
 
     input + field work = kinetic + strain + device's stored + structural damping + device's loss
 
-is a check of the integration, and its mismatch is reported.
+therefore checks the integration. Its error is reported.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..laws.derivatives import energy_gradients
+from ..laws.law import Law
 from .element_code import NODES, WEIGHTS
 from .trajectory import coil_current, currents_at
 
@@ -92,7 +93,7 @@ def ledger(run: Trajectory) -> Ledger:
     Parameters
     ----------
     run : Trajectory
-        A run that kept its steps.
+        A run with its stored steps.
 
     Returns
     -------
@@ -145,24 +146,24 @@ def _carried(run: Trajectory, velocity: NDArray) -> NDArray:
 
 
 def _device_powers(
-    element, x: NDArray, v: NDArray, states: tuple, current: NDArray, rate: NDArray
+    element, law: Law, x: tuple, v: tuple, states: tuple, current: NDArray, rate: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Whole, lost and field power of one device, in the structure's scale, W."""
     device = element.device
-    i = current[:, element.channel] if element.channel is not None else np.zeros_like(x)
-    di = rate[:, element.channel] if element.channel is not None else np.zeros_like(x)
+    i = current[:, element.channel] if element.channel is not None else np.zeros_like(x[0])
+    di = rate[:, element.channel] if element.channel is not None else np.zeros_like(x[0])
     parameters = device.parameters_at(i)
     scale = device.force_scale * device.length
-    power = device.law.force(x, v, states, parameters) * v
-    if not device.stores_energy:
-        return scale * power, scale * power, np.zeros_like(x)
-    by_x, by_states, by_current = energy_gradients(device.law, device.current, x, states, i)
-    rates = device.law.rates(x, v, states, parameters)
-    stored_rate = by_x * v + sum(g * r for g, r in zip(by_states, rates, strict=True))
+    forces, rates = law.respond(x, v, states, parameters)
+    power = sum(f * along for f, along in zip(forces, v, strict=True))
+    if law.stored_energy is None:
+        return scale * power, scale * power, np.zeros_like(x[0])
+    by_x, by_states, by_current = energy_gradients(law, device.current, x, states, i)
+    stored_rate = sum(g * r for g, r in zip((*by_x, *by_states), (*v, *rates), strict=True))
     field = by_current * di
     loss = power - stored_rate
-    if device.law.field_power is not None:
-        within = device.law.field_power(x, states, parameters)
+    if law.field_power is not None:
+        within = law.field_power(x[0], states, parameters)
         field, loss = field + within, loss + within
     return scale * power, scale * loss, scale * field
 
@@ -173,25 +174,26 @@ def _stored(run: Trajectory) -> tuple[NDArray, NDArray]:
     stored, jumps = np.zeros(n_points), np.zeros(n_points)
     before = _currents_before(run)
     states = run.work.states[:n_points, :, :, 0]
-    for e, element in enumerate(run.isolated.elements):
-        device = element.device
-        if not device.stores_energy:
+    isolated = run.isolated
+    for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
+        element = isolated.elements[group[0]]
+        device, channel = element.device, element.channel
+        if law.stored_energy is None:
             continue
-        row = run.modes.deformation[e, 0]
-        x = (run.modal @ np.concatenate([row.real, -row.imag])) * device.length
-        s = tuple(states[:, e, k] for k in range(len(device.law.states)))
-        channel = element.channel
+        rows = run.modes.deformation[list(group), 0]
+        x = np.concatenate([rows.real, -rows.imag], axis=1) @ run.modal.T
+        x = x[0] if law.directions == 1 else tuple(x)
+        s = tuple(states[:, group[0], k] for k in range(len(law.states)))
         now, then = (
             (np.zeros(n_points),) * 2
             if channel is None
             else (run.grid_current[:, channel], before[:, channel])
         )
-        energy = device.stored_energy(x, s, now)
+        scale = device.force_scale * device.length
+        energy = scale * law.stored_energy(x, s, device.parameters_at(now))
         stored += energy
-        changed = now != then
-        jumps[changed] += energy[changed] - device.stored_energy(
-            x[changed], tuple(v[changed] for v in s), then[changed]
-        )
+        if np.any(now != then):
+            jumps += energy - scale * law.stored_energy(x, s, device.parameters_at(then))
     return stored, jumps
 
 
@@ -322,11 +324,16 @@ class _Pieces:
             total[0] -= weight * np.einsum("td,td->t", velocity @ inertia, ground)
             damped = np.einsum("ti,ij,tj->t", velocity, structure.damping, velocity)
             total[1] += weight * damped
-            for e, element in enumerate(self.run.isolated.elements):
-                x, v = ((z @ row).real for row in self.run.modes.deformation[e])
-                whole, loss, field = _device_powers(element, x, v, states[e], current, rate)
+            isolated = self.run.isolated
+            pairs = zip(isolated.groups, isolated.group_laws, states, strict=True)
+            for group, law, own in pairs:
+                rows = self.run.modes.deformation[list(group)]
+                x, v = np.einsum("gkm,tm->kgt", rows, z).real
+                whole, loss, field = _device_powers(
+                    isolated.elements[group[0]], law, tuple(x), tuple(v), own, current, rate
+                )
                 total[2] += weight * loss
-                total[3] += weight * whole * controls[e]
+                total[3] += weight * whole * controls[group[0]]
                 total[4] += weight * field
         return total * (high - low) * self.length
 
@@ -407,8 +414,9 @@ class _Pieces:
             [np.prod([(tau - b) / (a - b) for b in nodes if b != a], axis=0) for a in nodes]
         )
         result = []
-        for e, element in enumerate(self.run.isolated.elements):
-            n = len(element.device.law.states)
+        isolated = self.run.isolated
+        for (e, *_), law in zip(isolated.groups, isolated.group_laws, strict=True):
+            n = len(law.states)
             numbers = self.elements[:, e, 3:]
             result.append(
                 tuple(

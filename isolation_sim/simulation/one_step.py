@@ -49,8 +49,10 @@ def step(
     those of each element.
     """
     a, b, g = _linear_part(plant, *references)
-    pairs = zip(plant.elements, currents, strict=True)
-    laws = [(e.device.law, e.device.current.at(i)) for e, i in pairs]
+    devices = [
+        (list(group), law, plant.elements[group[0]].device.current.at(currents[group[0]]))
+        for group, law in zip(plant.groups, plant.group_laws, strict=True)
+    ]
     measure = plant.element_rows / np.array([[e.device.length] for e in plant.elements])
     collocation = np.array(COLLOCATION)
 
@@ -58,23 +60,28 @@ def step(
         """Deformation and velocity of every device."""
         return measure @ x[: len(x) // 2], measure @ x[len(x) // 2 :]
 
-    def residual(e: int, d: float, v: float, s: NDArray) -> float:
-        law, parameters = laws[e]
-        return law.force(d, v, tuple(s), parameters) - references[0][e] * d - references[1][e] * v
+    def residual(k: int, x: NDArray, s: NDArray) -> NDArray:
+        """Forces of device k along its directions, less those of its reference."""
+        group, law, parameters = devices[k]
+        d, v = (row[group] for row in motion(x))
+        forces, _ = law.respond(tuple(d), tuple(v), tuple(s), parameters)
+        return np.array(forces) - references[0][group] * d - references[1][group] * v
 
-    begin = motion(state.x)
-    forces = np.array(
-        [[residual(e, begin[0][e], begin[1][e], state.devices[e])] * 3 for e in range(len(laws))]
-    )
+    forces = np.zeros((len(plant.elements), 3))
+    for k, (group, _, _) in enumerate(devices):
+        forces[group] = residual(k, state.x, state.devices[k])[:, np.newaxis]
     states = [np.tile(s, (3, 1)) for s in state.devices]
     for _ in range(MOST_ITERATIONS):
         *nodes, end = _propagate(a, b, g, state.x, h, forces, ground)
         before = forces.copy()
-        for e, (law, parameters) in enumerate(laws):
-            at = [(d[e], v[e]) for d, v in map(motion, nodes)]
-            rates = [law.rates(*at[j], tuple(states[e][j]), parameters) for j in range(3)]
-            states[e] = state.devices[e] + h * collocation @ np.array(rates).reshape(3, -1)
-            forces[e] = [residual(e, *at[j], states[e][j]) for j in range(3)]
+        for k, (group, law, parameters) in enumerate(devices):
+            rates = []
+            for x, s in zip(nodes, states[k], strict=True):
+                d, v = (row[group] for row in motion(x))
+                rates.append(law.respond(tuple(d), tuple(v), tuple(s), parameters)[1])
+            states[k] = state.devices[k] + h * collocation @ np.array(rates).reshape(3, -1)
+            for j, x in enumerate(nodes):
+                forces[group, j] = residual(k, x, states[k][j])
         if np.abs(forces - before).max() <= 1e-15 * np.abs(forces).max():
             break
     moved = zip(state.devices, states, strict=True)

@@ -15,6 +15,7 @@ from ground_motions import STANDARD_GRAVITY, Record
 
 from ..errors import Diverged, InputError
 from ..laws.device import Device
+from ..laws.law import Law
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CompiledDecision, RunContext, Schedule, Sensors, instants
@@ -102,7 +103,10 @@ def _cached_tables(
 
 def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> ModuleType:
     """Compiled kernel for a structure's elements; ``alike``: all lanes are of one structure."""
-    laws = tuple(e.device.law for e in isolated.elements)
+    # a device of several directions is its first element's; the others follow it
+    laws: list[Law | None] = []
+    for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
+        laws += [law, *[None] * (len(group) - 1)]
     return kernel.load(laws, len(isolated.structure.directions), lanes, alike)
 
 
@@ -162,7 +166,8 @@ def _plant_key(isolated: IsolatedStructure) -> tuple:
     """What two plants must have in common to go side by side."""
     modes, outputs = modes_for(isolated)
     elements = tuple(
-        (e.device.law, e.channel, e.device.current.coefficients.shape) for e in isolated.elements
+        (e.device.law, e.channel, e.device.current.coefficients.shape, e.follows)
+        for e in isolated.elements
     )
     return elements, modes.eigenvalues.size, outputs.names, isolated.n_channels
 

@@ -40,7 +40,7 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     base = np.array(structure.base, dtype=int)
     slabs = base[_by_direction(structure.influence[base])]
     levels, storeys = level_dofs(structure), storey_rows(structure)
-    above = ~np.isin(levels, base).any(axis=1)
+    above = np.isin(levels, structure.superstructure).any(axis=1)
     holding = isolated.holding
     driven = np.array([e.channel is not None for e in isolated.elements], dtype=bool)
     if np.any(holding[driven]):
@@ -66,8 +66,8 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
 
 
 def level_dofs(structure: Structure) -> NDArray:
-    """Dofs of each level in each direction of ground motion."""
-    return _by_direction(structure.influence)
+    """Dofs of each level above the foundation in each direction of ground motion."""
+    return _by_direction(structure.above_foundation)
 
 
 def storey_rows(structure: Structure) -> NDArray:

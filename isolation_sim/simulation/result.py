@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..archive import FILE, save_archive
 from ..io.netcdf import write_netcdf
-from ..rendering import render
+from ..rendering import Printed, render
 from ..structures.sizing import implausible
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
@@ -19,6 +20,7 @@ from .trajectory import Trajectory
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.figure import Figure
 
     from .ledger import Ledger
 
@@ -31,7 +33,7 @@ _KEPT = (
 """What of a run is saved and pickled."""
 
 
-class Run(Trajectory):
+class Run(Printed, Trajectory):
     """What happened in one run; everything is computed when it is first used.
 
     Its arrays over time are those of `isolation_sim.simulation.trajectory.Trajectory`.
@@ -52,7 +54,7 @@ class Run(Trajectory):
         Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
         run, was reached; as at a force that jumps back and forth.
     reached : float
-        Tolerance that all steps meet: the wanted one unless some are unresolved.
+        Tolerance that all steps meet: the target unless some are unresolved.
     """
 
     def __getstate__(self) -> dict[str, Any]:
@@ -68,15 +70,9 @@ class Run(Trajectory):
             f"displacement {base:.4g} mm, floor acceleration {floor:.4g} m/s^2)"
         )
 
-    def _repr_html_(self) -> str:
-        return render("tables:as_html", render("tables:run_table", self))
-
-    def __str__(self) -> str:
-        return render("tables:as_text", render("tables:run_table", self))
-
-    def report(self) -> None:
-        """Print criteria, energies and warnings."""
-        print("\n".join([str(self), *(f"warning: {each}" for each in self.warnings())]))
+    def _shown(self) -> Iterator[Any]:
+        yield render("tables:run_table", self)
+        yield from (f"warning: {each}" for each in self.warnings())
 
     def save(self, folder: str | Path) -> Path:
         """Write the run; ``isolation_sim.load`` gives it back.
@@ -166,7 +162,7 @@ class Run(Trajectory):
         return implausible(self.isolated, 2 * np.pi / float(np.min(swinging, initial=np.inf)))
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -181,6 +177,23 @@ class Run(Trajectory):
             )
         return sentences
 
-    def plot(self, **options: Any) -> Any:
-        """Figure of the run; see ``isolation_sim.reports.figures.run_figure``."""
-        return render("figures:run_figure", self, **options)
+    def plot(self, direction: str | None = None, element: str | None = None) -> Figure:
+        """Draw the run on one page: histories, loop, envelopes over the height, energies.
+
+        Parameters
+        ----------
+        direction : str, optional
+            Direction of ground motion of the histories; the first by default.
+        element : str, optional
+            Name of the element of the loop; the first along that direction by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If there is no such direction or element.
+        """
+        return render("figures:run_figure", self, direction, element)

@@ -89,10 +89,10 @@ def fixed_base_run(
     isolated: IsolatedStructure, ground: Record | Sequence[Record], tolerance: float = 1e-6
 ) -> Run:
     """Simulate the superstructure on a base that is held."""
-    return simulate(isolated.fixed_base(), ground, _NoControl(), tolerance=tolerance)
+    return simulate(isolated.fixed_base(), ground, NoControl(), tolerance=tolerance)
 
 
-class _NoControl:
+class NoControl:
     """No command: for a structure without coils."""
 
     name, period, preview_time = FIXED_BASE, None, 0.0

@@ -24,7 +24,7 @@ def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
     path : str or pathlib.Path
         File to write, replaced whole or not at all.
     scenario : str
-        TOML of the scenario that produced it, kept with it.
+        TOML of the scenario that produced it, saved with it.
 
     Returns
     -------

@@ -80,7 +80,7 @@ class Simulator:
     computation_delay : float, default 0, s
         Time from the start of a step to the beginning of its command.
     tolerance : float, default 1e-6
-        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
+        Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     current_outside : {"refuse", "clamp"}
         What to do with a current outside the driver's limits: an error, or the nearest limit.
 

@@ -22,7 +22,7 @@ class DeviceSimulator:
     period : float, s
         Length of a step.
     tolerance : float, default 1e-6
-        Wanted accuracy of the force, relative to its peak so far; 1e-12 to 1e-2.
+        Target accuracy of the force, relative to its peak so far; 1e-12 to 1e-2.
 
     Attributes
     ----------

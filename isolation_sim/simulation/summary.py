@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
+from .arguments import Quantities
 from .plan import modes_for
 from .quantities import quantity_rows
 from .workspace import Workspace
@@ -44,8 +45,10 @@ def _summed(
     quantities = _quantities(tuple(plants[: work.module.TABLE_LANES]))
     fast = np.flatnonzero(quantities.fastest * work.grid.longest > RESOLVED)
     peak, total = work.summarise(
-        quantities.rows, quantities.n_items, quantities.n_directions, fast,
-        quantities.moduli[:, fast],
+        Quantities(
+            quantities.rows, quantities.n_items, quantities.n_directions, fast,
+            quantities.moduli[:, fast],
+        )
     )  # fmt: skip
     return quantities.items, peak, total
 

@@ -23,26 +23,7 @@ __all__ = ["Trajectory"]
 
 
 class Trajectory:
-    """What happened over time in one run; everything is computed when it is first used.
-
-    Attributes
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    records : tuple of Record
-        Ground motion, one a direction.
-    controller : str
-        Name of the controller.
-    clamped : int
-        Commands that were clamped to the driver's limits.
-    steps : int
-        Integration steps taken, rejected ones included.
-    unresolved : int
-        Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
-        run, was reached; as at a force that jumps back and forth.
-    reached : float
-        Tolerance that all steps meet: the wanted one unless some are unresolved.
-    """
+    """What happened over time in one run, computed when it is first used; `Run` says the rest."""
 
     def __init__(
         self,
@@ -163,11 +144,13 @@ def device_forces(
 ) -> NDArray:
     """Device forces (device scale) from modes, states and currents, (n_times, n_elements), N."""
     forces = np.empty((len(modal), len(isolated.elements)))
-    for e, element in enumerate(isolated.elements):
-        rows = modes.deformation[e]
-        x, v = (modal @ np.concatenate([r.real, -r.imag]) for r in rows)
-        device = element.device
+    for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
+        element = isolated.elements[group[0]]
+        rows = modes.deformation[list(group)]
+        x, v = np.einsum("gkm,tm->kgt", np.concatenate([rows.real, -rows.imag], axis=2), modal)
         i = np.zeros(len(modal)) if element.channel is None else current[:, element.channel]
-        s = tuple(states[:, e, k] for k in range(len(device.law.states)))
-        forces[:, e] = device.law.force(x, v, s, device.parameters_at(i))
+        s = tuple(states[:, group[0], k] for k in range(len(law.states)))
+        along, _ = law.respond(tuple(x), tuple(v), s, element.device.parameters_at(i))
+        for e, force in zip(group, along, strict=True):
+            forces[:, e] = force
     return forces

@@ -48,7 +48,7 @@ class VectorSimulator:
         Lag, slew, limits and step of the coils; ideal by default. Currents are clamped to its
         limits.
     tolerance : float, default 1e-6
-        Wanted accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
+        Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     threads : int, optional
         Number of threads; as many as there are processors by default.
 

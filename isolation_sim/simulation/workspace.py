@@ -13,16 +13,20 @@ from numba import typeof
 from numpy.typing import NDArray
 
 from .arguments import (
+    Candidates,
     Coils,
     Course,
     History,
+    Intervals,
     Lanes,
     LawNumbers,
     Limits,
     Measurements,
     Propagation,
+    Quantities,
     Scratch,
     Sizes,
+    SummaryScratch,
 )
 from .elements import Elements
 from .grid import Grid
@@ -217,7 +221,7 @@ class Workspace:
         # over how many intervals its one step goes, negative
         self.cuts = np.zeros((n_points, lanes), np.int64)
         self.first_step = np.zeros((n_points, lanes), np.int64)
-        self._arguments = (self.position, self.sizes, self.limits, *self._grouped())
+        self.arguments = (self.position, self.sizes, self.limits, *self._grouped())
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
         """Array that is written before it is read; an earlier run's where that may be reused."""
@@ -283,7 +287,7 @@ class Workspace:
     def integrator(self) -> Callable[[], int]:
         """``integrate`` for many short stretches: it looks up the arguments' types only once."""
         compiled = self.module.integrate
-        types = tuple(map(typeof, self._arguments))
+        types = tuple(map(typeof, self.arguments))
         if types not in compiled.overloads:
             compiled.compile(types)
         return partial(self._to_a_stop, compiled.overloads[types].entry_point)
@@ -291,70 +295,50 @@ class Workspace:
     def _to_a_stop(self, compiled: Callable[..., int]) -> int:
         """Integrate until the kernel stops for another reason than a full record of its steps."""
         while True:
-            status = compiled(*self._arguments)
+            status = compiled(*self.arguments)
             if status != self.module.BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
-            *others, history, scratch = self._arguments
-            self._arguments = (*others, history._replace(steps=self.steps), scratch)
+            *others, history, scratch = self.arguments
+            self.arguments = (*others, history._replace(steps=self.steps), scratch)
 
     def carried(self) -> dict[str, NDArray]:
         """What a window hands on to the next beside modes and states; the last axis is the lane."""
-        *_, coils, _, lanes, history, scratch = self._arguments
+        *_, coils, _, lanes, history, scratch = self.arguments
         return {
             "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,
             "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
             **lanes._asdict(),
         }  # fmt: skip
 
-    def summarise(
-        self,
-        quantities: NDArray,
-        n_quantities: int,
-        n_directions: int,
-        fast: NDArray,
-        fast_rows: NDArray,
-    ) -> tuple[NDArray, NDArray]:
-        """Every quantity's peak and mean square, (n_quantities, lanes).
-
-        ``fast``: modes that the grid does not resolve; ``fast_rows``: moduli of the quantities'
-        rows for them, (n_quantities, n_fast, table lanes).
-        """  # fmt: skip
-        module, grid, lanes = self.module, self.grid, self.module.LANES
-        per_block = 8 // n_directions
+    def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
+        """Every quantity's peak and mean square, (n_quantities, lanes)."""
+        n_quantities = quantities.n_quantities
+        module, grid, lanes = self.module.summary, self.grid, self.module.LANES
+        per_block = 8 // quantities.n_directions
         track = np.zeros((-(-n_quantities // per_block), module.KINDS, 8, lanes))
         n_columns = max(self.elements.n_modes, 8 * module.N_ELEMENTS, n_quantities)
         at_once = module.POINTS * lanes
-        module.summarise(
-            self.sizes,
-            grid.windows,
-            grid.lengths,
-            grid.window_of,
-            quantities,
-            n_quantities,
-            n_directions,
-            fast,
-            fast_rows,
-            self.ground.ravel(),
-            self.z,
-            self.forces,
-            self.steps,
-            self.cuts,
-            self.first_step,
-            self.tables.modes,
-            np.empty(module.POINTS, np.int64),
-            np.empty(8 * (at_once + lanes)),
-            np.empty(module.N_ELEMENTS * at_once),
-            np.empty(module.N_ELEMENTS * lanes),
+        candidates = Candidates(
             np.empty((lanes, module.CANDIDATES, 2), np.int64),
             np.empty((lanes, module.CANDIDATES)),
             np.zeros(lanes, np.int64),
             np.empty(n_quantities, np.int64),
+        )
+        scratch = SummaryScratch(
+            np.empty(module.POINTS, np.int64),
+            np.empty(8 * (at_once + lanes)),
+            np.empty(module.N_ELEMENTS * at_once),
+            np.empty(module.N_ELEMENTS * lanes),
             np.zeros((8, n_columns), complex),
             np.empty(3, complex),
             np.empty(4, complex),
-            track.ravel(),
         )
+        *_, history, _ = self.arguments
+        module.summarise(
+            self.sizes, Intervals(grid.windows, grid.window_of, grid.lengths, self.ground.ravel()),
+            quantities, history, self.tables.modes, candidates, scratch, track.ravel(),
+        )  # fmt: skip
         result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
         peak, total = result.reshape(2, -1, lanes)[:, :n_quantities]
         return peak, total

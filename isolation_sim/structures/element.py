@@ -24,7 +24,8 @@ def check_device(device: Device, name: str) -> None:
 class Element:
     """Nonlinear element: a device along a direction of the structure.
 
-    It deforms by ``direction @ q`` and puts the force ``-direction * F`` on the dofs.
+    It deforms by ``direction @ q`` and puts the force ``-direction * F`` on the dofs. A device that
+    acts in two directions at once is an element for each: the second one ``follows`` the first.
 
     Attributes
     ----------
@@ -36,6 +37,10 @@ class Element:
         Coil channel that drives it; None for an element that no coil drives.
     name : str
         Name to print.
+    follows : str
+        Name of the element just before it, or of the one that this follows in turn, to which it
+        is a further direction of the same device; empty for none. See
+        ``IsolatedStructure.with_biaxial``.
 
     Raises
     ------
@@ -47,6 +52,7 @@ class Element:
     direction: np.ndarray
     channel: int | None = None
     name: str = "element"
+    follows: str = ""
 
     def __post_init__(self) -> None:
         check_device(self.device, self.name)

@@ -116,7 +116,14 @@ def from_fixed_base(
     base_mass: Any,
     rigid_motion: Any = None,
     shaken: Sequence[int] | None = None,
-    **labels: Any,
+    *,
+    names: Sequence[str] | None = None,
+    drift_rows: Any = None,
+    storeys: Sequence[str] | None = None,
+    directions: Sequence[str] | None = None,
+    heights: Any = None,
+    isolator_positions: Any = None,
+    name: str = "structure",
 ) -> Structure:
     """Structure from the matrices of its superstructure on a held base, put on a rigid base.
 
@@ -138,10 +145,8 @@ def from_fixed_base(
         by default.
     shaken : sequence of int, optional
         Dofs of the base along which the ground moves; all by default.
-    **labels
-        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``,
-        ``isolator_positions``, ``name`` as in ``from_matrices``, for the base's dofs followed by
-        the superstructure's.
+    names, drift_rows, storeys, directions, heights, isolator_positions, name
+        As in `from_matrices`, for the base's dofs followed by the superstructure's.
 
     Returns
     -------
@@ -175,11 +180,27 @@ def from_fixed_base(
         relative.T @ matrix("stiffness", stiffness, (n, n)) @ relative,
         influence=influence[:, columns],
         base=range(m),
-        **labels,
+        names=names,
+        drift_rows=drift_rows,
+        storeys=storeys,
+        directions=directions,
+        heights=heights,
+        isolator_positions=isolator_positions,
+        name=name,
     )
 
 
-def read_matrices(path: str | Path, **labels: Any) -> Structure:
+def read_matrices(
+    path: str | Path,
+    *,
+    names: Sequence[str] | None = None,
+    drift_rows: Any = None,
+    storeys: Sequence[str] | None = None,
+    directions: Sequence[str] | None = None,
+    heights: Any = None,
+    isolator_positions: Any = None,
+    name: str | None = None,
+) -> Structure:
     """Structure from a NumPy ``.npz`` file.
 
     Parameters
@@ -189,9 +210,10 @@ def read_matrices(path: str | Path, **labels: Any) -> Structure:
         ``influence`` (n, n_directions), ``base`` (dof numbers), ``storey_heights_m`` (n_storeys)
         and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are left
         alone.
-    **labels
-        ``names``, ``drift_rows``, ``storeys``, ``directions``, ``heights``,
-        ``isolator_positions``, ``name`` as in ``from_matrices``.
+    names, drift_rows, storeys, directions, heights, isolator_positions
+        As in `from_matrices`; heights and positions in place of the file's.
+    name : str, optional
+        Name to print; the file's by default.
 
     Returns
     -------
@@ -215,10 +237,17 @@ def read_matrices(path: str | Path, **labels: Any) -> Structure:
         if near and near[0] not in arrays:
             raise InputError(f"{path}: array {key!r} looks like {near[0]!r} misspelt; rename it")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
-    geometry = {label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays}
-    labels = {"name": Path(path).stem, **geometry, **labels}
+    geometry: dict[str, Any] = {
+        label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays
+    }
+    given = {"heights": heights, "isolator_positions": isolator_positions}
+    geometry |= {label: value for label, value in given.items() if value is not None}
     try:
-        return from_matrices(arrays["M"], arrays["C"], arrays["K"], **optional, **labels)
+        return from_matrices(
+            arrays["M"], arrays["C"], arrays["K"], names=names, drift_rows=drift_rows,
+            storeys=storeys, directions=directions, name=name or Path(path).stem,
+            **optional, **geometry,
+        )  # fmt: skip
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

@@ -90,8 +90,8 @@ def from_opensees(
                 place[tag, axis] = equation
                 labels[equation] = f"node{tag}_{axis}"
     turns = len(directions) == 2 and (base, "rz") in place and isolators is not None
-    target = [*directions, *(["rz"] if turns else [])]
-    for axis in target:
+    moving = [*directions, *(["rz"] if turns else [])]
+    for axis in moving:
         if (base, axis) not in place:
             raise InputError(
                 f"node {base} is fixed or tied along {axis}; expected: a base that is free"
@@ -102,7 +102,7 @@ def from_opensees(
         if axis in directions:
             influence[equation, directions.index(axis)] = 1.0
     heavy = np.diag(mass) > MASSLESS * np.diag(mass).max(initial=0.0)
-    for axis in target:
+    for axis in moving:
         if not heavy[place[base, axis]]:
             raise InputError(f"node {base} has no mass along {axis}; expected: a base with mass")
     if not set(np.flatnonzero(heavy)) <= set(labels):
@@ -111,7 +111,7 @@ def from_opensees(
             "its degrees of freedom with mass"
         )
     condensed = _condensation(stiffness, heavy)
-    keep = {equation: k for k, equation in enumerate(np.flatnonzero(heavy).tolist())}
+    numbers = {equation: k for k, equation in enumerate(np.flatnonzero(heavy).tolist())}
     up = len(ops.nodeCoord(base)) - 1  # y of a plane, z of space
     heights, rows, storeys = [], [], []
     chain = [base, *(floors or ())]
@@ -134,9 +134,9 @@ def from_opensees(
         condensed.T @ damping @ condensed,
         condensed.T @ stiffness @ condensed,
         influence=influence[heavy],
-        base=[keep[place[base, axis]] for axis in target],
-        names=[labels[equation] for equation in keep],
-        drift_rows=np.reshape(rows, (-1, len(keep))),
+        base=[numbers[place[base, axis]] for axis in moving],
+        names=[labels[equation] for equation in numbers],
+        drift_rows=np.reshape(rows, (-1, len(numbers))),
         storeys=storeys,
         directions=list(directions),
         heights=heights if heights and min(heights) > 0 else None,

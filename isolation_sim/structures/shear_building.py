@@ -76,7 +76,7 @@ def shear_building(
     ratio = _ratios(damping_ratio, m.size, damping)
     # with one mode, both kinds of damping are the same
     if damping == "modal" or m.size == 1:
-        viscous = _modal(mass, stiffness, ratio)
+        viscous = modal_damping(mass, stiffness, ratio)
     else:
         viscous = _rayleigh(mass, stiffness, ratio[0], rayleigh_modes)
     return from_fixed_base(mass, viscous, stiffness, slab[0], heights=heights, name=name)
@@ -95,7 +95,8 @@ def _ratios(given: Any, n: int, damping: str) -> np.ndarray:
     return np.broadcast_to(ratio, (n,))
 
 
-def _modal(mass: np.ndarray, stiffness: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+def modal_damping(mass: np.ndarray, stiffness: np.ndarray, ratio: float | np.ndarray) -> np.ndarray:
+    """Damping matrix with a ratio of critical damping at every mode."""
     frequencies, shapes = undamped_modes(mass, stiffness)
     weighted = mass @ shapes
     return (weighted * (2 * ratio * frequencies)) @ weighted.T

@@ -134,10 +134,11 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
             f"damping is {damping:g}; expected: {own:.4g} or more, which building and isolators "
             "have by themselves"
         )
-    moved = isolated.element_rows @ result.shapes[:, 0]
+    held = [e for e, along in zip(isolated.elements, isolated.holding, strict=True) if along.any()]
+    moved = np.array([element.direction @ result.shapes[:, 0] for element in held])
     omega = 2 * np.pi / result.periods[0]
     coefficient = 2 * omega * (damping - own) / float(moved @ moved)
-    for element in isolated.elements:
+    for element in held:
         numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
         damper = Device(LAW, numbers, name="damper", source="added for a damping ratio")
         name = element.name.replace("isolator", "damper")

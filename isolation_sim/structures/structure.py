@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
+from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
 from .checks import check_matrices, matrix, read_only
 from .element import Element, check_device
@@ -51,6 +53,8 @@ class Structure:
     isolator_positions : numpy.ndarray or None, shape (n_isolators, 2), m
         Plan positions x, y of the isolators, from the point of the slab that the base's dofs move,
         where they are known.
+    foundation : tuple of int
+        Dofs of a foundation on soil, below the isolators; see `on_soil`.
     name : str
         Name to print.
 
@@ -72,6 +76,7 @@ class Structure:
     directions: tuple[str, ...] = ("x",)
     heights: np.ndarray | None = None
     isolator_positions: np.ndarray | None = None
+    foundation: tuple[int, ...] = ()
     name: str = "structure"
 
     def __post_init__(self) -> None:
@@ -101,7 +106,7 @@ class Structure:
         if self.isolator_positions is not None:
             places = np.asarray(self.isolator_positions)
             put("isolator_positions", matrix("isolator_positions", places, (len(places), 2)))
-            self._plan_dofs()
+            self.plan_dofs()
 
     @property
     def n_dofs(self) -> int:
@@ -111,7 +116,15 @@ class Structure:
     @property
     def superstructure(self) -> tuple[int, ...]:
         """Dofs above the base."""
-        return tuple(i for i in range(self.n_dofs) if i not in self.base)
+        below = {*self.base, *self.foundation}
+        return tuple(i for i in range(self.n_dofs) if i not in below)
+
+    @property
+    def above_foundation(self) -> np.ndarray:
+        """The influence of what stands on the isolators, shape (n, n_directions)."""
+        result = self.influence.copy()
+        result[list(self.foundation)] = 0.0
+        return result
 
     @property
     def total_mass(self) -> float:
@@ -132,14 +145,15 @@ class Structure:
         """
         if self.isolator_positions is None:
             return np.zeros((0, 2, self.n_dofs))
-        along_x, along_y, rotation = self._plan_dofs()
+        along_x, along_y, rotation = self.plan_dofs()
         rows = np.zeros((len(self.isolator_positions), 2, self.n_dofs))
         rows[:, 0, along_x] = rows[:, 1, along_y] = 1.0
         rows[:, 0, rotation] = -self.isolator_positions[:, 1]
         rows[:, 1, rotation] = self.isolator_positions[:, 0]
+        rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation)].T
         return rows
 
-    def _plan_dofs(self) -> tuple[int, int, int]:
+    def plan_dofs(self) -> tuple[int, int, int]:
         """Dofs of the base along x, along y and in rotation."""
         moved = [tuple(self.influence[dof]) for dof in self.base]
         target = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
@@ -165,7 +179,7 @@ class Structure:
         numpy.ndarray, shape (n_directions, n), kg
             Base shear in N = -rows @ (q'' + influence @ a_g): the sum of the inertia forces.
         """
-        moving = self.influence.copy()
+        moving = self.above_foundation
         if above_base:
             moving[list(self.base)] = 0.0
         return moving.T @ self.mass
@@ -214,18 +228,19 @@ class Structure:
         Structure
             Without base dofs.
         """
-        keep = list(self.superstructure)
-        block = np.ix_(keep, keep)
+        above = list(self.superstructure)
+        block = np.ix_(above, above)
         return replace(
             self,
             mass=self.mass[block],
             damping=self.damping[block],
             stiffness=self.stiffness[block],
-            influence=self.influence[keep],
+            influence=self.influence[above],
             base=(),
+            foundation=(),
             isolator_positions=None,
-            names=tuple(self.names[i] for i in keep),
-            drift_rows=self.drift_rows[:, keep],
+            names=tuple(self.names[i] for i in above),
+            drift_rows=self.drift_rows[:, above],
             name=f"{self.name}, fixed base",
         )
 
@@ -269,6 +284,8 @@ class Structure:
         target_period_s: float | None = None,
         design_displacement_m: float | None = None,
         damping: float | None = None,
+        biaxial: bool = False,
+        overturning: bool = False,
     ) -> IsolatedStructure:
         """Put the structure on isolators between the ground and the base.
 
@@ -289,6 +306,12 @@ class Structure:
         damping : float, optional, dimensionless
             Damping ratio of the first mode; a linear dashpot beside the isolators adds what they
             lack.
+        biaxial : bool, default False
+            Whether both directions act on each other, by the law's form in two directions. Where
+            isolator positions are known there is a device at each, with an equal share.
+        overturning : bool, default False
+            Whether overturning changes the vertical load of each device; for biaxial devices at
+            known positions whose law has a form under axial load.
 
         Returns
         -------
@@ -298,7 +321,7 @@ class Structure:
         ------
         InputError
             If the device is not one, a number cannot be used or reached, or the structure has no
-            base.
+            base; with ``biaxial`` also if it has not two directions.
         """
         check_device(device, "isolator")
         if not self.base:
@@ -312,6 +335,11 @@ class Structure:
         elif design_displacement_m is not None:
             raise InputError("design_displacement_m needs target_period_s; expected: both or none")
         channel = 0 if device.depends_on_current else None
+        if overturning and not biaxial:
+            raise InputError("overturning needs biaxial isolators; expected: biaxial as well")
+        if biaxial:
+            isolated = self._on_biaxial(device.scaled(force=count), channel, overturning)
+            return isolated if damping is None else with_damping(isolated, device, damping)
         elements = []
         for column, label in zip(self.influence.T, self.directions, strict=True):
             row = np.zeros(self.n_dofs)
@@ -320,6 +348,26 @@ class Structure:
             elements.append(Element(device.scaled(force=count), row, channel, name))
         isolated = IsolatedStructure(self, tuple(elements))
         return isolated if damping is None else with_damping(isolated, device, damping)
+
+    def _on_biaxial(
+        self, device: Device, channel: int | None, overturning: bool
+    ) -> IsolatedStructure:
+        """Put the structure on isolators that act in two directions at once."""
+        from .vertical_load import isolation_rows, overturning_rows
+
+        if len(self.directions) != 2:
+            raise InputError(
+                f"{self.name} is shaken along {', '.join(self.directions)}; expected for biaxial "
+                "isolators: two directions"
+            )
+        places = isolation_rows(self)
+        changes = overturning_rows(self) if overturning else [None] * len(places)
+        isolated = IsolatedStructure(self, ())
+        share = device.scaled(force=1 / len(places))
+        for k, (rows, change) in enumerate(zip(places, changes, strict=True)):
+            name = "isolator" if len(places) == 1 else f"isolator{k + 1}"
+            isolated = isolated.with_biaxial(share, rows, channel, name, change)
+        return isolated
 
     def with_element(
         self,
@@ -353,6 +401,11 @@ class Structure:
         return IsolatedStructure(self, ()).with_element(device, direction, channel, name)
 
 
+def _no_force() -> Device:
+    """Return a spring of no stiffness."""
+    return Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
+
+
 @dataclass(frozen=True, eq=False)
 class IsolatedStructure:
     """Structure with nonlinear elements: M q'' + C q' + K q = -M r a_g - sum b_i F_i.
@@ -382,9 +435,47 @@ class IsolatedStructure:
         names = self.element_names
         if len(set(names)) < len(names):
             raise InputError(f"two elements of {self.structure.name} share a name: {names}")
+        self._check_followers()
         used = sorted({e.channel for e in elements if e.channel is not None})
         if used != list(range(len(used))):
             raise InputError(f"coil channels are {used}; expected: 0, 1, 2 without gaps")
+
+    def _check_followers(self) -> None:
+        leader = None
+        for element in self.elements:
+            if not element.follows:
+                leader = element
+            elif leader is None or leader.name != element.follows:
+                raise InputError(
+                    f"element {element.name!r} follows {element.follows!r}; expected: the element "
+                    "of the same device just before it"
+                )
+        for devices, law in zip(self.groups, self.group_laws, strict=True):
+            if len(devices) != law.directions:
+                names = ", ".join(self.element_names[e] for e in devices)
+                raise InputError(f"{names} are one device; expected: 2 or 3 directions of it")
+
+    @cached_property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """Elements of each device, by number: one, or one a direction in which it acts."""
+        result: list[list[int]] = []
+        for e, element in enumerate(self.elements):
+            if element.follows and result:
+                result[-1].append(e)
+            else:
+                result.append([e])
+        return tuple(map(tuple, result))
+
+    @cached_property
+    def group_laws(self) -> tuple[Law, ...]:
+        """Law of each device, over as many directions as the device has elements."""
+        laws = []
+        for group in self.groups:
+            law = self.elements[group[0]].device.law
+            if len(group) > 1:
+                law = law.in_plan if len(group) == 2 else law.under_axial_load
+            laws.append(law)
+        return tuple(laws)
 
     @property
     def element_names(self) -> tuple[str, ...]:
@@ -414,11 +505,11 @@ class IsolatedStructure:
 
     @property
     def holding(self) -> np.ndarray:
-        """Deformation of each element when the structure moves rigidly against the ground.
+        """Deformation of each element when the structure moves rigidly against its foundation.
 
         Shape (n_elements, n_directions); zero for an element inside the structure.
         """
-        return self.element_rows @ self.structure.influence
+        return self.element_rows @ self.structure.above_foundation
 
     def current_range(self, channel: int = 0) -> tuple[float, float]:
         """Currents at which every device on a channel is meaningful.
@@ -524,6 +615,52 @@ class IsolatedStructure:
         name = name or f"{device.name}_{len(self.elements) + 1}"
         return replace(self, elements=(*self.elements, Element(device, row, channel, name)))
 
+    def with_biaxial(
+        self,
+        device: Device,
+        directions: Sequence[str | Sequence[float] | np.ndarray],
+        channel: int | None = None,
+        name: str = "isolator",
+        load_change: Sequence[float] | np.ndarray | None = None,
+    ) -> IsolatedStructure:
+        """Return the structure with one more device, which acts in two directions at once.
+
+        Parameters
+        ----------
+        device : Device
+            Its law, numbers and scale; the law has an in-plan form.
+        directions : sequence of two directions
+            Along x and along y, each as in ``with_element``.
+        channel : int, optional
+            Coil channel of both; none by default.
+        name : str, default "isolator"
+            Name to print; its two elements are ``..._x`` and ``..._y``.
+        load_change : sequence of float, shape (n,), optional
+            Row that turns displacements into the change of the device's vertical load over its
+            mean, such as `overturning_rows` returns; a third element ``..._load`` without force.
+
+        Returns
+        -------
+        IsolatedStructure
+
+        Raises
+        ------
+        InputError
+            If the law has no in-plan form, or a direction, channel or name cannot be used.
+
+        Notes
+        -----
+        For whoever looks at one element alone, as controllers and linearisation do, each direction
+        is the law along a line, with nothing across.
+        """
+        x, y = (self.structure.direction_row(row) for row in directions)
+        first = Element(device, x, channel, f"{name}_x")
+        elements = [*self.elements, first, Element(device, y, channel, f"{name}_y", first.name)]
+        if load_change is not None:
+            row = self.structure.direction_row(load_change)
+            elements.append(Element(_no_force(), row, None, f"{name}_load", first.name))
+        return replace(self, elements=tuple(elements))
+
     def modes(self, currents: float | Sequence[float] = 0.0) -> ModalFacts:
         """Modes for small vibrations about rest.
 
@@ -585,19 +722,18 @@ class IsolatedStructure:
             With the elements of the superstructure; where there are none, with a spring of no
             stiffness, since a simulation needs an element.
         """
-        keep = list(self.structure.superstructure)
+        above = list(self.structure.superstructure)
         fixed = self.structure.fixed_base()
         elements = tuple(
-            replace(element, direction=element.direction[keep], channel=None)
+            replace(element, direction=element.direction[above], channel=None)
             for element in self.elements
-            if not np.any(element.direction[list(self.structure.base)])
+            if not np.any(element.direction[[*self.structure.base, *self.structure.foundation]])
             and not element.device.depends_on_current
         )
         if not elements:
-            nothing = Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
-            top = np.zeros(len(keep))
+            top = np.zeros(len(above))
             top[-1] = 1.0
-            elements = (Element(nothing, top, None, "no_element"),)
+            elements = (Element(_no_force(), top, None, "no_element"),)
         return IsolatedStructure(fixed, elements)
 
     def facts(self) -> dict[str, str]:
@@ -610,8 +746,8 @@ class IsolatedStructure:
         return facts(self)
 
     def __repr__(self) -> str:
-        sentences = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
-        return f"IsolatedStructure({self.structure.name}: {sentences})"
+        facts = "; ".join(f"{key.lower()} {value}" for key, value in self.facts().items())
+        return f"IsolatedStructure({self.structure.name}: {facts})"
 
     def linearised(
         self, currents: float | Sequence[float] = 0.0, frequency_hz: float = 1.0

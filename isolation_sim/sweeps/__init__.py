@@ -1,4 +1,4 @@
-"""Sweeps: thousands of runs from one plan, that survive anything."""
+"""Sweeps: thousands of runs from one plan, resumable after an interruption."""
 
 from .plan import SweepPlan
 from .result import Sweep

@@ -123,9 +123,9 @@ def _axis(vary: Vary) -> Axis:
     return Axis((quantity,), [(value,) for value in values])
 
 
-def _few_enough(count: float, sentences: str) -> None:
+def _few_enough(count: float, subject: str) -> None:
     if count > MOST_CASES:
-        raise InputError(f"{sentences} makes {count:.3g} values; expected: up to {MOST_CASES:,}")
+        raise InputError(f"{subject} makes {count:.3g} values; expected: up to {MOST_CASES:,}")
 
 
 def _shown(values: Sequence[Any]) -> tuple[str, ...] | None:

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Diverged, InputError
+from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
 from ..simulation.batch import Case, run_cases
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
 from .design import CaseSpec, validated
-from .rows import Row, energy_record, table_bytes
+from .rows import Row, energy_record, table_columns
 
 if TYPE_CHECKING:
     from ..simulation.result import Run
@@ -71,7 +72,7 @@ class Finished:
     number : int
         Place of the chunk in the plan.
     table : bytes
-        Parquet, a row a run.
+        Content of a file of columns, a row a run.
     n_runs, n_failed : int
         How many there are, and how many of them failed.
     histories : dict of str to bytes
@@ -91,8 +92,8 @@ def run_chunk(chunk: Chunk) -> Finished:
     A row does not depend on the others, so that neither the size of chunks nor their order
     matters, to the last bit.
     """
-    keep: dict[tuple[str, ...], Any] = {}
-    rows = [row for case in chunk.cases for row in _rows(chunk, case, keep)]
+    cache: dict[tuple[str, ...], Any] = {}
+    rows = [row for case in chunk.cases for row in _rows(chunk, case, cache)]
     histories: dict[str, bytes] = {}
     alike: dict[str, list[Row]] = {}
     for row in rows:
@@ -111,7 +112,7 @@ def run_chunk(chunk: Chunk) -> Finished:
     for group in alike.values():
         _side_by_side(group)
     failed = sum(row.status != "ok" for row in rows)
-    table = table_bytes(rows, chunk.parameters, chunk.controllers, chunk.energy)
+    table = columns_bytes(table_columns(rows, chunk.parameters, chunk.controllers, chunk.energy))
     return Finished(chunk.number, table, len(rows), failed, histories)
 
 
@@ -120,7 +121,7 @@ def history_name(case: int, controller: str) -> str:
     return f"case_{case:07d}_{file_name(controller)}.nc"
 
 
-def _rows(chunk: Chunk, case: CaseSpec, keep: dict[tuple[str, ...], Any]) -> list[Row]:
+def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> list[Row]:
     """Build a case; what it shares with others is built once."""
     rows = [Row(case, label) for label in chunk.controllers]
     try:
@@ -131,7 +132,7 @@ def _rows(chunk: Chunk, case: CaseSpec, keep: dict[tuple[str, ...], Any]) -> lis
         return rows
     entries = data["controller"]
     try:
-        jobs = [validated(data).build(keep)] * len(rows)
+        jobs = [validated(data).build(cache)] * len(rows)
     except InputError:
         # one controller's settings may be wrong and not the others'
         jobs = []

@@ -223,17 +223,17 @@ def _digest(path: str) -> str:
         return "not found"
 
 
-def differences(keep: Any, now: Any, place: str = "") -> Iterator[str]:
+def differences(stored: Any, now: Any, place: str = "") -> Iterator[str]:
     """Yield what differs between two plans' contents, a line a place."""
-    if isinstance(keep, dict) and isinstance(now, dict):
-        for key in {**keep, **now}:
+    if isinstance(stored, dict) and isinstance(now, dict):
+        for key in {**stored, **now}:
             inner = f"{place}.{key}".removeprefix(".")
-            yield from differences(keep.get(key), now.get(key), inner)
-    elif isinstance(keep, list) and isinstance(now, list) and len(keep) == len(now):
-        for k, (a, b) in enumerate(zip(keep, now, strict=True)):
+            yield from differences(stored.get(key), now.get(key), inner)
+    elif isinstance(stored, list) and isinstance(now, list) and len(stored) == len(now):
+        for k, (a, b) in enumerate(zip(stored, now, strict=True)):
             yield from differences(a, b, f"{place}[{k}]")
-    elif keep != now:
-        yield f"{place.removeprefix('plan.')} was {_short(keep)}, is {_short(now)}"
+    elif stored != now:
+        yield f"{place.removeprefix('plan.')} was {_short(stored)}, is {_short(now)}"
 
 
 def _short(value: Any) -> str:

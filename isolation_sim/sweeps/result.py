@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..errors import InputError, unknown_name
 from ..io.atomic_write import atomic_write
-from ..rendering import render
+from ..rendering import Printed, render
 from ..simulation.tested_range import OVER_TESTED, beyond_tests
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 _ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED)
 
 
-class Sweep:
+class Sweep(Printed):
     """Results of a sweep.
 
     Parameters
@@ -63,7 +65,9 @@ class Sweep:
         ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests
         behind the laws, 0 where there are none), then criteria and energies in SI units.
         """
-        return self._store.read().to_pandas()
+        import pandas
+
+        return pandas.DataFrame(self._store.read())
 
     @property
     def finished(self) -> bool:
@@ -95,8 +99,8 @@ class Sweep:
     @cached_property
     def counts(self) -> dict[str, int]:
         """Number of runs by status, without reading the whole table."""
-        result = self._store.read(["status"])["status"].value_counts()
-        return {entry["values"]: entry["counts"] for entry in result.to_pylist()}
+        values, counts = np.unique(self._store.read(["status"])["status"], return_counts=True)
+        return dict(zip(values.tolist(), counts.tolist(), strict=True))
 
     @property
     def failed(self) -> pandas.DataFrame:
@@ -104,7 +108,7 @@ class Sweep:
         return self.table[self.table["status"] != "ok"]
 
     def warnings(self) -> list[str]:
-        """Tell what a reader must know before trusting the numbers.
+        """Return warnings about the validity of the results.
 
         Returns
         -------
@@ -195,7 +199,7 @@ class Sweep:
         Raises
         ------
         InputError
-            If they were not kept.
+            If they were not stored.
         """
         from ..simulation.run_files import read_run
         from .chunk import history_name
@@ -215,10 +219,8 @@ class Sweep:
         pathlib.Path
             The file.
         """
-        from pyarrow import csv
-
-        with atomic_write(path) as unfinished, unfinished.open("wb") as file:
-            csv.write_csv(self._store.read(), file)
+        with atomic_write(path) as unfinished:
+            self.table.to_csv(unfinished, index=False)
         return Path(path)
 
     def to_html(self, path: str | Path, criterion: str = "peak_floor_acceleration_m_s2") -> Path:
@@ -316,11 +318,9 @@ class Sweep:
         """
         return self.plot_comparison(criteria)
 
-    def report(self) -> None:
-        """Print the controllers side by side, and warnings."""
-        render("console:standard_console").print(render("sweep_tables:controllers_table", self))
-        for line in self.warnings():
-            print(f"warning: {line}")
+    def _shown(self) -> Iterator[Any]:
+        yield render("sweep_tables:controllers_table", self)
+        yield from (f"warning: {each}" for each in self.warnings())
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return the table; the same as ``table``.
@@ -333,9 +333,6 @@ class Sweep:
 
     def __reduce__(self) -> tuple[type[Sweep], tuple[str]]:
         return Sweep, (str(self.folder.absolute()),)
-
-    def _repr_html_(self) -> str:
-        return render("tables:as_html", render("sweep_tables:controllers_table", self))
 
     def one_controller(self, label: str | None) -> str:
         """Return a controller's label, the first by default.

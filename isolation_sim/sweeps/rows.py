@@ -1,15 +1,13 @@
-"""The table of a sweep: its columns, and a chunk's rows as Parquet."""
+"""The table of a sweep: its columns, and a chunk's rows."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from ..comparison import UNCONTROLLED
 from ..criteria import GEOMETRIC, Response, benchmark_criteria, response_criteria
@@ -23,9 +21,7 @@ if TYPE_CHECKING:
     from ..simulation.result import Run
     from .design import CaseSpec
 
-_TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
-FORMAT: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
-"""How Parquet is written; readers may check the pages."""
+_TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
 
 
 @dataclass
@@ -111,31 +107,18 @@ def result_names(controllers: Sequence[str], energy: bool) -> tuple[str, ...]:
     return (*criteria_names(), *ratios, *(_energy_names() if energy else ()))
 
 
-def schema(parameters: Mapping[str, type], controllers: Sequence[str], energy: bool) -> pa.Schema:
-    """Columns of the table."""
-    columns = [("case", pa.int64())]
-    columns += [(label, _TYPES[kind]) for label, kind in parameters.items()]
-    columns += [(name, pa.string()) for name in ("controller", "status", "reason")]
-    columns.append(("clamped", pa.int64()))
-    columns += [(name, pa.float64()) for name in OVER_TESTED]
-    columns += [(name, pa.float64()) for name in result_names(controllers, energy)]
-    return pa.schema(columns)
-
-
-def table_bytes(
+def table_columns(
     rows: Sequence[Row], parameters: Mapping[str, type], controllers: Sequence[str], energy: bool
-) -> bytes:
-    """Write rows as Parquet."""
-    columns: dict[str, Sequence[Any]] = {
-        "case": [row.case.number for row in rows],
-        **{
-            label: [kind(row.case.shown[label]) for row in rows]
-            for label, kind in parameters.items()
-        },
-        **{key: [getattr(row, key) for row in rows] for key in ("controller", "status", "reason")},
-        "clamped": [row.clamped for row in rows],
-        **{name: [getattr(row, name) for row in rows] for name in OVER_TESTED},
-    }
+) -> dict[str, np.ndarray]:
+    """Rows as the columns of the table."""
+    columns = {"case": np.array([row.case.number for row in rows], np.int64)}
+    for label, kind in parameters.items():
+        columns[label] = np.array([kind(row.case.shown[label]) for row in rows], _TYPES[kind])
+    for key in ("controller", "status", "reason"):
+        columns[key] = np.array([getattr(row, key) for row in rows], str)
+    columns["clamped"] = np.array([row.clamped for row in rows], np.int64)
+    for key in OVER_TESTED:
+        columns[key] = np.array([getattr(row, key) for row in rows], float)
     results = {
         name: np.array([row.criteria.get(name, np.nan) for row in rows])
         for name in criteria_names()
@@ -147,11 +130,7 @@ def table_bytes(
         }
     if UNCONTROLLED in controllers:
         results |= _ratios(results, list(controllers).index(UNCONTROLLED), len(controllers))
-    target = schema(parameters, controllers, energy)
-    table = pa.table({name: (columns | results)[name] for name in target.names}, schema=target)
-    sink = pa.BufferOutputStream()
-    pq.write_table(table, sink, **FORMAT)
-    return sink.getvalue().to_pybytes()
+    return columns | {name: results[name] for name in result_names(controllers, energy)}
 
 
 def _ratios(

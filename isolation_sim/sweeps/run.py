@@ -46,7 +46,7 @@ class Estimate:
     size : float
         On disk, bytes.
     cases_per_chunk : int
-        Cases that are run, and kept, together.
+        Cases that are run and stored together.
     """
 
     n_cases: int

@@ -8,7 +8,6 @@ full disk or a power cut leaves something half done that looks whole.
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 import shutil
@@ -17,17 +16,18 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.parquet as pq
+import numpy as np
 
 from ..errors import InputError
+from ..io.columns import column_names, columns_bytes, read_columns, write_columns
 from .chunk import Finished
 from .design import differences
-from .rows import FORMAT
 
-ROWS = 8_192
-"""Rows of a group in the final table, which so does not depend on the size of chunks."""
+FORMAT = 2
+"""Of the folder: 1 had its tables as Parquet."""
+
+_AT_ONCE = 4_000_000
+"""Numbers that are held in memory while chunks are put together."""
 
 _LEFT_OVER = ".unfinished"
 
@@ -38,14 +38,14 @@ class Store:
     Parameters
     ----------
     folder : str or pathlib.Path
-        ``manifest.json``, ``chunks/`` while the sweep runs, ``table.parquet`` at its end, and
+        ``manifest.json``, ``chunks/`` while the sweep runs, ``table.npz`` at its end, and
         ``histories/`` where they are kept.
     """
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
         self.manifest = self.folder / "manifest.json"
-        self.table = self.folder / "table.parquet"
+        self.table = self.folder / "table.npz"
         self.chunks = self.folder / "chunks"
         self.histories = self.folder / "histories"
 
@@ -74,26 +74,32 @@ class Store:
                 f"{self.folder}: results cannot be written there ({error.strerror}); expected: a "
                 "folder that you may write to"
             ) from None
-        keep = {"format": 1, "cases_per_chunk": cases_per_chunk, **content}
-        write_durably(self.manifest, json.dumps(keep, indent=1).encode())
+        manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
+        write_durably(self.manifest, json.dumps(manifest, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
         """Return what `begin` wrote."""
         try:
-            return json.loads(self.manifest.read_bytes())
+            manifest = json.loads(self.manifest.read_bytes())
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(
                 f"{self.folder}: no sweep there; expected: a folder that isolation-sim sweep made"
             ) from None
         except (OSError, ValueError) as error:
             raise InputError(f"{self.manifest}: cannot be read ({error})") from None
+        if manifest.get("format") != FORMAT:
+            raise InputError(
+                f"{self.folder}: a sweep of another release; expected: the sweep run again, or its "
+                "table read by pandas.read_parquet"
+            )
+        return manifest
 
     def check_same(self, content: dict[str, Any]) -> int:
         """Make sure that the plan is the one that was begun."""
-        keep = self.read_manifest()
-        cases_per_chunk = keep.pop("cases_per_chunk")
-        keep.pop("format")
-        differ = list(differences(keep, json.loads(json.dumps(content))))
+        manifest = self.read_manifest()
+        cases_per_chunk = manifest.pop("cases_per_chunk")
+        manifest.pop("format")
+        differ = list(differences(manifest, json.loads(json.dumps(content))))
         if differ:
             more = f" (and {len(differ) - 3} more)" if len(differ) > 3 else ""
             raise InputError(
@@ -129,7 +135,7 @@ class Store:
         for path in sorted(self.chunks.iterdir()):
             number, _, checksum = path.stem.partition("-")
             whole = not path.name.endswith(_LEFT_OVER) and _checksum(path.read_bytes()) == checksum
-            if not whole or _has_errors(_read(path, ["status"])):
+            if not whole or _has_errors(read_columns(path, ["status"])):
                 path.unlink()
             else:
                 numbers.add(int(number))
@@ -142,21 +148,15 @@ class Store:
         for name, data in finished.histories.items():
             write_durably(self.histories / name, data)
         checksum = _checksum(finished.table)
-        write_durably(self.chunks / f"{finished.number:06d}-{checksum}.parquet", finished.table)
+        write_durably(self.chunks / f"{finished.number:06d}-{checksum}.npz", finished.table)
 
     def close(self) -> None:
-        """Put the chunks together, a group of rows at a time, and remove them."""
+        """Put the chunks together, some columns at a time, and remove them."""
         unfinished = self.table.with_name(self.table.name + _LEFT_OVER)
         paths = sorted(self.chunks.iterdir())
         try:
             with unfinished.open("wb") as file:
-                writer: pq.ParquetWriter | None = None
-                for group in _regrouped(paths):
-                    if writer is None:
-                        writer = pq.ParquetWriter(file, group.schema, **FORMAT)
-                    writer.write_table(group, row_group_size=ROWS)
-                if writer is not None:
-                    writer.close()
+                write_columns(_together(paths), file)
                 file.flush()
                 os.fsync(file.fileno())
             unfinished.replace(self.table)
@@ -167,20 +167,18 @@ class Store:
 
     def has_errors(self) -> bool:
         """Whether a run of a finished sweep ended in an error."""
-        return _has_errors(_read(self.table, ["status"]))
+        return _has_errors(read_columns(self.table, ["status"]))
 
     def reopen(self, cases_per_chunk: int) -> None:
         """Divide a finished table into chunks again, and leave out those with an error."""
-        table = _read(self.table)
+        table = read_columns(self.table)
         self.tidy()
         self.chunks.mkdir()
-        numbers = pc.divide(table["case"], cases_per_chunk)
-        for number in pc.unique(numbers).to_pylist():
-            rows = table.filter(pc.equal(numbers, number))
+        numbers = table["case"] // cases_per_chunk
+        for number in np.unique(numbers).tolist():
+            rows = {name: column[numbers == number] for name, column in table.items()}
             if not _has_errors(rows):
-                sink = io.BytesIO()
-                pq.write_table(rows, sink, **FORMAT)
-                self.put(Finished(number, sink.getvalue(), len(rows), 0))
+                self.put(Finished(number, columns_bytes(rows), len(rows["case"]), 0))
         self.table.unlink()
 
     def tidy(self) -> None:
@@ -188,38 +186,35 @@ class Store:
         if self.table.is_file():
             shutil.rmtree(self.chunks, ignore_errors=True)
 
-    def read(self, columns: Sequence[str] | None = None) -> pa.Table:
+    def read(self, columns: Sequence[str] | None = None) -> dict[str, np.ndarray]:
         """Return the table: of the whole sweep, or of what is finished of it."""
         if self.table.is_file():
-            return _read(self.table, columns)
-        paths = sorted(self.chunks.glob("*.parquet"))
+            return read_columns(self.table, columns)
+        paths = sorted(self.chunks.glob("*.npz"))
         if not paths:
             raise InputError(f"{self.folder}: no chunk is finished yet")
-        return pa.concat_tables(_read(path, columns) for path in paths)
+        return _joined(paths, columns)
 
 
-def _regrouped(paths: list[Path]) -> Iterator[pa.Table]:
-    """Yield the chunks' rows in groups of one size."""
-    waiting: list[pa.Table] = []
-    for path in paths:
-        waiting.append(_read(path))
-        while sum(map(len, waiting)) >= ROWS:
-            together = pa.concat_tables(waiting)
-            yield together.slice(0, ROWS).combine_chunks()
-            waiting = [together.slice(ROWS)]
-    rest = pa.concat_tables(waiting)
-    if len(rest):
-        yield rest.combine_chunks()
+def _together(paths: list[Path]) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the columns of all chunks, joined; some are read at once, to open few files."""
+    if not paths:
+        return
+    names = column_names(paths[0])
+    at_once = max(1, _AT_ONCE // max(1, len(_joined(paths, ["case"])["case"])))
+    for first in range(0, len(names), at_once):
+        yield from _joined(paths, names[first : first + at_once]).items()
 
 
-def _read(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    target = None if columns is None else list(columns)
-    return pq.read_table(path, columns=target, page_checksum_verification=True)
+def _joined(paths: list[Path], names: Sequence[str] | None) -> dict[str, np.ndarray]:
+    """Columns of several files, one below the other."""
+    tables = [read_columns(path, names) for path in paths]
+    return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
-def _has_errors(table: pa.Table) -> bool:
+def _has_errors(table: dict[str, np.ndarray]) -> bool:
     """Whether a run ended in an error that is not of its input: no memory, a file that is gone."""
-    return bool(pc.any(pc.equal(table["status"], "error")).as_py())
+    return bool(np.any(table["status"] == "error"))
 
 
 def _checksum(data: bytes) -> str:

@@ -68,7 +68,7 @@ def search(
         old = list(known[len(trials) : len(trials) + len(candidates)])
         if [trial.settings for trial in old] != candidates[: len(old)]:
             raise InputError(
-                "the trials kept are not those of this search; expected: the version of cmaes "
+                "the saved trials are not those of this search; expected: the version of cmaes "
                 "that began it, or another folder"
             )
         new = candidates[len(old) :]
@@ -93,8 +93,8 @@ def search(
         ]
         # what is outside counts as the nearest bound, and as worse the further out it is
         excess = np.sum(np.square(places - inside), axis=1)
-        sentences = zip(places, generation(candidates), excess.tolist(), strict=True)
-        optimiser.tell([(place, trial.mean + out) for place, trial, out in sentences])
+        outcomes = zip(places, generation(candidates), excess.tolist(), strict=True)
+        optimiser.tell([(place, trial.mean + out) for place, trial, out in outcomes])
         if optimiser.should_stop():
             size, mean = 2 * size, restarts.random(n)
             optimiser = new_search()

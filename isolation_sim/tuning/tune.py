@@ -43,9 +43,9 @@ def tune(
     out: str | Path | None = None,
     resume: bool = False,
     workers: int | None = None,
-    progress: Callable[[str, int], None] = lambda what, done: None,
+    progress: Callable[[str, int], None] | None = None,
 ) -> Tuning:
-    """Find the settings of a controller that do best on some motions, and judge them on others.
+    """Find the settings of a controller that are best on some motions, and evaluate them on others.
 
     The score of a run is J: its criteria, each over its value without current, weighted and added,
     minus the least such sum of any constant current under the same motion. The mean score over the
@@ -62,7 +62,7 @@ def tune(
         What to tune on: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
         ``"scenario"``; a folder of records; or records, each one a direction.
     unseen : as ``motions``, or a mapping of names to such
-        What to judge by. A mixture is drawn by another seed than that of ``motions``.
+        Motions of the evaluation. A mixture has another seed than that of ``motions``.
     criteria : mapping of str to float, optional
         Weights by criterion; 1 for the peaks of base displacement and floor acceleration by
         default.
@@ -102,6 +102,7 @@ def tune(
     Controllers in compiled code run side by side in vector lanes, on several threads; those that
     decide in plain Python run in several processes, unless they are registered in this one alone.
     """
+    progress = progress or (lambda what, done: None)
     scenario_file = scenario
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from ..io.atomic_write import write_text
 from ..io.results_folder import write_contents
-from ..rendering import render
+from ..rendering import Printed, render
 from .intervals import MARGIN, MeanInterval, mean_interval
 from .search import Trial
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import RenderableType
 
 _STATE = "tuning.json"
 
@@ -60,7 +60,7 @@ class Judgement:
 
 
 @dataclass
-class Tuning:
+class Tuning(Printed):
     """What a tuning found.
 
     Attributes
@@ -110,8 +110,16 @@ class Tuning:
             first = f"Tuned on the {self.judged[0].name}, in {len(self.trials)} trials."
         return [first, *map(_told, self.judged)]
 
-    def report(self) -> dict[str, Any]:
-        """Report that JSON can hold.
+    def _shown(self) -> Iterator[Any]:
+        yield from self.tables()
+        yield from self.verdict()
+
+    def __repr__(self) -> str:
+        state = f"mean score {self.best.mean:.3g}" if self.trials else "unfinished"
+        return f"Tuning({self.controller}: {len(self.trials)} trials, {state})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what was found as plain numbers and text.
 
         Returns
         -------
@@ -174,12 +182,12 @@ class Tuning:
         """
         return render("html.tuning_report:tuning_report", self).write(path)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[RenderableType]:
         """Build the tables of settings and of gains.
 
         Returns
         -------
-        list of rich.table.Table
+        list of rich.console.RenderableType
         """
         return render("tuning_tables:tuning_tables", self)
 
@@ -277,15 +285,15 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     folder = Path(folder)
     there = folder / _STATE
     if resume and there.exists():
-        keep = Tuning.read(folder)
+        stored = Tuning.read(folder)
         for key, value in new.content.items():
             # the same motions and scenario may be named in another way
-            if key != "command" and keep.content.get(key) != value:
+            if key != "command" and stored.content.get(key) != value:
                 raise InputError(
                     f"{there}: {key} differs from what was begun there; expected: the same "
                     "arguments and files, or another folder"
                 )
-        return Tuning(keep.content, keep.trials)
+        return Tuning(stored.content, stored.trials)
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
         remedy = ", or --resume to go on with the tuning there" if there.exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
@@ -301,7 +309,7 @@ def _told(evaluated: Judgement) -> str:
     elif after.low > 0:
         beats = "It does not beat the best constant current of each motion"
     else:
-        beats = "It is not told apart from the best constant current of each motion"
+        beats = "It does not differ significantly from the best constant current of each motion"
     name = evaluated.name[:1].upper() + evaluated.name[1:]
     return (
         f"{name}: mean score {before} before, {after} after, gain {gain}. "

@@ -243,7 +243,7 @@ def main(repetitions: int = 200) -> dict[str, float]:
     inside = counts[1] * simulating + (counts[0] - counts[1]) * plainly
     console.print(
         f"{ratios.get(DEFAULT, np.nan):.0f} times faster than least_squares as a user calls it, at "
-        f"tolerances that arrive (wanted: {WANTED:.0f}), and {ratios.get(TUNED, np.nan):.0f} times "
+        f"tolerances that arrive (target: {WANTED:.0f}), and {ratios.get(TUNED, np.nan):.0f} times "
         f"faster where someone chose its difference steps well. Of the {seconds * 1e3:.3f} ms, "
         f"{inside * 1e3:.3f} ms simulate ({simulating * 1e6:.0f} us with derivatives, "
         f"{plainly * 1e6:.0f} us without); the rest is the search's linear algebra."

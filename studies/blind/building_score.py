@@ -28,12 +28,12 @@ def answer(diagnosis: dict) -> str:
 def storey_right(result: BuildingScored) -> bool | None:
     """Whether the storey that lost stiffness is named; None where none did or no loss is named."""
     storeys = [fault.storey for fault in result.case.faults if fault.storey is not None]
-    matches = [
+    named = [
         cause["parameters"]["storey"]["value"]
         for cause in result.diagnosis["causes"]
         if cause["name"] == "storey_stiffness_loss"
     ]
-    return storeys[0] in matches if storeys and matches else None
+    return storeys[0] in named if storeys and named else None
 
 
 def all_named(result: BuildingScored) -> bool:

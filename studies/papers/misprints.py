@@ -59,7 +59,7 @@ def yu() -> Iterator[Check]:
         "Eq 23",
         100 * (peaks[0] / peaks[1] - 1),
         "%",
-        read("alpha x³ is printed for alpha z³ of Eq 25; of 000's base model at 1 Hz"),
+        read("alpha x³ is printed for alpha z³ of Eq 25; of the base model of Li & Li at 1 Hz"),
     )
 
 

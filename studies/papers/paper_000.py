@@ -26,7 +26,7 @@ from isolation_sim.laws.published import (
 from .refit_000 import refit
 from .table import Check, Verdict, claim, compare, follows, found, how, read, reading
 
-TITLE = f"000 {LI_LI}"
+TITLE = LI_LI
 AMPLITUDES_MM = tuple(LI_LI_STIFFNESS_N_PER_MM)
 CYCLES, STEADY_CYCLES = 20, 15
 """Cycles that are integrated, and those of them that are not measured."""

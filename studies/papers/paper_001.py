@@ -29,7 +29,7 @@ from .table import (
     reading,
 )
 
-TITLE = f"001 {TAO}"
+TITLE = TAO
 STIFFNESS_GAINS = (
     "75.6 -3.3 68.2 71.8 68.5 15.9 -16.9 16.0 6.9 -16.7 8.3 65.9 0.9 52.1 58.8 56.5 14.9 -19.5 14.4"
 ).split()

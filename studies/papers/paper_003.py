@@ -36,7 +36,7 @@ from .table import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TITLE = f"003 {LINEARISED}"
+TITLE = LINEARISED
 
 PRINTED = {
     "storage": {"A": "1.4147", "B": "3.700", "f": "0.01421", "constant": "5.3376"},

@@ -28,10 +28,11 @@ def reproduce(
     figures: bool = True,
     short: bool = False,
     show: Callable[[str, list[Check]], None] = lambda title, checks: None,
+    overwrite: bool = False,
 ) -> Path:
     """Recompute every checkable number of the papers and draw their figures."""
     parts: list[tuple[str, list[Check], list[Path]]] = []
-    with ResultsFolder(out) as folder:
+    with ResultsFolder(out, overwrite) as folder:
         for name, (paper, drawings) in PAPERS.items():
             checks: list[Check] = paper.checks(short)
             show(paper.TITLE, checks)

@@ -1,11 +1,12 @@
 """What settings accept."""
 
+import inspect
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from controllers import Controller, setting
+from controllers import CONTROLLERS, Controller, Policy, setting
 from controllers.settings import Integer, Number, Numbers, OneOf, Optional, SearchRange
 from isolation_sim.errors import InputError
 
@@ -44,6 +45,45 @@ def test_a_preset_is_chosen_by_name_and_completed():
 def both_of(one):
     """What ``to_dict`` gives, without the name."""
     return {key: value for key, value in one.to_dict().items() if key != "name"}
+
+
+def test_editors_show_the_settings():
+    """Names, defaults, types and units, of a class and of every class below it."""
+
+    def shown(kind):
+        return str(inspect.signature(kind)).replace("typing.", "")
+
+    assert shown(Retuned) == (
+        "(*, period: Annotated[float | None, 's'] = 0.25, gain: Annotated[float, 'A/m'] = 3.0)"
+    )
+    assert "preset: Optional[Literal['published', 'wrong']] = None" in shown(Chosen)
+
+    class Worded(Controller):
+        word: str = setting("a", "a word", OneOf(("a", "b")))
+        count: int | None = setting(None, "a count", Optional(Integer(at_least=1)))
+
+    assert shown(Worded).endswith("word: Literal['a', 'b'] = 'a', count: int | None = None)")
+
+    class Own(Tuned):
+        def __init__(self, plan: list, **given: float) -> None:
+            super().__init__(**given)
+
+    assert shown(Own).startswith("(plan: 'list', *, period") or shown(Own).startswith("(plan: list")
+    assert "given" not in shown(Own) and "gain" in shown(Own)
+    assert list(inspect.signature(Policy).parameters) == ["act", "measures", "period"]
+
+
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_the_signature_of_every_controller_is_its_settings(name):
+    kind = CONTROLLERS[name]
+    parameters = dict(inspect.signature(kind).parameters)
+    assert parameters.pop("preset", None) is not None or not kind.presets
+    assert {key: each.default for key, each in parameters.items()} == {
+        key: each.default for key, each in kind.settings.items()
+    }
+    for key, each in parameters.items():
+        unit = kind.settings[key].unit
+        assert getattr(each.annotation, "__metadata__", ("",)) == (unit,)
 
 
 def test_a_search_range_stays_with_a_new_default():

@@ -8,7 +8,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.cli import main
-from isolation_sim.export.fmu import controller_fmu
+from isolation_sim.export.fmu import controller_part, write_fmu
 from isolation_sim.scenario.job import Job
 
 fmpy = pytest.importorskip("fmpy")
@@ -29,7 +29,9 @@ def job():
 def fmus(job, tmp_path_factory):
     folder = tmp_path_factory.mktemp("fmus")
     return {
-        (label, version): controller_fmu(job, label, folder / f"{label}{version}.fmu", version)
+        (label, version): write_fmu(
+            controller_part(job, label), folder / f"{label}{version}.fmu", version
+        )
         for label in LABELS
         for version in VERSIONS
     }
@@ -174,4 +176,4 @@ def test_the_command_writes_the_unit(tmp_path, capsys):
 
 def test_what_is_refused(job, tmp_path):
     with pytest.raises(iso.InputError, match=r"FMI version is '1\.0'; expected"):
-        controller_fmu(job, "on_off", tmp_path / "x.fmu", "1.0")
+        write_fmu(controller_part(job, "on_off"), tmp_path / "x.fmu", "1.0")

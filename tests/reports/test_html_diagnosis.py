@@ -71,7 +71,8 @@ def test_the_story_is_told_in_order(diagnosis):
         "Kelvin-Voigt misses what was measured by 25 % (RMS) on data held out; noise alone leaves "
         "1.1 %.",
         "Explained by Coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
-        "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)", "hardly tell coulomb_friction from",
+        "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)",
+        "hardly distinguish coulomb_friction from",
         "velocity alone", "-0.19", "90 to 96", "Test at 4 mm and 2 Hz.", "12.3", "-38",
         "It chooses on_off.", "P. R. Dahl",
         "law = &#39;kelvin_voigt&#39;",

@@ -2,10 +2,12 @@
 
 import json
 import re
+import sys
 
 import numpy as np
 import pytest
 
+from isolation_sim.errors import InputError
 from isolation_sim.reports.html import charts, page
 from isolation_sim.reports.html.text import tied
 
@@ -49,6 +51,14 @@ def test_plotly_is_there_only_for_charts():
     told = page.Page("Title", "", [page.Section("Part", [page.Prose(("text",))])]).html()
     assert len(told) < 40_000
     assert "Plotly, Inc." not in told
+
+
+def test_a_checkout_without_plotly_is_told_what_to_do(monkeypatch):
+    page._plotly.cache_clear()
+    monkeypatch.setattr(page, "_file", lambda name: (_ for _ in ()).throw(FileNotFoundError(name)))
+    monkeypatch.setitem(sys.modules, "plotly.offline", None)
+    with pytest.raises(InputError, match=r"needs plotly\.js.*pip install \."):
+        page._plotly()
 
 
 def test_headings_and_tables_have_an_order_and_names(read):

@@ -79,7 +79,7 @@ def test_the_report_says_what_came_of_the_sweep(swept):
         "12 runs: 6 cases under 2 controllers; 4 failed.",
         f"The lowest rms drift, {1e3 * best['rms_drift_m']:.4g} mm, is that of "
         f"{best['controller']} in case {best['case']} (scale {best['scale']:.5g}",
-        "diverged", "table.parquet", "--csv",
+        "diverged", "table.npz", "--csv",
     ):  # fmt: skip
         assert told in text, told
     median = good.groupby("controller")["peak_drift_m"].median()["on_off"]

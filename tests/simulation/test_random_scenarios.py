@@ -101,6 +101,21 @@ def numbers_of(rng: np.random.Generator, name: str, mass: float) -> dict[str, An
         },
         "dahl": {"k": k, "c": c, "sigma": before, "F_c": yielding},
         "spring_pot": {"k": k, "a": rng.uniform(0.05, 0.5)},
+        "spencer": {
+            "k0": k, "c0": c, "k1": 0.5 * k, "c1": rng.uniform(2, 5) * c, "x0": 0.0,
+            "F_y": yielding, "rho": 1 / slip, "sigma": rng.uniform(0.5, 1.0), "n": power,
+        },
+        "hyperbolic_tangent": {
+            "k": k, "c": c, "alpha": yielding, "beta": 1 / (omega * slip),
+            "delta": rng.uniform(0, 1), "x_s": slip, "F0": 0.0,
+        },
+        "gamota_filisko": {
+            "k1": k, "c1": rng.uniform(2, 5) * c, "k2": before, "F_c": yielding, "c0": c, "F0": 0.0,
+        },
+        "rate_dependent_bouc_wen": {
+            "k": k, "c": c, "v_c": rng.uniform(0.05, 0.5), "F_y": yielding, "rho": 1 / slip,
+            "sigma": rng.uniform(0.5, 1.0), "n": power, "r": rng.uniform(0, 1), "F0": 0.0,
+        },
     }[name]  # fmt: skip
 
 
@@ -108,6 +123,8 @@ def numbers_of(rng: np.random.Generator, name: str, mass: float) -> dict[str, An
 GROWING = {
     "linear": "k", "kelvin_voigt": "k c", "maxwell": "k c", "linearised_bouc_wen": "C k1 k2",
     "bouc_wen": "k c alpha", "lugre": "k0 c0 beta", "dahl": "k c sigma F_c", "spring_pot": "k",
+    "spencer": "k0 c0 F_y", "hyperbolic_tangent": "k c alpha", "gamota_filisko": "k2 F_c c0",
+    "rate_dependent_bouc_wen": "k c F_y",
 }  # fmt: skip
 
 

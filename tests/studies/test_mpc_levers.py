@@ -69,5 +69,5 @@ def test_the_finding_names_what_helps_and_what_harms():
     told = study.finding(study.table(found, base + 0.3), 20)
     assert told.count("helps: brake (+0.200)") == 2
     assert told.count("harms: spoke (-0.100)") == 2
-    assert told.count("does not tell: nothing") == 2
+    assert told.count("not significant: nothing") == 2
     assert "J is -0.300 (-0.300 to -0.300) from the best constant" in told

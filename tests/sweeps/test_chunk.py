@@ -5,10 +5,10 @@ import json
 from dataclasses import replace
 
 import pandas
-import pyarrow.parquet as pq
 import pytest
 
 from isolation_sim.api import run_scenario
+from isolation_sim.io.columns import read_columns
 from isolation_sim.sweeps.chunk import run_chunk
 from isolation_sim.sweeps.design import validated
 from isolation_sim.sweeps.run import chunk_of
@@ -19,7 +19,7 @@ from .conftest import MIXED, SHORT, design_of
 def rows_of(design, places=None, **keys):
     places = range(design.n_cases) if places is None else places
     finished = run_chunk(replace(chunk_of(design, 0, places), **keys))
-    return pq.read_table(io.BytesIO(finished.table)).to_pandas(), finished
+    return pandas.DataFrame(read_columns(io.BytesIO(finished.table))), finished
 
 
 @pytest.fixture(scope="module")

@@ -44,7 +44,7 @@ def uninterrupted(tmp_path_factory):
     """Table of the sweep that nothing disturbs, in chunks of another size."""
     folder = tmp_path_factory.mktemp("whole") / "sweep"
     sweep(plan(), folder, workers=1)
-    return (folder / "table.parquet").read_bytes()
+    return (folder / "table.npz").read_bytes()
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def begin(folder, workers):
 
 
 def finished_chunks(folder):
-    return {path.name for path in (folder / "chunks").glob("*.parquet")}
+    return {path.name for path in (folder / "chunks").glob("*.npz")}
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills processes by signal")
@@ -74,7 +74,7 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
     random = np.random.default_rng(workers)
     kept: set[str] = set()
     kills = 0
-    while not (folder / "table.parquet").exists():
+    while not (folder / "table.npz").exists():
         process = begin(folder, workers)
         # some time after some chunks more, in the middle of whatever it is doing then
         wanted = len(kept) + int(random.integers(0, 4))
@@ -96,11 +96,11 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
             kept = finished_chunks(folder)
         assert time.monotonic() < deadline
     assert kills
-    assert (folder / "table.parquet").read_bytes() == uninterrupted
+    assert (folder / "table.npz").read_bytes() == uninterrupted
     assert sorted(path.name for path in folder.iterdir()) == [
         ".lock",
         "manifest.json",
-        "table.parquet",
+        "table.npz",
     ]
 
 
@@ -148,14 +148,14 @@ def test_a_full_disk_at_any_write(tmp_path, monkeypatch, small_chunks, uninterru
         with pytest.raises(OSError, match="No space left"):
             sweep(plan(), folder, workers=1)
     assert not list(folder.rglob(f"*{store._LEFT_OVER}"))
-    assert not (folder / "table.parquet").exists()
+    assert not (folder / "table.npz").exists()
     before = finished_chunks(folder)
     if (folder / "manifest.json").exists():
         counted = []
         sweep(plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n))
         # only what was not finished is run again
         assert len(counted) == 12 - len(before) + bool(before)
-        assert (folder / "table.parquet").read_bytes() == uninterrupted
+        assert (folder / "table.npz").read_bytes() == uninterrupted
 
 
 def stopped_after(folder, count):
@@ -187,7 +187,7 @@ def test_a_damaged_chunk_is_run_again(tmp_path, small_chunks, uninterrupted):
     counted = []
     sweep(plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n))
     assert counted == [18] + [9] * 10
-    assert (folder / "table.parquet").read_bytes() == uninterrupted
+    assert (folder / "table.npz").read_bytes() == uninterrupted
 
 
 @pytest.mark.parametrize("stopped", [True, False])
@@ -219,7 +219,7 @@ def test_runs_that_ended_in_an_error_are_run_again(
     # the four chunks in which it happened, and what had not been reached
     assert counted == ([63] + [9] * 5 if stopped else [72] + [9] * 4)
     assert again.counts == {"ok": 108}
-    assert (folder / "table.parquet").read_bytes() == uninterrupted
+    assert (folder / "table.npz").read_bytes() == uninterrupted
 
 
 def test_a_plan_that_changed_is_refused(tmp_path, small_chunks):
@@ -235,12 +235,12 @@ def test_a_plan_that_changed_is_refused(tmp_path, small_chunks):
 def test_a_folder_that_holds_something_is_left_alone(tmp_path, uninterrupted):
     folder = tmp_path / "sweep"
     sweep(plan(), folder, workers=1)
-    stamp = (folder / "table.parquet").stat().st_mtime_ns
+    stamp = (folder / "table.npz").stat().st_mtime_ns
     with pytest.raises(InputError, match="--resume"):
         sweep(plan(), folder, workers=1)
     # to go on with what is finished does nothing
     again = sweep(plan(), folder, workers=1, resume=True)
-    assert again.finished and (folder / "table.parquet").stat().st_mtime_ns == stamp
+    assert again.finished and (folder / "table.npz").stat().st_mtime_ns == stamp
     other = tmp_path / "other"
     other.mkdir()
     (other / "mine.txt").write_text("mine")
@@ -273,7 +273,22 @@ def test_killed_before_the_manifest_and_after_the_table(tmp_path, small_chunks, 
     (folder / f"manifest.json{store._LEFT_OVER}").write_text("{")
     sweep(plan(), folder, workers=1, resume=True)
     (folder / "chunks").mkdir()
-    (folder / "chunks" / "000000-left.parquet").write_bytes(b"")
+    (folder / "chunks" / "000000-left.npz").write_bytes(b"")
     assert sweep(plan(), folder, workers=1, resume=True).finished
     assert not (folder / "chunks").exists()
-    assert (folder / "table.parquet").read_bytes() == uninterrupted
+    assert (folder / "table.npz").read_bytes() == uninterrupted
+
+
+def test_a_table_that_cannot_be_read_is_told(tmp_path, uninterrupted):
+    """A bit that fell over, and a folder of an earlier release."""
+    folder = tmp_path / "sweep"
+    sweep(plan(), folder, workers=1)
+    data = bytearray(uninterrupted)
+    data[len(data) // 2] ^= 1
+    (folder / "table.npz").write_bytes(data)
+    with pytest.raises(InputError, match=r"table\.npz: cannot be read as a table"):
+        _ = run.Sweep(folder).table
+    manifest = folder / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"format": 2', '"format": 1'))
+    with pytest.raises(InputError, match="a sweep of another release; expected: the sweep run"):
+        run.Sweep(folder)

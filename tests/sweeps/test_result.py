@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import isolation_sim as iso
 from isolation_sim.errors import InputError
 from isolation_sim.reports.sweep_tables import best_table
+from isolation_sim.reports.tables import as_text
 from isolation_sim.sweeps.result import Sweep
 
 from .conftest import MIXED, SHORT, plan_of
@@ -32,14 +33,9 @@ def test_the_table_is_tidy_and_any_tool_reads_it(mixed):
     assert mixed.parameters == ("isolators", "current", "ground.scale_factor")
     assert {"peak_drift_m", "J9", "energy_input_J", "energy_closure_error"} < set(mixed.criteria)
     assert table["energy_closure_error"].max() < 1e-5
-    path = mixed.folder / "table.parquet"
-    pandas.testing.assert_frame_equal(pandas.read_parquet(path), table)
-    for name in ("polars", "duckdb"):
-        module = pytest.importorskip(name)
-        read = module.read_parquet(str(path))
-        other = read.to_pandas() if name == "polars" else read.df()
-        np.testing.assert_array_equal(other["peak_drift_m"], table["peak_drift_m"])
-        assert list(other["controller"]) == list(table["controller"])
+    with np.load(mixed.folder / "table.npz") as arrays:
+        read = pandas.DataFrame({name: arrays[name] for name in arrays.files})
+    pandas.testing.assert_frame_equal(read, table)
 
 
 def test_csv_holds_every_bit(mixed, tmp_path):
@@ -64,8 +60,8 @@ def test_the_best_take_most_energy_out(mixed):
     vars(found)["table"] = mixed.table.assign(J9=np.linspace(0.5, 0.9, len(mixed.table)))
     good = found.table[found.table["status"] == "ok"]
     assert found.best("J9", 2)["J9"].tolist() == sorted(good["J9"], reverse=True)[:2]
-    assert best_table(found, "J9", 2).title == "highest J9"
-    assert best_table(mixed, "rms_drift_m", 2).title == "lowest rms drift"
+    assert as_text(best_table(found, "J9", 2)).startswith("highest J9\n")
+    assert as_text(best_table(mixed, "rms_drift_m", 2)).startswith("lowest rms drift\n")
 
 
 def test_histories_are_kept_on_request(tmp_path):

@@ -96,7 +96,7 @@ def cluster():
 def test_a_cluster_gives_the_same_table(tmp_path, cluster):
     here = sweep(plan_of(**MIXED), tmp_path / "here", workers=1)
     there = sweep(plan_of(**MIXED), tmp_path / "there", scheduler=cluster.scheduler_address)
-    tables = [(each.folder / "table.parquet").read_bytes() for each in (here, there)]
+    tables = [(each.folder / "table.npz").read_bytes() for each in (here, there)]
     assert tables[0] == tables[1]
 
 
@@ -118,7 +118,7 @@ def test_a_cluster_survives_a_worker_killed_in_mid_run(tmp_path, cluster, monkey
     )  # fmt: skip
     here = sweep(plan_of(**MIXED), tmp_path / "here", workers=1)
     assert len(finished) == 36 and result.finished
-    tables = [(each.folder / "table.parquet").read_bytes() for each in (here, result)]
+    tables = [(each.folder / "table.npz").read_bytes() for each in (here, result)]
     assert tables[0] == tables[1]
     with pytest.raises(ProcessLookupError):
         _until_gone(pid)

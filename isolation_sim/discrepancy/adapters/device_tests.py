@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
+from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, measured_runs
 from ...identification.noise import correlation_time
@@ -23,6 +25,7 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
+    FAR,
     HELD_OUT_RUNS,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -32,6 +35,7 @@ from ..decisions import (
     TO_BLAME_FITTED,
     WORSE,
 )
+from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
@@ -40,6 +44,7 @@ from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import FittedModel, Model
 from ..device.next_test import next_test
 from ..device.noise_examples import motion_noise, noise_residuals
+from ..device.stability import stability
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
@@ -66,14 +71,16 @@ class DeviceTests(Problem[FittedModel]):
         pool: ThreadPoolExecutor,
         progress: Callable[[str], None],
         significance: float = SIGNIFICANCE,
+        choice: LawChoice | None = None,
     ):
+        self.choice, self.degree = choice, degree
         self.significance = significance
         self.negligible: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
         self.data = measured_runs(campaign.runs, HELD_OUT_RUNS)
-        self._parameterisation = parameterise(campaign, law, self.data, degree)
+        self._parameterisation = parameterise(campaign, law, self.data, degree, given=device)
         self.disturbance: Interference | None = None
 
     def nominal(self) -> FittedModel:
@@ -84,6 +91,11 @@ class DeviceTests(Problem[FittedModel]):
             self.data = replace(self.data, force=self.data.force - self.disturbance.force)
             self._fit_law()
         data = self.data
+        if self.choice is None and data.relative(self.law.force - data.force, data.fitted) > FAR:
+            self.choice = choose_law(
+                self.campaign, self.degree, self.pool, seed=self.seed,
+                advance=lambda: self.progress("comparing laws"),
+            )  # fmt: skip
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
         self.noise = noise_residuals(self.law, self.shifts, self.seed)
         # noise leaves no more than the law does
@@ -111,7 +123,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def _fit_law(self) -> None:
         model = Model(self.data, self._parameterisation)
-        self.given: NDArray | None = None
+        self.given: FittedModel | None = None
         if self.device is None:
             model, best = fit_law(
                 model, self.pool, seed=self.seed, advance=lambda: self.progress("fitting the law")
@@ -120,7 +132,7 @@ class DeviceTests(Problem[FittedModel]):
             start = self._parameterisation.of(self.device)
             model = replace(model, expected=start)
             model, best = refine_law(model, refine_law(model, start)[1].x)
-            self.given = model.forces(start, False)[0]
+            self.given = FittedModel.at(model, start)
         self.law = FittedModel.of(model, best)
         self.data = model.data
 
@@ -156,6 +168,10 @@ class DeviceTests(Problem[FittedModel]):
         self.final = self.law
         if best.effects:
             self.final = best.on(self.law.model.resolve_steps(best.values))
+        elif self.given is not None and self._loses():
+            # numbers that predict other tests worse than those given are no improvement
+            self.final = self.given
+            self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
         """Whether the effects help on fitted and on held-out runs, and make none of these worse.
@@ -164,6 +180,14 @@ class DeviceTests(Problem[FittedModel]):
         """
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             return False
+        return not self._loses()
+
+    def _loses(self) -> bool:
+        """Whether the law that was judged is better on held-out runs.
+
+        On a single run far better; on all of them, or on those of one condition, beyond a
+        negligible share of the force and beyond noise.
+        """
         data = self.data
         for run in data.runs:
             if not data.fitted[run].all():
@@ -173,8 +197,22 @@ class DeviceTests(Problem[FittedModel]):
                     for force in (self.before, self.after)
                 )
                 if after > max(WORSE * before, before + self.significance):
-                    return False
-        return True
+                    return True
+        held_out = ~data.fitted[data.starts[:-1]]
+        if not held_out.any():
+            return False
+        noise = np.repeat(data.believed_noise, data.lengths)
+        residual = self.before - data.force
+        change = self.after - self.before
+        shared = (runs & held_out for _, runs in conditions(data))
+        for runs in (held_out, *(runs for runs in shared if np.sum(runs) > 1)):
+            at = np.repeat(runs, data.lengths)
+            loss = float(np.sum(((residual + change)[at]) ** 2 - residual[at] ** 2))
+            negligible = self.significance**2 * float(np.sum(data.force[at] ** 2))
+            chance = 2 * float(np.linalg.norm((noise * change)[at]))
+            if loss > negligible + 2 * chance:
+                return True
+        return False
 
     def _corrected(self, searched: FittedModel, place: int) -> float:
         """RMS force that one effect corrects on the samples that judge, over that of the force."""
@@ -195,7 +233,7 @@ class DeviceTests(Problem[FittedModel]):
     @cached_property
     def before(self) -> NDArray:
         """Force of the simulation that was judged, N."""
-        return self.data.bounded(self.law.force if self.given is None else self.given)
+        return self.data.bounded((self.given or self.law).force)
 
     @cached_property
     def after(self) -> NDArray:
@@ -231,6 +269,7 @@ class DeviceTests(Problem[FittedModel]):
         return Evaluation(
             before, after, floor, left, self._is_noise(self.law.force, data.fitted),
             self._is_noise(self.after, self.judged), np.array(blocks),
+            {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
 
     def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
@@ -251,8 +290,8 @@ class DeviceTests(Problem[FittedModel]):
         causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
         if self.final.effects:
             causes += self._effects(result.best, 1 - min(evaluation.unexplained, 1.0))
-        if self.given is not None:
-            causes += self._numbers_wrong(self.given, misfit)
+        if self.given is not None and self.final is not self.given:
+            causes += self._numbers_wrong(self.given.force, misfit)
         return causes
 
     def _effects(self, searched: FittedModel, explained: float) -> list[Cause]:
@@ -265,6 +304,7 @@ class DeviceTests(Problem[FittedModel]):
         ]
         split = inference.shares(costs, final.cost_of(self.judged), explained)
         numbers = intervals(final, self.shifts)
+        stable = stability(space, searched, self.seed)
         causes = []
         for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
             if effect is EACH_RUN:
@@ -283,10 +323,17 @@ class DeviceTests(Problem[FittedModel]):
                     evidence=self._evidence(k, split[k], costs[k]),
                     confusable_with=inference.rivals(
                         effect.cause,
-                        [(one.causes[-1], one.cost - searched.cost) for one in rivals],
+                        [
+                            *((one.causes[-1], one.cost - searched.cost) for one in rivals),
+                            *((name, 0.0) for name in stable[k].rivals),
+                        ],
                         max(SIGNIFICANT, CONFUSABLE_GAIN * gain),
                     ),
                     form=effect.form,
+                    stability={
+                        "conditions_left_out": stable[k].conditions,
+                        "runs_resampled": stable[k].resamplings,
+                    },
                 )
             )
         return causes
@@ -303,7 +350,7 @@ class DeviceTests(Problem[FittedModel]):
         # a law that depends on the effect may fail without it
         larger = (
             f"is {ratio:.3g} times as large" if np.isfinite(ratio)
-            else "cannot be told: the law fails"
+            else "unknown: the law fails"
         )  # fmt: skip
         return (
             f"Without {in_sentence(effect.title)} the residual on the {int(np.sum(self.judged))} "
@@ -421,7 +468,7 @@ class DeviceTests(Problem[FittedModel]):
         return Text(
             f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
             f"{1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
-            f"{data.current.max():.3g} A. {held} runs are held out to judge the outcome. "
+            f"{data.current.max():.3g} A. {held} runs are held out to validate the result. "
             f"{notes or 'Nothing looks wrong in the data.'}"
         )
 
@@ -435,6 +482,42 @@ class DeviceTests(Problem[FittedModel]):
             f"median run and {moved:.2g} mm in the displacement. Both pass through the model and "
             "leave an error even of a perfect one: the noise floor."
         )
+
+    def choice_text(self) -> Text | None:
+        """The laws that were compared."""
+        if self.choice is None:
+            return None
+        return Text(
+            self._choice_words(self.choice),
+            ("law", "numbers", "fitted runs, %", "held-out runs, %"),
+            tuple(
+                (one.law, str(one.n_numbers), f"{100 * one.error:.2f}", f"{100 * one.held_out:.2f}")
+                for one in self.choice.ranks
+            ),
+        )
+
+    def _choice_words(self, choice: LawChoice) -> str:
+        """The choice, and whether the law that was judged is of the wrong family."""
+        if not self._wrong_family:
+            return choice.text
+        return f"{self.model_name} is of the wrong family for these data. {choice.text}"
+
+    def _choice_details(self, choice: LawChoice) -> dict[str, Any]:
+        ranks = [
+            {"law": one.law, "numbers": one.n_numbers}
+            | {
+                name: error if np.isfinite(error) else None
+                for name, error in (("error", one.error), ("held_out", one.held_out))
+            }
+            for one in choice.ranks
+        ]
+        return {"text": self._choice_words(choice), "laws": ranks}
+
+    @property
+    def _wrong_family(self) -> bool:
+        """Whether other laws fit far better than the one that was judged."""
+        name = self.law.model.parameterisation.law.name
+        return self.choice is not None and name not in [one.law for one in self.choice.near]
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and what its residual looks like."""
@@ -461,9 +544,9 @@ class DeviceTests(Problem[FittedModel]):
         """Squared residual that each effect leaves above the noise."""
         noise, n = self.space.noise_cost, len(self.space.noise)
         return Text(
-            f"{len(self.space.effects)} forms of effects were screened and the most promising "
-            "fitted together with the law. The squared residual that each leaves above the noise, "
-            "over that of the noise:",
+            f"{len(self.space.effects)} variants of effects were screened, and the best "
+            "fitted together with the law. The table shows the squared residual above the noise, "
+            "relative to that of the noise:",
             ("effect", "form", "left"),
             tuple(
                 (one.effects[-1].title, one.effects[-1].form, f"{(one.cost - noise) / n:+.4f}")

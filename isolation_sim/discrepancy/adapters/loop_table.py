@@ -66,7 +66,7 @@ class LoopTableTests(Problem[FittedLoops]):
         return of_loops(self.table, self._before(base))
 
     def _start(self, base: FittedLoops) -> NDArray:
-        """Values of the law that was judged."""
+        """Values of the evaluated law."""
         given = self.device
         return base.optimum.x if given is None else base.model.parameterisation.of(given)
 
@@ -202,7 +202,7 @@ class LoopTableTests(Problem[FittedLoops]):
     def noise_text(self) -> Text:
         """The accuracy that takes the place of noise."""
         return Text(
-            f"A table does not tell its noise; {100 * LOOP_ACCURACY:.0f} % counts as agreement."
+            f"A table does not contain its noise; {100 * LOOP_ACCURACY:.0f} % counts as agreement."
         )
 
     def model_text(self, evaluation: Evaluation) -> Text:
@@ -217,7 +217,7 @@ class LoopTableTests(Problem[FittedLoops]):
     def trials_text(self, tried: Round[FittedLoops]) -> Text:
         """Error of each effect on rows left out."""
         return Text(
-            "The effects that fit best, judged on rows left out:",
+            "The effects that fit best, evaluated on held-out rows:",
             ("effect", "form", "error on rows left out"),
             tuple(
                 (one.model.effects[-1].title, one.model.effects[-1].form,

@@ -48,7 +48,7 @@ class BuildingRecord:
     current : numpy.ndarray or None, shape (n,), A
         Coil current; None where it was not measured.
     hold_out : bool
-        Whether the record is kept from fitting, to judge the fit.
+        Whether the record is held out of the fit, to validate it.
 
     Raises
     ------

@@ -145,17 +145,27 @@ class EffectSearch:
         return term if term.cost - self.noise_cost < CLEARLY_BETTER * left else None
 
     def _penalised(self, one: FittedModel) -> float:
-        """Cost of a model and of its parameters (Schwarz's criterion)."""
+        return float(self.penalised(one, np.array(one.cost)))
+
+    def penalised(self, one: FittedModel, costs: NDArray) -> NDArray:
+        """Costs of a model and of its parameters (Schwarz's criterion)."""
         count = len(one.values)
-        if one.effects[-1] is EACH_RUN:
+        if EACH_RUN in one.effects:
             count += len(one.model.data.dt) - 1
-        return one.cost + count * float(np.log(len(one.residual)))
+        return costs + count * float(np.log(len(one.residual)))
 
     def _helps(self, without: FittedModel, given: FittedModel) -> bool:
-        """Whether the last effect of a model is more than noise."""
-        gain = without.cost - given.cost
-        least = max(LEAST_PART * without.cost, LEAST_SHARE * self.misfit)
-        return gain > SIGNIFICANT * self.noise_gain(without, given) and gain > least
+        cost_without, cost = (np.array(one.cost) for one in (without, given))
+        return bool(self.helps(without, given, cost_without, cost, np.array(self.misfit)))
+
+    def helps(
+        self, without: FittedModel, given: FittedModel, cost_without: NDArray, cost: NDArray,
+        misfit: NDArray,
+    ) -> NDArray:  # fmt: skip
+        """Whether the last effect of a model is more than noise, by the costs on sets of runs."""
+        gain = cost_without - cost
+        least = np.maximum(LEAST_PART * cost_without, LEAST_SHARE * misfit)
+        return (gain > SIGNIFICANT * self.noise_gain(without, given)) & (gain > least)
 
     def without(self, model: FittedModel, place: int) -> FittedModel:
         """Fit a model without one of its effects."""

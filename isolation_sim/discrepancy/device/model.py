@@ -219,6 +219,12 @@ class FittedModel:
         """Put a model and the end of its fit together."""
         return cls(model, optimum.x, 2 * optimum.cost, optimum.residual, optimum.jacobian)
 
+    @classmethod
+    def at(cls, model: Model, values: NDArray) -> FittedModel:
+        """Take a model with given values."""
+        residual, jacobian = model.residuals(values, True)
+        return cls(model, values, float(np.vdot(residual, residual)), residual, jacobian)
+
     @property
     def effects(self) -> tuple[Effect, ...]:
         """Effects of the model."""

@@ -37,7 +37,7 @@ class LoopTable:
     damping : (n,) array
         Energy of a cycle over 2 pi stiffness amplitude^2.
     held_out : (n,) bool array
-        Rows kept from fitting.
+        Rows held out of the fit.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The papers' searches for parameters, on equal budgets behind one function.
 
-For fitting a law use its exact derivatives; these searches are here to compare with, and for
-objectives that have no derivative.
+To fit a law use its exact derivatives (`fit`). These searches serve for comparison, and for
+objectives without a derivative.
 """
 
 from .objectives import OBJECTIVES, force_objective

@@ -131,8 +131,8 @@ def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:
 
 def peaks(values: Mapping[str, ArrayLike], unit: str) -> str:
     """Largest absolute value of each line, in words."""
-    sentences = [
+    peaks = [
         f"{name} {np.max(np.abs(np.asarray(each)), initial=0.0):.3g} {unit}"
         for name, each in values.items()
     ]
-    return f"Largest absolute values: {', '.join(sentences)}."
+    return f"Largest absolute values: {', '.join(peaks)}."

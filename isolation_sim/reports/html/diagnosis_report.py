@@ -18,6 +18,7 @@ from ..diagnosis import (
     cause_rows,
     consequence_text,
     error_rows,
+    evidence_text,
     ladder_rows,
     ladder_text,
 )
@@ -158,14 +159,15 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
             rows.append(Row(name, tuple(map(Cell, cells))))
     yield Table(
         caption="Causes, those that remove most first, with 95 % intervals of their parameters",
-        headings=("Cause", "Form", "Share of the misfit, %", "p", "Parameter", "Value (95 %)",
-                  "Unit"),
+        headings=("Cause", "Form", "Share of the misfit, %", "p", "Named again, %", "Parameter",
+                  "Value (95 %)", "Unit"),
         rows=tuple(rows),
-        note="p: the chance of such an improvement if the cause were absent.",
+        note="p: the chance of such an improvement if the cause were absent. Named again: in the "
+        "fits without the runs of one condition, and in the resamplings of the runs.",
     )  # fmt: skip
-    yield Facts({cause.label: cause.evidence for cause in diagnosis.causes})
+    yield Facts({cause.label: evidence_text(cause) for cause in diagnosis.causes})
     rivals = tuple(
-        f"These data hardly tell {cause.name} from {', '.join(cause.confusable_with)}."
+        f"These data hardly distinguish {cause.name} from {', '.join(cause.confusable_with)}."
         for cause in diagnosis.causes
         if cause.confusable_with
     )
@@ -244,7 +246,7 @@ def _references(diagnosis: Diagnosis) -> Iterator[Block]:
 
 
 def _parts(diagnosis: Diagnosis) -> tuple[Law | None, list[Effect]]:
-    """The law that was judged, and the effects found in it."""
+    """The evaluated law and its effects."""
     from ...effects.extend import separate
 
     if diagnosis.extended is None:

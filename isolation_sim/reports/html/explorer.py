@@ -34,9 +34,9 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
     names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]
-    keep, every = _kept(sweep, runs, criterion, len(names))
+    shown, every = _kept(sweep, runs, criterion, len(names))
     fields = ["controller", *sweep.parameters]
-    described = [_field(keep[name]) for name in fields]
+    described = [_field(shown[name]) for name in fields]
     look = looks(described[0]["groups"])
     # a map over what varies most finely; the controllers only where nothing else varies
     order = [k for k in range(1, len(fields)) if len(described[k]["groups"]) > 1]
@@ -50,11 +50,11 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
         "looks": [vars(each) for each in look.values()],
         "criteria": [
             {"name": heading(name), "more": is_gain(name),
-             "values": _packed(keep[name] * unit_of(name)[1])}
+             "values": _packed(shown[name] * unit_of(name)[1])}
             for name in names
         ],
         "paths": [names.index(name) for name in paths],
-        "cases": _packed(keep["case"]),
+        "cases": _packed(shown["case"]),
         "criterion": names.index(criterion),
         "against": against,
         "across": pair[0] if len(pair) > 1 else None,
@@ -62,10 +62,10 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
         "best": _BEST,
         "lines": _MOST_LINES,
         "shades": _shades(),
-        "note": _note(every, len(runs), len(keep)),
+        "note": _note(every, len(runs), len(shown)),
     }  # fmt: skip
-    shown = sum(name.startswith("peak_") for name in names) + len(fields)
-    return Explorer(data, _charts(shown, len(pair) > 1))
+    n_charts = sum(name.startswith("peak_") for name in names) + len(fields)
+    return Explorer(data, _charts(n_charts, len(pair) > 1))
 
 
 def _kept(
@@ -147,10 +147,10 @@ def _shades() -> list[list[Any]]:
     return [[float(at), to_hex(shades(at))] for at in np.linspace(0.0, 1.0, 7)]
 
 
-def _note(every: int, total: int, keep: int) -> str:
+def _note(every: int, total: int, shown: int) -> str:
     if every == 1:
         return f"All {total:,} runs that ended well."
     return (
-        f"{keep:,} of the {total:,} runs that ended well: one of {every} cases, and the {_BEST} "
+        f"{shown:,} of the {total:,} runs that ended well: one of {every} cases, and the {_BEST} "
         "best of each controller."
     )

@@ -11,6 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
+from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...version import __version__
 from .charts import Look
@@ -190,19 +191,25 @@ class Picture:
     ----------
     title : str
         What it shows.
-    path : pathlib.Path
+    path : pathlib.Path or None
         SVG or PNG file, read when the page is made.
+    svg : str
+        Text of the SVG in place of a file.
     """
 
     kind: ClassVar[str] = "picture"
     title: str
-    path: Path
+    path: Path | None = None
+    svg: str = ""
 
     @property
     def address(self) -> str:
         """The file itself, as an address."""
-        form = "svg+xml" if self.path.suffix == ".svg" else "png"
-        data = base64.b64encode(self.path.read_bytes()).decode("ascii")
+        content, form = self.svg.encode(), "svg+xml"
+        if self.path is not None:
+            content = self.path.read_bytes()
+            form = "svg+xml" if self.path.suffix == ".svg" else "png"
+        data = base64.b64encode(content).decode("ascii")
         return f"data:image/{form};base64,{data}"
 
 
@@ -343,10 +350,8 @@ class Page:
 
     def html(self) -> str:
         """The whole page."""
-        from plotly.offline import get_plotlyjs
-
         kinds = {block.kind for section in self.sections for block in section.blocks}
-        scripts = [get_plotlyjs()] if kinds & {"chart", "gallery", "explorer"} else []
+        scripts = [_plotly()] if kinds & {"chart", "gallery", "explorer"} else []
         own = ["page", *sorted(kinds & {"animation", "explorer"})]
         scripts += [_file(f"{name}.js") for name in own]
         return _template().render(
@@ -356,6 +361,23 @@ class Page:
     def write(self, path: str | Path) -> Path:
         """Write the page."""
         return write_text(self.html(), path)
+
+
+@cache
+def _plotly() -> str:
+    """The script of plotly.js: an installed package has it, a checkout takes it from plotly."""
+    try:
+        return _file("plotly.min.js")
+    except FileNotFoundError:
+        pass
+    try:
+        from plotly.offline import get_plotlyjs
+    except ModuleNotFoundError:
+        raise InputError(
+            "a report needs plotly.js, which this checkout does not have; expected: pip install ., "
+            "or pip install plotly"
+        ) from None
+    return get_plotlyjs()
 
 
 def _file(name: str) -> str:

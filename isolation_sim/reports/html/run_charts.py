@@ -58,11 +58,11 @@ def trade_off(
         xaxis={"range": [-0.02 * widest, 1.15 * widest]},
         yaxis={"range": [-0.1 * highest, 1.15 * highest]},
     )
-    sentences = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
+    listed = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
     return Chart(
         "Trade-off: the lower left is better",
         {"data": traces, "layout": axes},
-        f"{sentences}.",
+        f"{listed}.",
         height=340,
     )
 

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 from ground_motions import STANDARD_GRAVITY
 
 from ...version import __version__
+from ..drawing import structure_drawing
 from ..references import of_runs
+from ..style import svg_text
 from ..tables import criteria_lines
 from .animation import animation
 from .charts import looks
@@ -23,6 +25,7 @@ from .page import (
     LineChoice,
     Listing,
     Page,
+    Picture,
     Prose,
     Row,
     Section,
@@ -71,6 +74,10 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
                    "peak of the input.",)),
             key, ledgers,
         ]),
+        Section("Structure", [Picture(
+            "The structure: storeys, isolators and what stands beside and below them",
+            svg=svg_text(structure_drawing(first.isolated)),
+        )]),
         Section("What was run", [*_what_was_run(comparison, scenario)]),
         Section("References", [Bullets(tuple(
             citation.line for citation in of_runs(runs)

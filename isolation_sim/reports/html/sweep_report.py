@@ -39,7 +39,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
                 "Sweep": sweep.plan.name + ("" if sweep.finished else ", unfinished"),
                 "Varied": ", ".join(sweep.parameters) or "nothing",
                 "Controllers": ", ".join(sweep.controllers),
-                "All numbers": "table.parquet in the sweep's folder; isolation-sim sweep show "
+                "All numbers": "table.npz in the sweep's folder; isolation-sim sweep show "
                                "FOLDER --csv FILE writes them as CSV",
                 "Versions": versions(),
             })

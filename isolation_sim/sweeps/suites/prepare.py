@@ -54,12 +54,12 @@ def prepare(
     """Write the motions of a suite as they shake the building, and what was done to them."""
     inputs = _inputs(section, isolated)
     try:
-        keep = json.loads((folder / INDEX).read_bytes())
+        index = json.loads((folder / INDEX).read_bytes())
     except (OSError, ValueError):
-        keep = {}
-    if keep.get("inputs") == inputs:
-        return keep
-    if keep:
+        index = {}
+    if index.get("inputs") == inputs:
+        return index
+    if index:
         raise InputError(
             f"{folder}: the suite has changed since; expected: the same records and keys, or a "
             "new folder"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ground_motions import SUITE_RULES, SuiteRule
 
 from ...errors import InputError
-from ...rendering import render
+from ...rendering import Printed, render
 from ..result import Sweep
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ STATISTICS = ("mean", "median", "percentile_84", "maximum")
 """Statistics over the motions of a suite."""
 
 
-class Suite:
+class Suite(Printed):
     """Results of a suite of records.
 
     Parameters
@@ -141,6 +142,23 @@ class Suite:
             return None
         rows = zip(result["mean_m_s2"], result["target_m_s2"], result["floor"], strict=True)
         return all(mean >= floor * target * (1.0 - 1e-9) for mean, target, floor in rows)
+
+    def _shown(self) -> Iterator[Any]:
+        for label in self.controllers:
+            yield render("suite_tables:statistics_table", self, label)
+        yield from render("suite_tables:verdict", self)
+
+    def __repr__(self) -> str:
+        return f"Suite({str(self.folder)!r}, {len(self.index['motions'])} motions)"
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return the runs; the same as ``table``.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return self.table
 
     def check(self, criterion: str) -> None:
         """Refuse a name that is no criterion of the suite.

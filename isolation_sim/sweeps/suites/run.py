@@ -28,7 +28,7 @@ def run_suite(
     *,
     resume: bool = False,
     workers: int | None = None,
-    step: Callable[[str], None] = lambda _: None,
+    step: Callable[[str], None] | None = None,
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Suite:
@@ -74,6 +74,7 @@ def run_suite(
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
+    step = step or (lambda text: None)
     step("building")
     plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
     try:

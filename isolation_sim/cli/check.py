@@ -1,0 +1,45 @@
+"""The command ``isolation-sim check``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .common_options import AsJson, Quiet, examples, progress
+
+EXAMPLES = examples(
+    "isolation-sim check my_building.toml",
+    "isolation-sim check my_building.toml --report check.html",
+)
+
+
+def check(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file with a [check] section.")],
+    report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Check an isolated building in the manner of ASCE 7-22, chapter 17; no certification."""
+    from ..reports.code_check import check_page, console_table
+    from ..reports.console import standard_console
+    from ..scenario import Scenario
+
+    described = Scenario.read(scenario)
+    rows = []
+    with progress(quiet, 1) as step:
+        step("checking")
+        isolated, found = described.check_rows()
+        for row in found:
+            step(f"{row.group}: {row.case}", 0)
+            rows.append(row)
+    if as_json:
+        print(json.dumps([row._asdict() for row in rows], indent=2, ensure_ascii=False))
+    elif not quiet:
+        standard_console().print(console_table(rows, described.name))
+    if report is not None:
+        path = check_page(rows, isolated, described.name).write(report)
+        print(f"report: {path}", file=sys.stderr if as_json else sys.stdout)

@@ -1,0 +1,501 @@
+"""Checks of an isolated building in the manner of ASCE 7-22, chapter 17; no certification."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions import STANDARD_GRAVITY
+
+from .errors import InputError
+from .structures import IsolatedStructure
+
+if TYPE_CHECKING:
+    from .simulation.result import Run
+
+DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9}
+"""B_M by the effective damping (ASCE 7-22, Table 17.5-1, from memory)."""
+MOST_DAMPING, LONGEST_PERIOD, LEAST_LENGTHENING = 0.30, 5.0, 3.0
+"""Limits of the equivalent lateral force procedure (17.4.1, from memory)."""
+LEAST_RESTORING = 0.025
+"""Share of the weight that the force gains from half of the displacement to all (17.2.4.4)."""
+LEAST_OF_STATIC = {"displacement": 0.8, "shear": 0.9}
+"""Shares of the static estimate below which a response history may not lead (17.6.4)."""
+SLOW = 50.0
+"""Period of the cycle in which the restoring force is read, over the effective one."""
+_CYCLES, _POINTS, _INSTANTS = 3, 241, 8
+
+MEMORY = "clauses and limits from memory: look them up before use"
+
+
+@dataclass(frozen=True)
+class CheckSettings:
+    """What a check needs to know beside the scenario.
+
+    Attributes
+    ----------
+    spectral_acceleration : float
+        S_M1, spectral acceleration at 1 s of the maximum considered earthquake, m/s^2.
+    upper, lower : float or mapping of str to float
+        Factors λ of the upper and lower bound properties: on the isolators' force, or on some
+        parameters of their law.
+    capacity : float or None
+        Largest displacement of the isolators, m; the gap of a moat wall or none if not given.
+    quiet : float
+        Time after the ground motion until the residual displacement is read, s.
+    """
+
+    spectral_acceleration: float
+    upper: float | Mapping[str, float] = 1.3
+    lower: float | Mapping[str, float] = 0.85
+    capacity: float | None = None
+    quiet: float = 20.0
+
+
+class EffectiveProperties(NamedTuple):
+    """Equivalent linear isolation at its design displacement.
+
+    Attributes
+    ----------
+    displacement : float, m
+        D_M.
+    period : float, s
+        T_M.
+    damping : float
+        β_M.
+    stiffness : float, N/m
+        k_M.
+    shear : float, N
+        V_b = k_M D_M.
+    restoring : float
+        Force at D_M less that at half of it in a slow cycle, over the weight.
+    softening : float
+        k_M over the effective stiffness at a fifth of D_M.
+    """
+
+    displacement: float
+    period: float
+    damping: float
+    stiffness: float
+    shear: float
+    restoring: float
+    softening: float
+
+
+class CheckRow(NamedTuple):
+    """One line of the table.
+
+    Attributes
+    ----------
+    group, subject, case : str
+        Which kind of check, of what, and for which properties or failure.
+    clause : str
+        Where it stands; empty where no code asks for it.
+    value, limit : str
+        With units; the limit is empty where there is none.
+    passes : bool or None
+        None where nothing is required.
+    """
+
+    group: str
+    subject: str
+    case: str
+    clause: str
+    value: str
+    limit: str = ""
+    passes: bool | None = None
+
+
+def isolation_elements(isolated: IsolatedStructure) -> list[int]:
+    """Numbers of the elements that isolate: those that hold the base, but for moat walls."""
+    return [
+        e
+        for e, name in enumerate(isolated.element_names)
+        if np.any(isolated.holding[e]) and not name.startswith("moat_wall")
+    ]
+
+
+def with_factors(
+    isolated: IsolatedStructure, factors: float | Mapping[str, float]
+) -> IsolatedStructure:
+    """Multiply the isolators' force, or some of their parameters, by factors λ.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The building on its isolators.
+    factors : float or mapping of str to float
+        A factor on the force, or factors by the parameter's name.
+
+    Returns
+    -------
+    IsolatedStructure
+
+    Raises
+    ------
+    InputError
+        If no isolator's law has a parameter of that name.
+    """
+    elements = list(isolated.elements)
+    used = set()
+    for e in isolation_elements(isolated):
+        device = elements[e].device
+        if isinstance(factors, Mapping):
+            names = device.law.parameter_names
+            used |= set(names) & set(factors)
+            row = np.array([factors.get(name, 1.0) for name in names])
+            coefficients = device.current.coefficients * row[np.newaxis, :, np.newaxis]
+            device = replace(device, current=replace(device.current, coefficients=coefficients))
+        else:
+            device = device.scaled(force=factors)
+        elements[e] = replace(elements[e], device=device)
+    if isinstance(factors, Mapping) and set(factors) - used:
+        lacking = ", ".join(sorted(set(factors) - used))
+        raise InputError(f"no isolator's law has a parameter {lacking}; expected: one of its own")
+    return replace(isolated, elements=tuple(elements))
+
+
+def isolation_loop(
+    isolated: IsolatedStructure, amplitude: float, period: float, current: float
+) -> tuple[NDArray, NDArray]:
+    """Steady loop of all isolators under a sinusoidal displacement along the first direction.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The building on its isolators.
+    amplitude : float, m
+        Of the base against the foundation.
+    period : float, s
+        Of the motion.
+    current : float, A
+        Of every coil.
+
+    Returns
+    -------
+    displacement : numpy.ndarray, shape (241,), m
+        One cycle from the largest displacement to the next.
+    force : numpy.ndarray, shape (241,), N
+        Of all isolators together, P-delta included.
+    """
+    from scipy.integrate import solve_ivp
+
+    omega = 2 * np.pi / period
+    time = period * (_CYCLES + np.linspace(0.0, 1.0, _POINTS))
+    x, v = amplitude * np.cos(omega * time), -amplitude * omega * np.sin(omega * time)
+    rigid = isolated.structure.above_foundation[:, 0]
+    force = (rigid @ isolated.structure.stiffness @ rigid) * x
+    for e in isolation_elements(isolated):
+        element, along = isolated.elements[e], isolated.holding[e, 0]
+        if along == 0.0:
+            continue
+        device, at = element.device, current if element.channel is not None else 0.0
+        states = np.zeros((0, _POINTS))
+        if device.law.states:
+            # from rest, up to the amplitude over the first quarter of a cycle, and on
+            def rates(t: float, s: NDArray, device: Any = device, along: float = along) -> tuple:
+                at_x = along * amplitude * np.sin(omega * t)
+                at_v = along * amplitude * omega * np.cos(omega * t)
+                return device.rates(at_x, at_v, tuple(s), at)  # noqa: B023
+
+            start = device.initial_states()
+            solution = solve_ivp(
+                rates, (0.0, time[-1] + period / 4), start, "LSODA",
+                t_eval=time + period / 4, rtol=1e-7, atol=1e-10, max_step=period / 50,
+            )  # fmt: skip
+            states = solution.y
+        force = force + along * device.force(along * x, along * v, tuple(states), at)
+    return x, np.asarray(force)
+
+
+def effective_properties(
+    isolated: IsolatedStructure, spectral_acceleration: float, current: float = 0.0
+) -> EffectiveProperties:
+    """Effective period and damping at the displacement that they lead to.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The building on its isolators.
+    spectral_acceleration : float, m/s^2
+        S_M1 of the maximum considered earthquake, at 1 s.
+    current : float, default 0, A
+        Of every coil.
+
+    Returns
+    -------
+    EffectiveProperties
+
+    Raises
+    ------
+    InputError
+        If the isolators do not restore.
+
+    Notes
+    -----
+    ``D_M = S_M1 T_M / (4 pi^2 B_M)`` with S_M1 in m/s^2 and T_M in s, k_M = (F+ - F-) / (2 D_M) and
+    β_M = loop area / (2 pi k_M D_M^2).
+    """
+    rigid = isolated.structure.above_foundation[:, 0]
+    mass = float(rigid @ isolated.structure.mass @ rigid)
+    period, displacement = 2.0, 0.1
+    for _ in range(100):
+        x, force = isolation_loop(isolated, displacement, period, current)
+        stiffness = float(force[0] - force[_POINTS // 2]) / (2 * displacement)
+        if not stiffness > 0:
+            raise InputError(
+                f"{isolated.structure.name}: its isolators do not restore at "
+                f"{1e3 * displacement:.3g} mm; expected for a check: a stiffness above 0"
+            )
+        damping = loop_area(x, force) / (2 * np.pi * stiffness * displacement**2)
+        before, period = displacement, 2 * np.pi * np.sqrt(mass / stiffness)
+        target = spectral_acceleration * period / (4 * np.pi**2 * damping_coefficient(damping))
+        displacement = (displacement * target) ** 0.5
+        if abs(target - before) < 1e-6 * target:
+            break
+    # loading from the far side, slowly: forces that follow the speed do not bring the base back
+    slow, at_rest = isolation_loop(isolated, before, SLOW * period, current)
+    half = np.interp(before / 2, slow[_POINTS // 2 :], at_rest[_POINTS // 2 :])
+    _, small = isolation_loop(isolated, 0.2 * before, period, current)
+    initial = (small[0] - small[_POINTS // 2]) / (0.4 * before)
+    return EffectiveProperties(
+        displacement=before, period=float(period), damping=float(damping), stiffness=stiffness,
+        shear=stiffness * before,
+        restoring=float(at_rest[-1] - half) / (mass * STANDARD_GRAVITY),
+        softening=float(stiffness / initial),
+    )  # fmt: skip
+
+
+def loop_area(x: NDArray, force: NDArray) -> float:
+    """Energy that one cycle dissipates, J."""
+    return float(np.trapezoid(force, x))
+
+
+def damping_coefficient(damping: float) -> float:
+    """B_M, linearly between the table's dampings."""
+    return float(np.interp(damping, [*DAMPING_COEFFICIENT], [*DAMPING_COEFFICIENT.values()]))
+
+
+def check_building(
+    isolated: IsolatedStructure,
+    settings: CheckSettings,
+    simulate: Callable[..., Run],
+    controllers: Mapping[str, Any],
+) -> Iterator[CheckRow]:
+    """Check an isolated building.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The building on its isolators, with nominal properties.
+    settings : CheckSettings
+        Demand, bounds and capacity.
+    simulate : callable
+        ``simulate(isolated, controller, quiet)`` -> Run, under the scenario's ground motion
+        with still ground for a time (s) after it.
+    controllers : mapping of str to Control
+        By the name to print.
+
+    Yields
+    ------
+    CheckRow
+        In the order of the table.
+
+    Raises
+    ------
+    InputError
+        If a factor names no parameter, or the isolators do not restore.
+    """
+    bounds = {
+        "lower bound": with_factors(isolated, settings.lower),
+        "nominal": isolated,
+        "upper bound": with_factors(isolated, settings.upper),
+    }
+    coils: dict[str, float] = {"": 0.0}
+    if isolated.n_channels:
+        low, high = isolated.current_range()
+        coils = {", coil off": max(low, 0.0), ", coil on": min(high, isolated.tested_current())}
+    estimates = {}
+    for name, plant in bounds.items():
+        for coil, current in coils.items():
+            estimates[name + coil] = effective_properties(
+                plant, settings.spectral_acceleration, current
+            )
+    for case, estimate in estimates.items():
+        yield from _effective_rows(isolated, case, estimate)
+    yield from _history_rows(bounds, estimates, settings, simulate, controllers)
+    if isolated.n_channels:
+        yield from _failure_rows(isolated, settings, simulate, controllers, coils)
+
+
+def _effective_rows(
+    isolated: IsolatedStructure, case: str, estimate: EffectiveProperties
+) -> Iterator[CheckRow]:
+    group = "Effective properties and equivalent lateral force"
+    yield CheckRow(
+        group, "design displacement D_M", case, "17.5.3.1", f"{1e3 * estimate.displacement:.4g} mm"
+    )
+    period = estimate.period
+    yield CheckRow(
+        group, "effective period T_M", case, "17.4.1", f"{period:.3g} s",
+        f"at most {LONGEST_PERIOD:g} s", period <= LONGEST_PERIOD,
+    )  # fmt: skip
+    if isolated.structure.superstructure:
+        fixed = float(isolated.structure.fixed_base_periods()[0])
+        yield CheckRow(
+            group, "T_M over the fixed-base period", case, "17.4.1", f"{period / fixed:.3g}",
+            f"above {LEAST_LENGTHENING:g}", period / fixed > LEAST_LENGTHENING,
+        )  # fmt: skip
+    yield CheckRow(
+        group, "effective damping", case, "17.4.1", f"{100 * estimate.damping:.3g} %",
+        f"at most {100 * MOST_DAMPING:g} %", estimate.damping <= MOST_DAMPING,
+    )  # fmt: skip
+    yield CheckRow(
+        group, "k at D_M over k at 0.2 D_M", case, "17.4.1", f"{estimate.softening:.3g}",
+        "above 1/3", estimate.softening > 1 / 3,
+    )  # fmt: skip
+    yield CheckRow(
+        group, "recentring: F(D_M) - F(D_M / 2), of the weight", case, "17.2.4.4",
+        f"{estimate.restoring:.3g}", f"at least {LEAST_RESTORING:g}",
+        estimate.restoring >= LEAST_RESTORING,
+    )  # fmt: skip
+    yield CheckRow(
+        group, "base shear V_b = k_M D_M", case, "17.5.4.1", f"{1e-3 * estimate.shear:.4g} kN"
+    )
+
+
+def _history_rows(
+    bounds: Mapping[str, IsolatedStructure],
+    estimates: Mapping[str, EffectiveProperties],
+    settings: CheckSettings,
+    simulate: Callable[..., Run],
+    controllers: Mapping[str, Any],
+) -> Iterator[CheckRow]:
+    group = "Response history"
+    least = {
+        what: LEAST_OF_STATIC[what] * max(getattr(each, key) for each in estimates.values())
+        for what, key in (("displacement", "displacement"), ("shear", "shear"))
+    }
+    for label, controller in controllers.items():
+        peaks, shears = [], []
+        for name, plant in bounds.items():
+            run = simulate(plant, controller, settings.quiet)
+            case = f"{name}, {label}"
+            peaks.append(peak_displacement(run))
+            shears.append(run.criteria["peak_base_shear_N"])
+            yield CheckRow(
+                group, "largest isolator displacement", case, "17.6.4", f"{1e3 * peaks[-1]:.4g} mm"
+            )
+            yield CheckRow(
+                group, "largest base shear", case, "17.6.4", f"{1e-3 * shears[-1]:.4g} kN"
+            )
+            yield CheckRow(
+                group, f"residual displacement {settings.quiet:g} s after the motion", case, "",
+                f"{1e3 * residual_displacement(run):.3g} mm",
+            )  # fmt: skip
+        needed = max(*peaks, least["displacement"])
+        yield _against_capacity(
+            group, "displacement to design for: the largest, at least 0.8 D_M", label, "17.6.4.1",
+            needed, settings.capacity,
+        )  # fmt: skip
+        yield CheckRow(
+            group, "shear to design for: the largest, at least 0.9 V_b", label, "17.6.4.1",
+            f"{1e-3 * max(*shears, least['shear']):.4g} kN",
+        )  # fmt: skip
+
+
+def _failure_rows(
+    isolated: IsolatedStructure,
+    settings: CheckSettings,
+    simulate: Callable[..., Run],
+    controllers: Mapping[str, Any],
+    coils: Mapping[str, float],
+) -> Iterator[CheckRow]:
+    from .registry import controller as registered
+
+    group = "Failure of the control"
+    off, on = coils.values()
+    for case, current in (("coil stuck off", off), ("coil stuck on", on)):
+        run = simulate(isolated, registered("constant", amperes=current), 0.0)
+        yield _against_capacity(
+            group, "largest isolator displacement", case, "", peak_displacement(run),
+            settings.capacity,
+        )  # fmt: skip
+    for label, controller in controllers.items():
+        run = simulate(isolated, controller, 0.0)
+        if not np.ptp(run.history.command.values):
+            continue
+        worst, instant = 0.0, 0.0
+        for lost in instants_of_large_motion(run):
+            time, amperes = commands_until(run, lost, off)
+            replayed = registered("prescribed", time=time, amperes=amperes)
+            peak = peak_displacement(simulate(isolated, replayed, 0.0))
+            if peak > worst:
+                worst, instant = peak, lost
+        yield _against_capacity(
+            group, "largest isolator displacement",
+            f"power lost at {instant:.3g} s, the worst instant found, {label}", "", worst,
+            settings.capacity,
+        )  # fmt: skip
+
+
+def _against_capacity(
+    group: str, subject: str, case: str, clause: str, value: float, capacity: float | None
+) -> CheckRow:
+    limit = "" if capacity is None else f"at most {1e3 * capacity:.4g} mm"
+    passes = None if capacity is None else bool(value <= capacity)
+    return CheckRow(group, subject, case, clause, f"{1e3 * value:.4g} mm", limit, passes)
+
+
+def base_motion(run: Run) -> NDArray:
+    """Deformation of the isolators at every isolator or at the base, shape (n_times, n, 2 or 1)."""
+    from .structures.vertical_load import isolation_rows
+
+    structure = run.isolated.structure
+    rows = isolation_rows(structure)
+    if structure.isolator_positions is None:
+        below = list(structure.foundation)
+        rows[0][:, below] = -structure.influence[below].T
+    return np.einsum("ndk,tk->tnd", rows, run.history.displacement.values)
+
+
+def peak_displacement(run: Run) -> float:
+    """Largest displacement of any isolator, in any direction, m."""
+    return float(np.linalg.norm(base_motion(run), axis=2).max())
+
+
+def residual_displacement(run: Run) -> float:
+    """Displacement of the isolators about which the end of a run moves, m.
+
+    The mean over the last quarter of the still time, or of the run where there is none.
+    """
+    moving = np.flatnonzero(np.any([r.acceleration != 0 for r in run.records], axis=0))
+    motion = base_motion(run)
+    still = len(motion) - moving[-1] if moving.size else len(motion)
+    last = motion[-max(still // 4, 1) :].mean(axis=0)
+    return float(np.linalg.norm(last, axis=1).max())
+
+
+def instants_of_large_motion(run: Run) -> NDArray:
+    """Instants at which the isolators' displacement or speed peaks: the largest few of each, s."""
+    motion = base_motion(run)[:, 0]
+    speed = np.gradient(motion, run.time, axis=0)
+    result = []
+    for size in (np.linalg.norm(motion, axis=1), np.linalg.norm(speed, axis=1)):
+        inner = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+        result.append(inner[np.argsort(size[inner])[::-1][:_INSTANTS]])
+    return np.unique(run.time[np.concatenate(result)])
+
+
+def commands_until(run: Run, lost: float, off: float) -> tuple[tuple, tuple]:
+    """Commands of a run up to an instant, and no current after it, as instants and amperes."""
+    command = run.history.command.values
+    kept = np.flatnonzero(run.time < lost)
+    changed = kept[np.any(np.diff(command[kept], axis=0, prepend=np.nan) != 0, axis=1)]
+    time = [*run.time[changed].tolist(), float(lost)]
+    rows = [*command[changed].tolist(), [off] * command.shape[1]]
+    return tuple(time), tuple(map(tuple, rows))

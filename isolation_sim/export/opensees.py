@@ -1,0 +1,239 @@
+"""The OpenSees material that comes nearest to a device at one coil current."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..laws.device import Device
+from ..simulation.substructure import DeviceSimulator
+
+SAMPLES = 60
+"""Steps a cycle: the materials' own integration, as in an analysis, takes one a step."""
+RISING, STEADY = 4, 2
+"""Cycles over which the amplitude rises, and cycles at it."""
+Command = tuple[Any, ...]
+
+
+def _elastic_bilinear(x: NDArray, stiffness: float, beyond: float, knee: float) -> NDArray:
+    """Nonlinear elastic spring of two slopes."""
+    size = np.abs(x)
+    return np.sign(x) * (stiffness * np.minimum(size, knee) + beyond * np.maximum(size - knee, 0.0))
+
+
+def _steel01(x: NDArray, strength: float, stiffness: float, ratio: float) -> NDArray:
+    """Bilinear spring with kinematic hardening."""
+    knee, z, slip = strength / stiffness, 0.0, np.zeros(len(x))
+    for k, dx in enumerate(np.diff(x, prepend=0.0).tolist()):
+        z = min(max(z + dx, -knee), knee)
+        slip[k] = z
+    return stiffness * (ratio * x + (1.0 - ratio) * slip)
+
+
+def _bouc_wen(x: NDArray, ratio: float, stiffness: float, n: float, knee: float) -> NDArray:
+    """Bouc and Wen's spring with equal gamma and beta, by the backward Euler rule."""
+    z, slip = 0.0, np.zeros(len(x))
+    for k, dx in enumerate(np.diff(x, prepend=0.0).tolist()):
+        start = z
+        for _ in range(30):
+            loading = dx * z > 0.0
+            size = (abs(z) / knee) ** n if loading else 0.0
+            change = (start + dx * (1.0 - size) - z) / (
+                1.0 + (abs(dx) * n * size / abs(z) if size else 0.0)
+            )
+            z += change
+            if abs(change) <= 1e-12 * knee:
+                break
+        slip[k] = z
+    return stiffness * (ratio * x + (1.0 - ratio) * slip)
+
+
+class Spring(NamedTuple):
+    """An OpenSees material beside a viscous one."""
+
+    name: str
+    force: Callable[..., NDArray]
+    start: Callable[[float, float], tuple[float, ...]]
+    bounds: Callable[[float, float], tuple[tuple[float, float], ...]]
+    arguments: Callable[..., tuple[float, ...]]
+
+
+SPRINGS = (
+    Spring(
+        "ElasticBilin",
+        _elastic_bilinear,
+        lambda k, a: (k, k, 0.5 * a),
+        lambda k, a: ((1e-3 * k, 1e3 * k), (1e-3 * k, 1e3 * k), (0.02 * a, a)),
+        lambda k, beyond, knee: (k, beyond, knee),
+    ),
+    Spring(
+        "Steel01",
+        _steel01,
+        lambda k, a: (0.3 * k * a, 2.0 * k, 0.3),
+        lambda k, a: ((1e-3 * k * a, 10 * k * a), (1e-2 * k, 1e3 * k), (1e-4, 0.999)),
+        lambda strength, k, ratio: (strength, k, ratio),
+    ),
+    Spring(
+        "BoucWen",
+        _bouc_wen,
+        lambda k, a: (0.3, 2.0 * k, 1.2, 0.15 * a),
+        lambda k, a: ((1e-4, 0.999), (1e-2 * k, 1e3 * k), (1.0, 4.0), (1e-3 * a, 10 * a)),
+        lambda ratio, k, n, knee: (
+            ratio, k, n, 0.5 / knee**n, 0.5 / knee**n, 1.0, 0.0, 0.0, 0.0,
+        ),
+    ),
+)  # fmt: skip
+"""Start and bounds of the numbers by the secant stiffness, N/m, and the amplitude, m."""
+
+
+@dataclass(frozen=True, eq=False)
+class OpenSeesMaterial:
+    """The nearest OpenSees material of a device at one coil current.
+
+    Attributes
+    ----------
+    device : Device
+        The device.
+    current : float, A
+        Coil current.
+    name : str
+        Such as ``"BoucWen and Viscous"``.
+    commands : tuple of tuple
+        Arguments of ``uniaxialMaterial``, of the parts and of the two in parallel, whose tag is 3;
+        in N, m and s.
+    error : float
+        RMS of the residual force over the RMS of the device's, on the loops below.
+    errors : dict of str to float
+        The same of every material that was tried.
+    displacement, velocity, force, fitted : numpy.ndarray, shape (n,), m, m/s and N
+        Loops: a sinusoid whose amplitude rises over four cycles and then stays for two; the
+        device's force and the material's.
+    """
+
+    device: Device
+    current: float
+    name: str
+    commands: tuple[Command, ...]
+    error: float
+    errors: dict[str, float]
+    displacement: NDArray
+    velocity: NDArray
+    force: NDArray
+    fitted: NDArray
+
+    def _comment(self) -> str:
+        others = ", ".join(
+            f"{name} {100 * error:.3g} %"
+            for name, error in self.errors.items()
+            if name != self.name
+        )
+        return (
+            f"# {self.device.law.title} at {self.current:g} A as {self.name}, in N, m and s\n"
+            f"# error of the force up to {np.abs(self.displacement).max():.3g} m: "
+            f"{100 * self.error:.3g} % RMS ({others})\n"
+        )
+
+    def python(self) -> str:
+        """Write the material for OpenSeesPy.
+
+        Returns
+        -------
+        str
+            Lines of Python, the error above them.
+        """
+        lines = (f"ops.uniaxialMaterial({', '.join(map(repr, c))})\n" for c in self.commands)
+        return f"{self._comment()}import openseespy.opensees as ops\n\n{''.join(lines)}"
+
+    def tcl(self) -> str:
+        """Write the material for OpenSees' Tcl interpreter.
+
+        Returns
+        -------
+        str
+            Lines of Tcl, the error above them.
+        """
+        lines = (f"uniaxialMaterial {' '.join(map(str, c))}\n" for c in self.commands)
+        return f"{self._comment()}{''.join(lines)}"
+
+
+def opensees_material(
+    device: Device, current: float, amplitude: float | None = None, frequency: float = 1.0
+) -> OpenSeesMaterial:
+    """Find the OpenSees material that comes nearest to a device at one coil current.
+
+    Steel01, BoucWen and ElasticBilin, each beside a linear Viscous material, are fitted to the
+    device's loops by least squares; the one with the smallest error is taken. OpenSees has no
+    material that follows a coil current.
+
+    Parameters
+    ----------
+    device : Device
+        Such as ``reference_isolators()``, in the scale that it has there.
+    current : float, A
+        Coil current.
+    amplitude : float, optional, m
+        Largest deformation of the loops; the tested one by default.
+    frequency : float, default 1, Hz
+        Of the loops.
+
+    Returns
+    -------
+    OpenSeesMaterial
+        With its error.
+
+    Raises
+    ------
+    InputError
+        If the current is outside the device's range, or an argument cannot be used.
+    """
+    from scipy.optimize import least_squares
+
+    if amplitude is None:
+        amplitude = device.deformation_scale
+    for what, value, unit in (("amplitude", amplitude, "m"), ("frequency", frequency, "Hz")):
+        if not 0 < value < np.inf:
+            raise InputError(f"{what} is {value} {unit}; expected: above 0")
+    current = float(device.checked_current(current))
+    step, omega = 1.0 / (SAMPLES * frequency), 2.0 * np.pi * frequency
+    time = step * np.arange(1, SAMPLES * (RISING + STEADY) + 1)
+    size = amplitude * np.minimum(time * frequency / RISING, 1.0)
+    rise = np.where(time * frequency < RISING, amplitude * frequency / RISING, 0.0)
+    x = size * np.sin(omega * time)
+    v = rise * np.sin(omega * time) + size * omega * np.cos(omega * time)
+    simulator = DeviceSimulator(device, step)
+    force = np.array([simulator.step(a, current, b) for a, b in zip(x, v, strict=True)])
+    scale = float(np.sqrt(np.mean(force**2)))
+    if not 0 < scale < np.inf:
+        raise InputError(f"the device's force at {current:g} A is {scale} N; expected: some force")
+    stiffness = float(np.abs(force).max()) / amplitude
+    damping, found = stiffness / omega, {}
+    for spring in SPRINGS:
+        bounds = (*spring.bounds(stiffness, amplitude), (1e-9 * damping, 10 * damping))
+        start = (*spring.start(stiffness, amplitude), 0.1 * damping)
+
+        def model(logs: NDArray, spring: Spring = spring) -> NDArray:
+            *numbers, viscosity = np.exp(logs).tolist()
+            return spring.force(x, *numbers) + viscosity * v
+
+        low, high = np.log(np.array(bounds)).T
+        best = least_squares(
+            lambda logs, model=model: (model(logs) - force) / scale,
+            np.clip(np.log(start), low + 1e-6, high - 1e-6), bounds=(low, high),
+        )  # fmt: skip
+        *numbers, viscosity = np.exp(best.x).tolist()
+        commands = (
+            (spring.name, 1, *spring.arguments(*numbers)),
+            ("Viscous", 2, viscosity, 1.0),
+            ("Parallel", 3, 1, 2),
+        )
+        error = float(np.sqrt(np.mean(best.fun**2)))
+        found[f"{spring.name} and Viscous"] = error, commands, model(best.x)
+    errors = {name: error for name, (error, _, _) in found.items()}
+    name = min(errors, key=lambda each: errors[each])
+    error, commands, fitted = found[name]
+    return OpenSeesMaterial(device, current, name, commands, error, errors, x, v, force, fitted)

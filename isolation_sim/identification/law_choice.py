@@ -1,0 +1,161 @@
+"""Which law fits a campaign: all registered laws compared on short data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..laws.law import Law
+from ..laws.registry import LAWS
+from .campaign import Campaign
+from .law_fit import LawModel, parameterise
+from .least_squares import Optimum
+from .measured_runs import MeasuredRuns, measured_runs
+from .multistart import screen_starts
+from .parameterisation import Parameterisation
+
+AUTO = "auto"
+"""What is given in place of a law's name to have all of them compared."""
+HELD_OUT = 4
+"""One run in so many judges the laws if the campaign marks none."""
+NEAR = 1.05
+"""Factor on the least error up to which a law with fewer parameters is preferred."""
+WRONG_FAMILY = 2.0
+"""Factor on the least error above which a law is of the wrong family."""
+_SAMPLES, _A_CYCLE = 4000, 60
+_FINALISTS = 4
+
+
+@dataclass(frozen=True)
+class LawRank:
+    """How well a law fits.
+
+    Attributes
+    ----------
+    law, title : str
+        Registry name, and name to print.
+    n_numbers : int
+        Numbers that were fitted.
+    error, held_out : float
+        RMS residual over RMS force, of the fitted runs and of those held out; infinite for a law
+        without finite forces.
+    """
+
+    law: str
+    title: str
+    n_numbers: int
+    error: float
+    held_out: float
+
+
+@dataclass(frozen=True)
+class LawChoice:
+    """Registered laws compared on a campaign.
+
+    Attributes
+    ----------
+    ranks : tuple of LawRank
+        The law to use first, then by the error on the runs held out.
+    """
+
+    ranks: tuple[LawRank, ...]
+
+    @property
+    def best(self) -> LawRank:
+        """The law to use."""
+        return self.ranks[0]
+
+    @property
+    def near(self) -> tuple[LawRank, ...]:
+        """Laws of the right family: with at most twice the least error."""
+        least = min(one.held_out for one in self.ranks)
+        return tuple(one for one in self.ranks if one.held_out <= WRONG_FAMILY * least)
+
+    @property
+    def text(self) -> str:
+        """The choice in words."""
+        best, near = self.best, [one.law for one in self.near if one is not self.best]
+        text = (
+            f"Of {len(self.ranks)} laws {best.law} fits best: fitted to short data, it misses the "
+            f"runs held out by {100 * best.held_out:.3g} %."
+        )
+        if near:
+            text += f" Within twice that error: {', '.join(near)}."
+        return text + " The others are of another family."
+
+    def rank(self, law: str) -> LawRank | None:
+        """The rank of a law; None if it was not compared."""
+        return next((one for one in self.ranks if one.law == law), None)
+
+
+def choose_law(
+    campaign: Campaign,
+    degree: int | None,
+    pool: ThreadPoolExecutor,
+    *,
+    seed: int = 0,
+    advance: Callable[[], None] = lambda: None,
+    laws: Iterable[str] = LAWS,
+) -> LawChoice:
+    """Fit every law to short data, the best few again from more starts, and rank them.
+
+    The fitted runs are fitted and those held out judge. A law with fewer numbers is preferred where
+    the errors are nearly the same. ``advance`` is called after each law.
+
+    Raises InputError if no law gives finite forces.
+    """
+    data = measured_runs(campaign.runs, HELD_OUT)
+    cycles = min(max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5), 6.0)
+    short = data.cycles(cycles, _A_CYCLE)
+    # all samples count alike: the errors that rank the laws are pooled over runs
+    short = replace(short, sigma=np.full(len(data.dt), float(np.std(data.force))))
+
+    def rank(name: str, starts: int, most: int) -> LawRank:
+        result = _rank(campaign, LAWS[name], short, degree, pool, starts, most, seed)
+        advance()
+        return result
+
+    ranks = sorted((rank(name, 8, 40) for name in laws), key=lambda one: one.held_out)
+    again = [rank(one.law, 24, 200) for one in ranks[:_FINALISTS]]
+    final = [min(pair, key=lambda o: o.error) for pair in zip(ranks, again, strict=False)]
+    ranks = sorted([*final, *ranks[_FINALISTS:]], key=lambda one: one.held_out)
+    least = ranks[0].held_out
+    if not np.isfinite(least):
+        raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
+    first = min((r for r in ranks if r.held_out <= NEAR * least), key=lambda one: one.n_numbers)
+    return LawChoice((first, *(one for one in ranks if one is not first)))
+
+
+def _rank(
+    campaign: Campaign, law: Law, data: MeasuredRuns, degree: int | None,
+    pool: ThreadPoolExecutor, starts: int, most: int, seed: int,
+) -> LawRank:  # fmt: skip
+    """Fit a law to short data from a few starts."""
+    fitted = data.without_held_out()
+    p = parameterise(campaign, law, data, degree)
+
+    def search(p: Parameterisation, start: np.ndarray, steps: int = 25) -> Optimum:
+        for n_steps in (2, 8, 64):
+            result = LawModel(fitted, p, n_steps).minimise(start, steps, 1e-3)
+            if np.isfinite(result.cost):
+                break
+        return result
+
+    begin = screen_starts(p, search, pool, starts, seed)
+    ends = pool.map(lambda start: search(p, start, most), begin[: max(2, starts // 3)])
+    model = LawModel(data, p)
+    errors = [_errors(model.resolve_steps(e.x, 1), e) for e in ends if np.isfinite(e.cost)]
+    error, held_out = min(errors, default=(np.inf, np.inf))
+    return LawRank(law.name, law.title, len(p.scale), error, held_out)
+
+
+def _errors(model: LawModel, end: Optimum) -> tuple[float, float]:
+    """Relative errors of the fitted and of the held-out samples; the same if none is held out."""
+    data = model.data
+    residual = data.bounded(model.forces(end.x, False)[0]) - data.force
+    judged = data.fitted if data.fitted.all() else ~data.fitted
+    return data.relative(residual, data.fitted), data.relative(residual, judged)

@@ -1,0 +1,111 @@
+"""Functional mock-up units of other tools, stepped through FMPy."""
+
+from __future__ import annotations
+
+import tempfile
+import weakref
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+
+VERSIONS = ("2.0", "3.0")
+
+
+class Unit:
+    """A unit for co-simulation; ``start`` makes an instance of it."""
+
+    def __init__(self, file: str | Path):
+        self.file = Path(file)
+        self._description = self._read()
+        kinds = ("Real", "Float64")
+        variables = [v for v in self._description.modelVariables if v.type in kinds]
+        self._references = {v.name: v.valueReference for v in variables}
+        self.inputs = tuple(v.name for v in variables if v.causality == "input")
+        self.outputs = tuple(v.name for v in variables if v.causality == "output")
+        self._instance: Any = None
+
+    def _read(self) -> Any:
+        try:
+            import fmpy
+        except ModuleNotFoundError:
+            raise InputError(
+                f"{self.file}: needs FMPy, which is not installed; expected: "
+                "pip install 'isolation-sim[fmi]'"
+            ) from None
+        if not self.file.is_file():
+            raise InputError(f"{self.file}: no such file; expected: a functional mock-up unit")
+        try:
+            result = fmpy.read_model_description(str(self.file))
+        except Exception as error:
+            words = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"{self.file}: no functional mock-up unit: {words}") from None
+        if result.fmiVersion not in VERSIONS or result.coSimulation is None:
+            kind = "co-simulation" if result.coSimulation else "model exchange"
+            raise InputError(
+                f"{self.file}: is of FMI {result.fmiVersion} for {kind}; expected: FMI 2.0 or 3.0 "
+                "for co-simulation"
+            )
+        return result
+
+    @property
+    def step_size(self) -> float | None:
+        """Length of a step that the unit asks for, s."""
+        experiment = self._description.defaultExperiment
+        size = getattr(experiment, "stepSize", None)
+        return float(size) if size else None
+
+    def start(self) -> None:
+        """Make a new instance at time 0."""
+        import fmpy
+
+        self.stop()
+        description = self._description
+        second = description.fmiVersion == "2.0"
+        folder = tempfile.TemporaryDirectory()
+        try:
+            kind = fmpy.fmi2.FMU2Slave if second else fmpy.fmi3.FMU3Slave
+            instance = kind(
+                guid=description.guid,
+                unzipDirectory=fmpy.extract(str(self.file), unzipdir=folder.name),
+                modelIdentifier=description.coSimulation.modelIdentifier,
+                instanceName=self.file.stem,
+            )
+            instance.instantiate()
+            if second:
+                instance.setupExperiment(startTime=0.0)
+            instance.enterInitializationMode()
+            instance.exitInitializationMode()
+        except Exception as error:
+            folder.cleanup()
+            words = " ".join(str(error).split())
+            raise InputError(f"{self.file}: cannot be started here: {words}") from None
+        self._put = instance.setReal if second else instance.setFloat64
+        self._get = instance.getReal if second else instance.getFloat64
+        self._instance = instance
+        self._end = weakref.finalize(self, _end, instance, folder)
+
+    def stop(self) -> None:
+        """Free the instance, if there is one."""
+        if self._instance is not None:
+            self._end()
+            self._instance = None
+
+    def step(
+        self, time: float, length: float, given: Mapping[str, float], wanted: Sequence[str]
+    ) -> list[float]:
+        """Set inputs at a time, step on, and read outputs."""
+        self._put([self._references[name] for name in given], list(given.values()))
+        try:
+            self._instance.doStep(currentCommunicationPoint=time, communicationStepSize=length)
+        except Exception as error:
+            words = " ".join(str(error).split())
+            raise InputError(f"{self.file}: failed at t = {time:.4g} s: {words}") from None
+        return self._get([self._references[name] for name in wanted])
+
+
+def _end(instance: Any, folder: tempfile.TemporaryDirectory) -> None:
+    instance.terminate()
+    instance.freeInstance()
+    folder.cleanup()

@@ -1,0 +1,77 @@
+"""The table of a check, on the console, as JSON and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from ..code_check import MEMORY, CheckRow
+from .html.page import Cell, Page, Picture, Prose, Row, Section, Table
+from .style import svg_text
+
+if TYPE_CHECKING:
+    from rich.table import Table as ConsoleTable
+
+    from ..structures import IsolatedStructure
+
+HEADINGS = ("check", "case", "ASCE 7-22", "value", "limit", "passes")
+STATEMENT = (
+    "These checks help to judge a design. They are no certification, and do not replace the "
+    f"code's own text or an engineer's judgement; {MEMORY}."
+)
+
+
+def passes_text(row: CheckRow) -> str:
+    """Whether a check passes, as a word; a dash where nothing is required."""
+    return {True: "yes", False: "NO", None: "-"}[row.passes]
+
+
+def verdict(rows: Sequence[CheckRow]) -> str:
+    """How many checks have a limit, and how many of these do not pass."""
+    limited = [row for row in rows if row.passes is not None]
+    failed = sum(not row.passes for row in limited)
+    return f"{failed} of {len(limited)} checks that have a limit do not pass"
+
+
+def console_table(rows: Sequence[CheckRow], title: str) -> ConsoleTable:
+    """Table for the console."""
+    from rich.table import Table as ConsoleTable
+
+    table = ConsoleTable(title=title, caption=f"{verdict(rows)}. {STATEMENT}", box=None)
+    for heading in HEADINGS:
+        table.add_column(heading, overflow="fold")
+    for group, some in groupby(rows, key=lambda row: row.group):
+        table.add_section()
+        table.add_row(group, style="bold")
+        for row in some:
+            cells = (row.case, row.clause, row.value, row.limit, passes_text(row))
+            table.add_row(f"  {row.subject}", *cells)
+    return table
+
+
+def check_page(rows: Sequence[CheckRow], isolated: IsolatedStructure, name: str) -> Page:
+    """Page with the table and a drawing of the structure."""
+    from .drawing import structure_drawing
+
+    lines = []
+    for group, some in groupby(rows, key=lambda row: row.group):
+        lines.append(Row(group))
+        for row in some:
+            clause = f"{row.clause}, from memory" if row.clause else ""
+            texts = (row.case, clause, row.value, row.limit, passes_text(row))
+            mark = "best" if row.passes else ""
+            lines.append(Row(row.subject, (*map(Cell, texts[:-1]), Cell(texts[-1], mark))))
+    headings = tuple(heading[0].upper() + heading[1:] for heading in HEADINGS)
+    checks = Table(
+        "Checks in the manner of ASCE 7-22, chapter 17", headings, tuple(lines),
+        note="A dash: no limit in the code, or no capacity given.",
+    )  # fmt: skip
+    sections = [
+        Section(
+            "Verdict", [Prose((f"{verdict(rows)}.",), "verdict"), Prose((STATEMENT,), "warning")]
+        ),
+        Section("Checks", [checks]),
+        Section("Structure", [Picture("The structure", svg=svg_text(structure_drawing(isolated)))]),
+    ]
+    return Page(f"Code checks: {name}", isolated.structure.name, sections)

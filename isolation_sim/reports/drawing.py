@@ -1,0 +1,159 @@
+"""A drawing of an isolated structure: from the side, and from above where positions are known."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..simulation.quantities import level_dofs, storey_rows
+from .style import DOUBLE_COLUMN, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ..structures import IsolatedStructure, Structure
+
+_STOREY = 3.0
+"""Height of a storey in the drawing where it is not known, m."""
+_WIDTH = 10.0
+"""Width of the building in the drawing from the side, m: it is not to scale along x."""
+
+
+def structure_drawing(isolated: IsolatedStructure) -> Figure:
+    """Draw a structure with its isolators, walls and soil springs.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        A structure on isolators or without.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide: from the side, heights to scale where they are known; and from above,
+        to scale, where isolator positions are known.
+    """
+    places = isolated.structure.isolator_positions
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 3.6)
+        if places is None:
+            side = figure.subplots(1, 1)
+        else:
+            side, above = figure.subplots(1, 2)
+            _from_above(above, isolated)
+        _from_the_side(side, isolated)
+    return figure
+
+
+def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
+    structure = isolated.structure
+    levels = level_dofs(structure)[:, 0]
+    rows = storey_rows(structure)[:, 0]
+    heights = np.full(len(rows), _STOREY)
+    if structure.heights is not None:
+        heights = structure.heights[rows]
+    tall = float(heights.mean()) if len(heights) else _STOREY
+    z = np.concatenate([[0.0], np.cumsum(heights)])[: len(levels)]
+    half, thick = _WIDTH / 2, 0.08 * tall
+    yielding = {name.removesuffix("_hysteresis") for name in isolated.element_names
+                if name.endswith("_hysteresis")}  # fmt: skip
+    for low, high, row in zip(z[:-1], z[1:], rows, strict=False):
+        color, dash = ("#D55E00", "--") if structure.storeys[row] in yielding else ("0.2", "-")
+        for x in (-0.9 * half, 0.9 * half):
+            axes.plot([x, x], [low, high], color=color, linestyle=dash, linewidth=1.6)
+    for level, dof in zip(z, levels, strict=True):
+        axes.fill_between([-half, half], level - thick, level + thick, color="0.45", linewidth=0)
+        name = structure.names[dof]
+        label = name.removesuffix(f"_{structure.directions[0]}")
+        axes.text(half + 1.2, level, f"{label}, {1e-3 * structure.mass[dof, dof]:.4g} t",
+                  va="center", fontsize=7)  # fmt: skip
+    below = -0.45 * tall
+    if structure.base:
+        for x in np.linspace(-0.8 * half, 0.8 * half, 4):
+            axes.fill_between([x - 0.5, x + 0.5], below, -thick, color="#0072B2", linewidth=0)
+        axes.text(half + 1.2, (below - thick) / 2, _isolators(isolated), va="center", fontsize=7)
+    gap = _gap(isolated)
+    if gap is not None:
+        for sign in (-1, 1):
+            edge = sign * (half + 0.35)
+            axes.fill_between([edge, edge + sign * 0.25], below, 2.5 * thick, color="0.2")
+        axes.text(-half - 0.9, 0.0, f"wall, gap {1e3 * gap:.3g} mm", va="center", ha="right",
+                  fontsize=7)  # fmt: skip
+    ground = below
+    if structure.foundation:
+        ground = below - 0.7 * tall
+        axes.fill_between([-1.1 * half, 1.1 * half], below - 2 * thick, below, color="0.45")
+        for x in np.linspace(-0.9 * half, 0.9 * half, 5):
+            turns = np.linspace(0, 1, 13)
+            zigzag = np.where(np.arange(13) % 2, 0.25, -0.25) * (turns > 0.05) * (turns < 0.95)
+            axes.plot(x + zigzag, ground + (below - 2 * thick - ground) * turns, color="#009E73",
+                      linewidth=0.9)  # fmt: skip
+        axes.text(half + 1.2, (ground + below) / 2, "soil: " + ", ".join(
+            sorted({structure.names[d].split("_")[0] for d in structure.foundation})
+        ), va="center", fontsize=7)  # fmt: skip
+    axes.plot([-1.4 * half, 1.4 * half], [ground, ground], color="0.2", linewidth=1.0)
+    axes.fill_between([-1.4 * half, 1.4 * half], ground - 0.2 * tall, ground, hatch="////",
+                      facecolor="white", edgecolor="0.6", linewidth=0)  # fmt: skip
+    axes.set_xlim(-2.4 * half, 3.0 * half)
+    axes.set_title("from the side" + "; dashed: storeys that yield" * bool(yielding), loc="left")
+    axes.set_axis_off()
+
+
+def _isolators(isolated: IsolatedStructure) -> str:
+    """What holds the base, in a few words."""
+    laws = []
+    for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
+        name = isolated.element_names[group[0]]
+        if np.any(isolated.holding[group[0]]) and not name.startswith("moat_wall"):
+            laws.append(law.name + ", biaxial" * (len(group) > 1))
+    return "isolators: " + ", ".join(dict.fromkeys(laws))
+
+
+def _gap(isolated: IsolatedStructure) -> float | None:
+    """Gap of a moat wall, m."""
+    for element in isolated.elements:
+        if element.name.startswith("moat_wall"):
+            device = element.device
+            for name, value in zip(
+                device.law.parameter_names, device.parameters_at(0.0), strict=True
+            ):
+                if name.endswith("gap"):
+                    return float(value) * device.length
+    return None
+
+
+def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:
+    structure = isolated.structure
+    places = structure.isolator_positions
+    assert places is not None
+    low, high = places.min(axis=0), places.max(axis=0)
+    outline = np.array([low, [high[0], low[1]], high, [low[0], high[1]], low])
+    axes.plot(*outline.T, color="0.45", linewidth=1.0)
+    axes.plot(*places.T, "s", color="#0072B2", markersize=6, label="isolators")
+    stiff = places.mean(axis=0)
+    axes.plot(*stiff, "+", color="black", markersize=9, label="centre of isolators")
+    axes.plot(*_centre_of_mass(structure), "o", color="#D55E00", markersize=5,
+              label="centre of mass")  # fmt: skip
+    axes.set_aspect("equal")
+    axes.margins(0.15)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_title("from above", loc="left")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)
+
+
+def _centre_of_mass(structure: Structure) -> tuple[float, float]:
+    """Centre of the whole mass from the momentum of a slow rotation of all floors."""
+    _, _, rotation = structure.plan_dofs()
+    turning = np.zeros(structure.n_dofs)
+    turning[rotation] = 1.0
+    # floors stand on the base: they turn with it where the stiffness resists nothing
+    inner = list(structure.superstructure)
+    if inner:
+        block = structure.stiffness[np.ix_(inner, inner)]
+        turning[inner] = -np.linalg.solve(block, structure.stiffness[inner, rotation])
+    inertia = structure.above_foundation.T @ structure.mass
+    momentum, mass = inertia @ turning, inertia @ structure.above_foundation
+    return momentum[1] / mass[1, 1], -momentum[0] / mass[0, 0]

@@ -1,0 +1,171 @@
+"""Soil under an isolated building: the frequency-independent cone model of Wolf."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError
+from .element import Element
+from .structure import IsolatedStructure
+from .vertical_load import dof_heights
+
+
+@dataclass(frozen=True)
+class Cones:
+    """Springs, dashpots and trapped mass of a rigid disk on a homogeneous half-space.
+
+    Attributes
+    ----------
+    sway_stiffness, sway_damping : float, N/m and N s/m
+        Along a horizontal direction.
+    rocking_stiffness, rocking_damping : float, N m and N m s
+        About a horizontal axis.
+    trapped_inertia : float, kg m^2
+        Mass moment of inertia of the soil that moves with the foundation in rocking; not zero for
+        nearly incompressible soil, with a Poisson's ratio above 1/3.
+    """
+
+    sway_stiffness: float
+    sway_damping: float
+    rocking_stiffness: float
+    rocking_damping: float
+    trapped_inertia: float
+
+
+def cones(radius: float, shear_wave_velocity: float, density: float, poisson: float) -> Cones:
+    """Cone model of a disk foundation.
+
+    A truncated cone is a rod whose section grows with the depth. Its opening is the one at which
+    its static stiffness is the exact one of a disk on a half-space.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of a disk with the area of the foundation.
+    shear_wave_velocity : float, m/s
+        Of the soil, at the strains of the earthquake.
+    density : float, kg/m^3
+        Of the soil.
+    poisson : float
+        Poisson's ratio of the soil, 0 to 0.5.
+
+    Returns
+    -------
+    Cones
+
+    Raises
+    ------
+    InputError
+        If a number is out of range.
+
+    Notes
+    -----
+    J. P. Wolf, "Foundation vibration analysis using simple physical models", Prentice Hall 1994,
+    Table 2-3A, and J. P. Wolf and A. J. Deeks, "Foundation vibration analysis: a strength-of-
+    materials approach", 2004. In rocking the dashpot is the one of high frequencies; the internal
+    degree of freedom that the exact cone adds is left out.
+    """
+    for what, value in (
+        ("radius_m", radius), ("shear_wave_velocity_m_s", shear_wave_velocity),
+        ("density_kg_m3", density),
+    ):  # fmt: skip
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{what} is {value!r}; expected: a number above 0")
+    if not 0.0 <= poisson <= 0.5:
+        raise InputError(f"poisson_ratio is {poisson!r}; expected: 0 to 0.5")
+    area, inertia = np.pi * radius**2, np.pi * radius**4 / 4
+    compressible = poisson <= 1 / 3
+    # nearly incompressible soil: twice the shear wave's speed, and soil that moves along
+    speed = shear_wave_velocity * (
+        np.sqrt(2 * (1 - poisson) / (1 - 2 * poisson)) if compressible else 2.0
+    )
+    sway_depth = np.pi / 8 * (2 - poisson) * radius
+    rocking_depth = 9 * np.pi / 32 * (1 - poisson) * (speed / shear_wave_velocity) ** 2 * radius
+    trapped = 0.0 if compressible else 0.3 * np.pi * (poisson - 1 / 3) * density * radius**5
+    return Cones(
+        sway_stiffness=float(density * shear_wave_velocity**2 * area / sway_depth),
+        sway_damping=float(density * shear_wave_velocity * area),
+        rocking_stiffness=float(3 * density * speed**2 * inertia / rocking_depth),
+        rocking_damping=float(density * speed * inertia),
+        trapped_inertia=float(trapped),
+    )
+
+
+def on_soil(
+    isolated: IsolatedStructure,
+    soil: Cones,
+    foundation_mass: float,
+    foundation_inertia: float = 0.0,
+) -> IsolatedStructure:
+    """Put an isolated building's foundation on soil springs.
+
+    Parameters
+    ----------
+    isolated : IsolatedStructure
+        The building on its isolators; whatever holds it to the ground then stands on the
+        foundation.
+    soil : Cones
+        Springs and dashpots of the soil.
+    foundation_mass : float, kg
+        Mass below the isolators.
+    foundation_inertia : float, default 0, kg m^2
+        Its mass moment of inertia about a horizontal axis; with storey heights, for rocking.
+
+    Returns
+    -------
+    IsolatedStructure
+        With a dof ``foundation_…`` a direction, and ``rocking_…`` where storey heights are known.
+
+    Raises
+    ------
+    InputError
+        If a mass is not above zero.
+    """
+    structure = isolated.structure
+    n, axes = structure.n_dofs, structure.directions
+    m = len(axes)
+    rocks = structure.heights is not None
+    if not (np.isfinite(foundation_mass) and foundation_mass > 0):
+        raise InputError(f"foundation_mass_kg is {foundation_mass!r}; expected: a number above 0")
+    inertia = foundation_inertia + soil.trapped_inertia
+    if rocks and not inertia > 0:
+        raise InputError("foundation_inertia_kg_m2 is 0; expected for rocking: a number above 0")
+    added = m * (1 + rocks)
+    # deformations of the structure: its motion less that of a rigid building that rocks
+    relative = np.hstack([np.eye(n), np.zeros((n, added))])
+    if rocks:
+        relative[:, n + m :] = -dof_heights(structure)[:, np.newaxis] * structure.influence
+    new = np.repeat([True, False][: 1 + rocks], m)  # sway, then rocking
+    spring = np.where(new, soil.sway_stiffness, soil.rocking_stiffness)
+    dashpot = np.where(new, soil.sway_damping, soil.rocking_damping)
+    own_mass = np.where(new, foundation_mass, inertia)
+
+    def enlarged(inner: np.ndarray, on_new: np.ndarray) -> np.ndarray:
+        return inner + np.diag(np.concatenate([np.zeros(n), on_new]))
+
+    carried = np.vstack([structure.influence, np.eye(m), np.zeros((added - m, m))])
+    bare = np.hstack([np.eye(n), np.zeros((n, added))])
+    on_ground = replace(
+        structure,
+        mass=enlarged(bare.T @ structure.mass @ bare, own_mass),
+        damping=enlarged(relative.T @ structure.damping @ relative, dashpot),
+        stiffness=enlarged(relative.T @ structure.stiffness @ relative, spring),
+        influence=carried,
+        foundation=tuple(range(n, n + added)),
+        names=(
+            *structure.names,
+            *(f"foundation_{axis}" for axis in axes),
+            *(f"rocking_{axis}" for axis in axes if rocks),
+        ),
+        drift_rows=structure.drift_rows @ relative,
+    )
+    elements = []
+    for element, held in zip(isolated.elements, isolated.holding, strict=True):
+        row = element.direction @ relative
+        row[n : n + m] -= held
+        elements.append(
+            Element(element.device, row, element.channel, element.name, element.follows)
+        )
+    return IsolatedStructure(on_ground, tuple(elements))

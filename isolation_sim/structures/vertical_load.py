@@ -1,0 +1,126 @@
+"""What the weight on the isolators does: P-delta, and vertical loads that overturning changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ground_motions import STANDARD_GRAVITY
+
+from ..errors import InputError
+
+
+def with_p_delta(structure: Any, height: float) -> Any:
+    """Put the weight on isolators that lean: a negative stiffness W / h below the base.
+
+    Parameters
+    ----------
+    structure : Structure
+        With a base.
+    height : float, m
+        Height of the isolators between their hinges: the height of a bearing.
+
+    Returns
+    -------
+    Structure
+        With the stiffness ``-W / h`` at the base along every direction of ground motion; at each
+        isolator a share of it where their positions are known, so that the base's rotation has it
+        too.
+
+    Raises
+    ------
+    InputError
+        If there is no base, or the height is not above zero.
+    """
+    if not (np.isfinite(height) and height > 0):
+        raise InputError(f"p_delta_height_m is {height!r}; expected: a number above 0, in m")
+    if not structure.base:
+        raise InputError(f"{structure.name} has no base; expected for P-delta: a building with one")
+    rows = isolation_rows(structure)
+    share = structure.total_mass * STANDARD_GRAVITY / height / len(rows)
+    flat = rows.reshape(-1, structure.n_dofs)
+    return replace(structure, stiffness=structure.stiffness - share * flat.T @ flat)
+
+
+def isolation_rows(structure: Any) -> np.ndarray:
+    """Displacements of the base at every isolator, or of the base itself, by direction."""
+    if structure.isolator_positions is not None:
+        return structure.isolator_rows
+    rows = np.zeros((1, len(structure.directions), structure.n_dofs))
+    base = list(structure.base)
+    rows[0][:, base] = structure.influence[base].T
+    return rows
+
+
+def dof_heights(structure: Any) -> np.ndarray:
+    """Heights of the dofs above the base, from the storeys' heights.
+
+    Parameters
+    ----------
+    structure : Structure
+        With storey heights.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,), m
+        Zero at the base.
+
+    Raises
+    ------
+    InputError
+        If heights are not known, or a drift is not the difference of two dofs.
+    """
+    if structure.heights is None:
+        raise InputError(
+            f"{structure.name} has no storey heights; expected: storey_heights_m in [structure]"
+        )
+    result = np.full(structure.n_dofs, np.nan)
+    result[list(structure.base)] = 0.0
+    for row, height in zip(structure.drift_rows, structure.heights, strict=True):
+        lower, upper = np.flatnonzero(row == -1.0), np.flatnonzero(row == 1.0)
+        if len(lower) != 1 or len(upper) != 1 or np.isnan(result[lower[0]]):
+            raise InputError(
+                f"{structure.name}: heights of its dofs are not known; expected: storeys from "
+                "below, each the difference of two dofs"
+            )
+        result[upper[0]] = result[lower[0]] + height
+    return np.nan_to_num(result)
+
+
+def overturning_rows(structure: Any) -> np.ndarray:
+    """Rows that turn displacements into the change of each isolator's vertical load.
+
+    The floors' inertia forces, equal to the elastic forces of the storeys, overturn the building
+    about the base. A rigid base spreads the moment over the isolators in proportion to their
+    distance from the middle of all of them.
+
+    Parameters
+    ----------
+    structure : Structure
+        With storey heights and isolator positions.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_isolators, n), 1/m
+        Change over the mean load, W / n_isolators, a unit displacement.
+
+    Raises
+    ------
+    InputError
+        If heights or positions are not known, or all isolators stand on one line.
+    """
+    if structure.isolator_positions is None:
+        raise InputError(
+            f"{structure.name} has no isolator positions; expected for overturning: "
+            "isolator_positions_m in [structure]"
+        )
+    arms = dof_heights(structure)[:, np.newaxis] * structure.influence
+    moments = arms.T @ structure.stiffness  # of the forces that the floors' inertia puts on them
+    places = structure.isolator_positions - structure.isolator_positions.mean(axis=0)
+    spread = places.T @ places
+    if np.linalg.matrix_rank(spread) < 2:
+        raise InputError("all isolators stand on one line; expected for overturning: a plan")
+    mean_load = structure.total_mass * STANDARD_GRAVITY / len(places)
+    return places @ np.linalg.solve(spread, moments) / mean_load

@@ -1,0 +1,96 @@
+"""A cause is named again from other runs; a law never leaves a diagnosis worse than it came."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.device.conditions import conditions
+from isolation_sim.discrepancy.device.model import Model, fit_model
+from isolation_sim.discrepancy.device.stability import _costs
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS, law
+from isolation_sim.reports.diagnosis import cause_rows, evidence_text
+
+RATE, STIFFNESS, DAMPING = 128, 3e4, 200.0
+GIVEN = law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}, (0.0, 2.0))
+
+
+def run(k, size, frequency, current, held_out=False, stiffness=STIFFNESS, friction=0.0):
+    """A spring and a dashpot under noise, with friction if there is any."""
+    rng = np.random.default_rng(k)
+    time = np.arange(0, 6, 1 / RATE)
+    omega = 2 * np.pi * frequency
+    x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
+    force = stiffness * x + DAMPING * v + friction * np.tanh(v / 1e-3)
+    force += 0.01 * np.std(force) * rng.standard_normal(len(time))
+    return TestRun(
+        f"run{k}", time, x, v, force, np.full(len(time), current), hold_out=held_out,
+        velocity_measured=True,
+    )  # fmt: skip
+
+
+def campaign(**options):
+    tests = [
+        (2e-3, 0.5, 0.0), (8e-3, 0.5, 2.0), (2e-3, 1.5, 2.0), (8e-3, 1.5, 0.0), (4e-3, 1.0, 0.0),
+        (4e-3, 2.0, 2.0), (5e-3, 1.0, 1.0), (3e-3, 1.5, 1.0),
+    ]  # fmt: skip
+    return Campaign("rig", "made", [
+        run(k, *test, held_out=test[2] == 1.0, **options) for k, test in enumerate(tests)
+    ])  # fmt: skip
+
+
+def test_conditions_are_shared_by_runs_that_have_them():
+    data = measured_runs(campaign().runs)
+    found = {name: np.flatnonzero(runs).tolist() for name, runs in conditions(data)}
+    assert found["0 A"] == [0, 3, 4] and found["2 A"] == [1, 2, 5] and found["1 A"] == [6, 7]
+    assert found["2 mm"] == [0, 2] and found["8 mm"] == [1, 3]
+    assert found["0.5 Hz"] == [0, 1] and found["1.5 Hz"] == [2, 3, 7] and found["2 Hz"] == [5]
+
+
+def test_refits_of_a_linear_law_are_exact():
+    runs = campaign(friction=20.0)
+    data = measured_runs(runs.runs).without_held_out()
+    model = Model(data, parameterise(runs, LAWS["kelvin_voigt"], data, 0))
+    fitted = fit_model(model, np.array([1e4, 500.0]), 50, 1e-12)
+    kept = np.array([True, True, False, True, False, True])
+    (cost,) = _costs(fitted, kept[np.newaxis].astype(float))
+    at = np.repeat(kept, data.lengths)
+    design = np.stack([data.x, data.v], axis=1)[at] * data.weight[at, np.newaxis]
+    (expected,) = np.linalg.lstsq(design, (data.force * data.weight)[at])[1]
+    assert cost == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_clear_cause_is_named_again_from_other_runs():
+    found = diagnose(campaign(friction=20.0), "kelvin_voigt", current_degree=1, threads=1)
+    (cause,) = found.causes
+    assert cause.name == "coulomb_friction"
+    assert set(cause.stability) == {"conditions_left_out", "runs_resampled"}
+    assert all(share > 0.9 for share in cause.stability.values())
+    again = json.loads(found.to_json())["causes"][0]["stability"]
+    assert again == cause.stability
+    assert "Named again in 100 % of the fits without the runs of one condition and" in (
+        evidence_text(cause)
+    )
+    assert cause_rows(cause)[0][4].startswith("100, ")
+
+
+@pytest.mark.parametrize("degree", [0, 1])
+def test_numbers_that_predict_left_out_tests_worse_are_not_taken(degree):
+    """The fitted runs ask for a stiffer spring; those held out are right as given."""
+    runs = [
+        one if one.hold_out else replace(one, force=one.force + 0.2 * STIFFNESS * one.displacement)
+        for one in campaign().runs
+    ]
+    found = diagnose(
+        Campaign("rig", "made", runs), "kelvin_voigt", GIVEN, current_degree=degree, threads=1
+    )
+    before, after = found.error_before, found.error_after
+    assert before.held_out == pytest.approx(0.01, rel=0.2)
+    assert after.held_out <= before.held_out + 1e-3
+    assert not found.causes

@@ -1,0 +1,91 @@
+"""The nearest OpenSees material of a device: OpenSees itself gives the fitted forces."""
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.cli import main
+from studies.benchmarks.peers import load_opensees
+
+ops = load_opensees()
+needs_opensees = pytest.mark.skipif(ops is None, reason="OpenSeesPy does not load here")
+
+NEAREST = {
+    "strain_stiffening": "ElasticBilin and Viscous",
+    "improved_bouc_wen": "BoucWen and Viscous",
+}
+
+
+def device_of(law):
+    return iso.law(law).scaled(length=10, force=3000)
+
+
+@needs_opensees
+@pytest.mark.parametrize("law", NEAREST)
+def test_opensees_gives_the_fitted_force_on_the_same_displacements(law):
+    device = device_of(law)
+    material = iso.opensees_material(device, 2.0)
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    for command in material.commands:
+        ops.uniaxialMaterial(*command)
+    ops.testUniaxialMaterial(material.commands[-1][1])
+    found = []
+    for x, v in zip(material.displacement.tolist(), material.velocity.tolist(), strict=True):
+        ops.setStrain(x, v)
+        found.append(ops.getStress())
+    ops.wipe()
+    peak = np.abs(material.fitted).max()
+    np.testing.assert_allclose(found, material.fitted, rtol=0, atol=1e-9 * peak)
+    # the stated error is that of OpenSees' force to the device's
+    step = iso.DeviceSimulator(device, 1 / 60)
+    force = [
+        step.step(x, 2.0, v) for x, v in zip(material.displacement, material.velocity, strict=True)
+    ]
+    error = np.sqrt(np.mean(np.subtract(found, force) ** 2) / np.mean(np.square(force)))
+    assert material.error == pytest.approx(error, rel=1e-6)
+    assert material.name == NEAREST[law]
+    assert material.error == min(material.errors.values()) < 0.15
+
+
+def test_a_bilinear_device_is_found_again():
+    """Spring and dashpot are an OpenSees material themselves."""
+    device = iso.law("kelvin_voigt", {"k": 2e5, "c": 3e4})
+    material = iso.opensees_material(device, 0.0, amplitude=0.1)
+    assert material.error < 1e-6
+    stiffness, beyond, _ = material.commands[0][2:]
+    assert [stiffness, beyond, material.commands[1][2]] == pytest.approx([2e5, 2e5, 3e4], rel=1e-4)
+
+
+def test_the_command_prints_and_writes_it(tmp_path, capsys):
+    law = tmp_path / "fitted.toml"
+    law.write_text(
+        '[isolator]\nlaw = "kelvin_voigt"\nlength_scale = 1.0\nforce_scale = 1.0\n'
+        "parameters = { k = 2e5, c = 3e4 }\ntested_deformation_m = 0.1\n"
+    )
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "opensees", str(law), "--current", "0"])
+    assert stop.value.code == 0
+    told = capsys.readouterr().out
+    assert "# error of the force up to 0.1 m: " in told
+    assert "ops.uniaxialMaterial('Parallel', 3, 1, 2)" in told
+    compile(told, "told", "exec")
+    out = tmp_path / "material.tcl"
+    for code, words in ((0, [str(out)]), (2, [str(out)]), (2, [str(tmp_path / "x.txt")])):
+        with pytest.raises(SystemExit) as stop:
+            main(["export", "opensees", str(law), "--current", "0", "--out", *words])
+        assert stop.value.code == code
+    assert out.read_text().splitlines()[-1] == "uniaxialMaterial Parallel 3 1 2"
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"amplitude": -1.0}, "amplitude is -1.0 m; expected: above 0"),
+        ({"frequency": 0.0}, "frequency is 0.0 Hz; expected: above 0"),
+        ({"current": 9.0}, "9"),
+    ],
+)
+def test_what_cannot_be_used_is_said(given, told):
+    with pytest.raises(iso.InputError, match=told):
+        iso.opensees_material(device_of("strain_stiffening"), **{"current": 1.0, **given})

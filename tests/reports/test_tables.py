@@ -1,0 +1,57 @@
+"""Tables in narrow terminals: numbers stay whole, headings break between words, nothing is cut."""
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
+from isolation_sim.reports.diagnosis import causes_table
+from isolation_sim.reports.tables import TextTable, as_text
+
+HEADINGS = ("run", "simulation.computation_delay_s", "95 % interval", "error, %", "what it is",
+            "unit")  # fmt: skip
+ROWS = [
+    ("4mm_1Hz_isolator_number_7", "0.0033333", "849 to 1101.3", "39.39", "a text of some length "
+     "that may be broken between its words", "N s/m"),
+    ("8mm", "0.01", "19201 to 20787", "< 1e-9", "", "N"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 250])
+def test_numbers_and_words_stay_whole(width):
+    text = as_text(TextTable("A title", HEADINGS, ROWS), width)
+    assert max(map(len, text.splitlines())) <= width and "…" not in text
+    for row in ROWS:
+        for cell in (*row[:4], row[5]):
+            assert cell in text
+        for word in row[4].split():
+            assert word in text.split()
+    for word in ("simulation.", "delay_s", "interval", "error, %", "unit"):
+        assert word in text
+    # a part below begins with the key again, and only where one is needed
+    assert text.count("4mm_1Hz_isolator_number_7") == (1 if width >= 100 else 2)
+
+
+def test_totals_stand_below_a_line():
+    text = as_text(TextTable("", ("run", "error, %"), [("a", "1.5"), ("all", "2.5")], totals=1))
+    lines = [line.split() for line in text.splitlines()]
+    assert lines.index(["all", "2.5"]) - lines.index(["a", "1.5"]) == 2
+
+
+def test_intervals_of_causes_stay_whole():
+    numbers = {
+        "level": Interval(20.02, 19.91, 20.13, "N"),
+        "velocity": Interval(0.001021, 0.000983, 0.00106, "m/s", at_bound=True),
+    }
+    causes = tuple(
+        Cause(name, 0.9, 1e-12, numbers, "It.", form="power_by_current")
+        for name in ("coulomb_friction", "tension_compression_asymmetry")
+    )
+    nothing = Errors(np.nan, np.nan)
+    found = Diagnosis("tests", "law", "explained", 0.0, nothing, nothing, causes, 0.0, (), None, ())
+    for width in (80, 100):
+        text = as_text(causes_table(found), width)
+        assert max(map(len, text.splitlines())) <= width
+        assert text.count("20.02 (19.9 to 20.1)") == 2
+        assert text.count("0.001021 (0.000983 to 0.00106)") == 2
+        assert text.count("at its bound") == 2
+        assert "power_by_current" in text and "< 1e-9" in text

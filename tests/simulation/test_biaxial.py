@@ -1,0 +1,250 @@
+"""Devices of two directions: interaction circle, energy, cost, and against OpenSees."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from controllers.passive_off import PassiveOff
+from ground_motions import Record, el_centro_1940
+from isolation_sim.errors import InputError
+from isolation_sim.laws import law
+from isolation_sim.simulation.batch import Case, simulate_many
+from isolation_sim.simulation.one_step import StepState, step
+from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import from_matrices, plan_building
+from studies.benchmarks.peers import load_opensees
+
+MASS, GRAVITY = 3e5, 9.81
+STRENGTH, YIELD = 0.05 * MASS * GRAVITY, 0.01
+STIFFNESS = MASS * (2 * np.pi / 2.5) ** 2
+BOUC_WEN = {
+    "k": STIFFNESS, "c": 0.0, "alpha": STRENGTH / YIELD, "A": 1.0, "beta": 0.5 / YIELD**2,
+    "gamma": 0.5 / YIELD**2, "n": 2.0, "F0": 0.0,
+}  # fmt: skip
+PENDULUM = {
+    "W": MASS * GRAVITY, "R": 1.5, "mu_max": 0.08, "mu_min": 0.04, "a": 50.0, "u_y": 0.002,
+    "n": 30.0,
+}  # fmt: skip
+
+
+def slab(device):
+    """A rigid slab that moves in two directions, on one biaxial device."""
+    zero = np.zeros((2, 2))
+    structure = from_matrices(
+        MASS * np.eye(2), zero, zero, influence=np.eye(2), base=(0, 1), names=["x", "y"]
+    )
+    return structure.on(device, biaxial=True)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Two records of the same length, of different content."""
+    record = el_centro_1940().cut(0.0, 12.0)
+    return record, dataclasses.replace(record, acceleration=0.7 * np.roll(record.acceleration, 37))
+
+
+@pytest.fixture(scope="module")
+def bouc_wen():
+    return slab(law("bouc_wen", BOUC_WEN))
+
+
+def test_steady_circular_motion(bouc_wen):
+    """|z| is the yield deformation; radius and lag follow from the equations in the complex plane.
+
+    With z at the angle phi behind the velocity, sin phi = yield deformation / radius, and the
+    motion R exp(i w t) balances: (k - m w^2 + i w c) R + i Q exp(-i phi) = -m a.
+    """
+    omega, amplitude, damping = 2 * np.pi * 0.8, 4.0, 1.5e5
+    t = np.arange(0.0, 60.0, 0.005)
+    ramp = np.minimum(t / 10, 1.0)
+    records = tuple(
+        Record(amplitude * ramp * wave(omega * t), 0.005, name)
+        for wave, name in ((np.cos, "cos"), (np.sin, "sin"))
+    )
+    plant = slab(law("bouc_wen", BOUC_WEN | {"c": damping}))
+    run = iso.simulate(plant, records, "passive_off", tolerance=1e-10)
+    last = run.history.isel(time=slice(-400, None))
+    z = last.isolator_z_x.values + 1j * last.isolator_z_y.values
+    assert np.abs(np.abs(z) / YIELD - 1).max() < 1e-9
+    motion = last.displacement.values @ [1, 1j]
+    radius = np.abs(motion)
+    dynamic = STIFFNESS - MASS * omega**2 + 1j * omega * damping
+    phi = np.arcsin(YIELD / radius)
+    needed = np.abs(dynamic * radius + 1j * STRENGTH * np.exp(-1j * phi))
+    # the ground is a polygon: its first harmonic is smaller by this factor
+    polygon = np.sinc(omega * 0.005 / (2 * np.pi)) ** 2
+    np.testing.assert_allclose(needed, MASS * amplitude * polygon, rtol=2e-5)
+    lag = np.angle(1j * motion / z)
+    np.testing.assert_allclose(np.sin(lag), YIELD / radius, rtol=1e-4)
+
+
+def test_energy_closes_and_motion_along_a_line_is_the_law_itself(bouc_wen, pair):
+    run = iso.simulate(bouc_wen, pair, "passive_off")
+    assert run.energy.closure_error < 1e-6
+    assert run.energy.device_dissipation_J[-1] > 0.5 * run.energy.input_J[-1] > 0
+    alone = (pair[0], dataclasses.replace(pair[1], acceleration=0 * pair[1].acceleration))
+    along = iso.simulate(bouc_wen, alone, "passive_off", tolerance=1e-9).history
+    assert not along.displacement.sel(dof="y").values.any()
+    one = from_matrices([[MASS]], [[0.0]], [[0.0]]).on(law("bouc_wen", BOUC_WEN))
+    expected = iso.simulate(one, pair[0], "passive_off", tolerance=1e-9).history
+    x = expected.displacement.values[:, 0]
+    np.testing.assert_allclose(
+        along.displacement.sel(dof="x").values, x, atol=1e-8 * np.abs(x).max()
+    )
+
+
+def test_compiled_steps_are_the_readable_ones(bouc_wen, pair):
+    records = tuple(record.cut(0.0, 2.5).resampled(0.004) for record in pair)
+    run = simulate(bouc_wen, records, PassiveOff(), tolerance=1e-9)
+    x, cuts = run.values[:, :4], run.work.cuts[run.grid.samples, 0]
+    modes, states = run.modes, run.states[:, 0]
+    ground = np.stack([record.acceleration for record in records], axis=1)
+    compared = 0
+    for k in np.flatnonzero(cuts[:-1] == -1):
+        state = StepState(x[k], (states[k],))
+        after = step(
+            bouc_wen, (modes.stiffness, modes.damping), state, 0.004, ground[k : k + 2],
+            np.zeros(2),
+        )  # fmt: skip
+        np.testing.assert_allclose(after.x, x[k + 1], atol=1e-10 * np.abs(x).max())
+        np.testing.assert_allclose(
+            after.devices[0], states[k + 1], atol=1e-8 * np.abs(states).max()
+        )
+        compared += 1
+    assert compared > 100
+
+
+def test_a_batch_is_its_single_runs(bouc_wen, pair):
+    weak = tuple(
+        dataclasses.replace(record, acceleration=0.3 * record.acceleration) for record in pair
+    )
+    both = simulate_many([Case(bouc_wen, records, PassiveOff()) for records in (pair, weak)])
+    for k, records in enumerate((pair, weak)):
+        alone = iso.simulate(bouc_wen, records, "passive_off").criteria
+        peak = "peak_base_displacement_m"
+        assert both.criteria[peak][k] == pytest.approx(alone[peak], rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["improved_bouc_wen", "hybrid"])
+def test_a_law_without_a_form_in_plan_is_refused(name):
+    with pytest.raises(InputError, match=f"'{name}' has no form in two directions"):
+        slab(law(name))
+
+
+def test_four_groups_cost_about_three_times_two_elements(pair):
+    """Ratio of the run times in one process: 2.9 on a quiet machine."""
+    building = plan_building(
+        [2.5e5] * 3, [3e8] * 3, [3e8] * 3, base_mass=MASS, plan=(20.0, 12.0),
+        eccentricity=(1.0, 0.5),
+    )  # fmt: skip
+    device = law("bouc_wen", BOUC_WEN)
+    plants = {
+        "two": building.on(device).with_element(
+            law("linear", {"k": 2e9}), np.eye(12)[2], name="rotation"
+        ),
+        "four": building.on(device, biaxial=True),
+    }
+    assert len(plants["four"].elements) == 8
+    best = dict.fromkeys(plants, np.inf)
+    for _ in range(60):  # the least of many, on a machine with other work
+        for name, plant in plants.items():
+            start = time.perf_counter()
+            iso.simulate(plant, pair, "passive_off")
+            best[name] = min(best[name], time.perf_counter() - start)
+    assert best["four"] < 3.6 * best["two"], best
+    run = iso.simulate(plants["four"], pair, "passive_off")
+    assert run.energy.closure_error < 1e-6
+    assert np.abs(run.history.displacement.sel(dof="base_rotation")).max() > 1e-5
+
+
+@pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
+def test_bouc_wen_is_that_of_opensees(bouc_wen, pair):
+    """Its Newmark steps converge to our motion at first order, as its rates are integrated."""
+    ours = iso.simulate(bouc_wen, pair, "passive_off").history.displacement.values
+    total = STRENGTH / YIELD + STIFFNESS
+    coarse, fine = (
+        opensees_motion(
+            pair, n, False, "elastomericBearingBoucWen", 1, 1, 2, total, STRENGTH,
+            STIFFNESS / total, 0.0, 1.0, 2.0, 0.5, 0.5,
+        )
+        for n in (8, 32)
+    )  # fmt: skip
+    peak = np.abs(ours).max()
+    own_error = np.abs(coarse - fine).max() / 3
+    assert own_error < 1e-3 * peak
+    assert np.abs(fine - ours).max() < 1.1 * own_error
+
+
+@pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
+def test_friction_pendulum_approaches_that_of_opensees(pair):
+    """It has a sharp corner between sticking and sliding, to which a large exponent comes near."""
+    fine, coarse = (opensees_motion(pair, n, True, *SINGLE_FP) for n in (16, 4))
+    peak = np.abs(fine).max()
+    own_error = np.abs(coarse - fine).max() / 3
+    differences = []
+    for n in (2.0, 10.0, 30.0):
+        plant = slab(law("friction_pendulum", PENDULUM | {"n": n}))
+        run = iso.simulate(plant, pair, "passive_off")
+        assert run.energy.closure_error < 1e-6
+        differences.append(np.abs(run.history.displacement.values - fine).max())
+    assert differences[0] > differences[1] > differences[2]
+    assert differences[2] < 0.02 * peak + own_error
+
+
+SINGLE_FP = (
+    "singleFPBearing", 1, 1, 2, 1, PENDULUM["R"],
+    PENDULUM["mu_max"] * MASS * GRAVITY / PENDULUM["u_y"],
+)  # fmt: skip
+
+
+def opensees_motion(pair, steps, loaded, kind, *numbers):
+    """Displacements of a mass on a bearing, by so many Newmark steps a sample."""
+    ops = load_opensees()
+    ops.wipe()
+    ops.model("basic", "-ndm", 3, "-ndf", 6)
+    ops.node(1, 0.0, 0.0, 0.0)
+    ops.node(2, 0.0, 0.0, 0.0)
+    ops.fix(1, *[1] * 6)
+    ops.fix(2, 0, 0, 0 if loaded else 1, 1, 1, 1)
+    ops.mass(2, MASS, MASS, MASS, 1.0, 1.0, 1.0)
+    ops.uniaxialMaterial("Elastic", 1, 1e12)
+    ops.uniaxialMaterial("Elastic", 2, 1e3)
+    numbers = [*numbers, "-P", 1, "-T", 2, "-My", 2, "-Mz", 2, "-orient", 0, 0, 1, 1, 0, 0]
+    if loaded:
+        ops.frictionModel("VelDependent", 1, PENDULUM["mu_min"], PENDULUM["mu_max"], PENDULUM["a"])
+        numbers += ["-iter", 100, 1e-3]
+    ops.element(kind, *numbers)
+    if loaded:
+        _set_up(ops)
+        ops.timeSeries("Constant", 9)
+        ops.pattern("Plain", 9, 9)
+        ops.load(2, 0.0, 0.0, -MASS * GRAVITY, 0.0, 0.0, 0.0)
+        ops.integrator("LoadControl", 1.0)
+        ops.analysis("Static")
+        assert ops.analyze(1) == 0
+        ops.loadConst("-time", 0.0)
+        ops.wipeAnalysis()
+    for k, record in enumerate(pair, start=1):
+        ops.timeSeries("Path", k, "-dt", record.dt, "-values", *record.acceleration.tolist())
+        ops.pattern("UniformExcitation", k, k, "-accel", k)
+    _set_up(ops)
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+    motion = [[0.0, 0.0]]
+    for _ in range(len(pair[0]) - 1):
+        assert ops.analyze(steps, pair[0].dt / steps) == 0
+        motion.append([ops.nodeDisp(2, 1), ops.nodeDisp(2, 2)])
+    return np.array(motion)
+
+
+def _set_up(ops):
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("BandGeneral")
+    ops.test("NormUnbalance", 1e-9 * MASS, 100)
+    ops.algorithm("Newton")

@@ -1,0 +1,124 @@
+"""Buildings in plan, the weight on isolators, and soil springs, against hand calculation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.errors import InputError
+from isolation_sim.laws import law
+from isolation_sim.structures import (
+    cones,
+    on_soil,
+    overturning_rows,
+    plan_building,
+    shear_building,
+    with_p_delta,
+)
+
+STOREYS = {"base_mass": 3e5, "plan": (20.0, 12.0), "heights": [3.0, 3.0]}
+
+
+def building(**changes):
+    return plan_building([2e5, 2e5], [3e8, 2e8], [2e8, 1e8], **STOREYS | changes)
+
+
+def test_a_symmetric_plan_is_two_shear_buildings():
+    two = building().fixed_base_periods()
+    x = shear_building([2e5, 2e5], [3e8, 2e8], base_mass=3e5).fixed_base_periods()
+    y = shear_building([2e5, 2e5], [2e8, 1e8], base_mass=3e5).fixed_base_periods()
+    for period in (*x, *y):
+        assert np.abs(two / period - 1).min() < 1e-12
+    # the rest rotate: k (a/2)^2 about m (a^2 + b^2) / 12
+    assert building().total_mass == pytest.approx(7e5)
+
+
+def test_eccentric_mass_couples_translation_and_rotation():
+    """One rigid slab on four springs: a 3 x 3 eigenproblem written by hand."""
+    structure = plan_building(
+        [1.0], [1e9], [1e9], base_mass=6e5, plan=(20.0, 12.0), eccentricity=(1.5, 0.0)
+    )
+    k = 1e6
+    device = law("linear", {"k": 4 * k})
+    periods = structure.on(device, biaxial=True).periods()[:3]
+    m, e, r2 = 6e5, 1.5, (20.0**2 + 12.0**2) / 12
+    stiffness = np.diag([4 * k, 4 * k * (10.0**2 + 6.0**2)])
+    mass = m * np.array([[1, e], [e, r2 + e * e]])
+    coupled = 2 * np.pi / np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))
+    expected = sorted([*coupled, 2 * np.pi * np.sqrt(m / (4 * k))], reverse=True)
+    np.testing.assert_allclose(periods, expected, rtol=1e-4)
+
+
+def test_p_delta_lengthens_the_period():
+    structure = shear_building([1.0], [1e9], base_mass=5e5)
+    k, height = 2e7, 0.4
+    period = with_p_delta(structure, height).on(law("linear", {"k": k})).periods()[0]
+    left = k - 5e5 * 9.80665 / height
+    assert period == pytest.approx(2 * np.pi * np.sqrt(5e5 / left), rel=1e-4)
+    with pytest.raises(InputError, match="p_delta_height_m is 0"):
+        with_p_delta(structure, 0.0)
+
+
+def test_overturning_balances_the_moment():
+    structure = building()
+    rows = overturning_rows(structure)
+    # pushed along x by unit drifts: storey shears 3e8 and 2e8 over 3 m each
+    q = np.zeros(9)
+    q[[3, 6]] = 1.0, 2.0
+    load = structure.total_mass * 9.80665 / 4
+    change = load * rows @ q
+    assert change.sum() == pytest.approx(0.0, abs=1e-3)
+    moment = change @ structure.isolator_positions[:, 0]
+    assert moment == pytest.approx(3.0 * (3e8 + 2e8))
+    assert change @ structure.isolator_positions[:, 1] == pytest.approx(0.0, abs=1e-2)
+    # rigid motion loads nothing
+    rigid = structure.influence[:, 0]
+    assert np.abs(rows @ rigid).max() < 1e-9
+
+
+def test_cones_have_the_static_stiffness_of_a_disk():
+    """G = rho v^2; 8 G r / (2 - nu) and 8 G r^3 / (3 (1 - nu)) for a disk on a half-space."""
+    radius, v, density = 9.0, 250.0, 1900.0
+    for poisson in (0.0, 0.25, 1 / 3, 0.45):
+        soil, shear = cones(radius, v, density, poisson), density * v**2
+        assert soil.sway_stiffness == pytest.approx(8 * shear * radius / (2 - poisson))
+        rocking = 8 * shear * radius**3 / (3 * (1 - poisson))
+        assert soil.rocking_stiffness == pytest.approx(rocking)
+        assert soil.sway_damping == pytest.approx(density * v * np.pi * radius**2)
+    assert cones(radius, v, density, 0.25).trapped_inertia == 0.0
+    with pytest.raises(InputError, match=r"poisson_ratio is 0\.6"):
+        cones(radius, v, density, 0.6)
+
+
+def test_stiff_soil_is_rigid_ground_and_soft_soil_is_a_spring_in_series():
+    structure = shear_building([2e5], [4e8], base_mass=3e5, heights=[3.0])
+    isolated = structure.on(law("linear", {"k": 5e6}))
+    rigid = isolated.periods()[0]
+    stiff = on_soil(isolated, cones(8.0, 5e4, 2000.0, 0.3), 1e5, 1e6)
+    assert stiff.structure.names[-2:] == ("foundation_x", "rocking_x")
+    assert stiff.periods()[0] == pytest.approx(rigid, rel=1e-4)
+    soft = cones(8.0, 20.0, 1800.0, 0.3)
+    period = on_soil(isolated, soft, 1.0, 1.0).periods()[0]
+    # flexibilities of base and floor: isolators, sway, and above them rocking and the storey
+    below = 1 / 5e6 + 1 / soft.sway_stiffness
+    above = 3.0**2 / soft.rocking_stiffness + 1 / 4e8
+    flexibility = np.array([[below, below], [below, below + above]])
+    longest = np.linalg.eigvals(flexibility @ np.diag([3e5, 2e5])).max()
+    assert period == pytest.approx(2 * np.pi * np.sqrt(longest), rel=1e-4)
+    assert period > 1.05 * rigid
+    assert on_soil(isolated, soft, 1e5, 1e6).fixed_base().structure.n_dofs == 1
+
+
+def test_a_run_on_soil():
+    structure = shear_building([2e5], [4e8], base_mass=3e5, heights=[3.0])
+    plant = on_soil(
+        structure.on(law("linear", {"k": 5e6})), cones(8.0, 150.0, 1800.0, 0.3), 1e5, 1e6
+    )
+    run = iso.simulate(plant, el_centro_1940().cut(0, 8.0), "passive_off")
+    # the foundation settles within a sample, between the points at which losses are summed
+    assert run.energy.closure_error < 1e-5
+    history = run.history
+    extension = history.displacement.sel(dof="base") - history.displacement.sel(dof="foundation_x")
+    np.testing.assert_allclose(extension, history.deformation[:, 0], atol=1e-12)

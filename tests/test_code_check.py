@@ -1,0 +1,153 @@
+"""Code checks against hand calculation."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.cli import main
+from isolation_sim.code_check import (
+    commands_until,
+    damping_coefficient,
+    effective_properties,
+    isolation_loop,
+    with_factors,
+)
+from isolation_sim.errors import InputError
+from isolation_sim.laws import law
+from isolation_sim.structures import shear_building, with_p_delta
+
+WEIGHT_MASS = 5e5
+GRAVITY = 9.80665
+
+
+def building():
+    return shear_building([2e5], [4e8], base_mass=3e5)
+
+
+def test_table_of_damping_coefficients():
+    assert damping_coefficient(0.0) == 0.8 and damping_coefficient(0.6) == 1.9
+    assert damping_coefficient(0.15) == pytest.approx(1.35)
+
+
+def test_spring_and_dashpot():
+    """beta = c omega / (2 k), D_M = S T / (4 pi^2 B): all in closed form."""
+    k, c, demand = 5e6, 2.5e5, 6.0
+    plant = building().on(law("kelvin_voigt", {"k": k, "c": c}))
+    found = effective_properties(plant, demand)
+    omega = np.sqrt(k / WEIGHT_MASS)
+    period, damping = 2 * np.pi / omega, c * omega / (2 * k)
+    displacement = demand * period / (4 * np.pi**2 * damping_coefficient(damping))
+    assert found.period == pytest.approx(period, rel=1e-5)
+    assert found.damping == pytest.approx(damping, rel=1e-3)
+    assert found.displacement == pytest.approx(displacement, rel=1e-3)
+    assert found.shear == pytest.approx(k * displacement, rel=1e-3)
+    assert found.softening == pytest.approx(1.0, rel=1e-6)
+    slow_dashpot = c * omega / 50 * displacement * np.sqrt(1 - 0.25)
+    restoring = (k * displacement / 2 - slow_dashpot) / (WEIGHT_MASS * GRAVITY)
+    assert found.restoring == pytest.approx(restoring, rel=1e-3)
+
+
+def test_bilinear_bearing():
+    """k_eff = k + Q / D and loop area 4 Q (D - u_y), for a sharp corner."""
+    k, strength, u_y = 3e6, 2.5e5, 0.01
+    numbers = {"k": k, "c": 0.0, "alpha": strength / u_y, "A": 1.0, "n": 10.0, "F0": 0.0}
+    numbers |= {"beta": 0.5 / u_y**10, "gamma": 0.5 / u_y**10}
+    plant = building().on(law("bouc_wen", numbers))
+    x, force = isolation_loop(plant, 0.2, 2.5, 0.0)
+    assert force[0] == pytest.approx(k * 0.2 + strength, rel=1e-4)
+    area = np.trapezoid(force, x)
+    # a rounded corner cuts off a little
+    assert area == pytest.approx(4 * strength * (0.2 - u_y), rel=0.01)
+    found = effective_properties(plant, 6.0)
+    d = found.displacement
+    stiffness = k + strength / d
+    assert found.stiffness == pytest.approx(stiffness, rel=1e-4)
+    damping = 4 * strength * (d - u_y) / (2 * np.pi * stiffness * d**2)
+    assert found.damping == pytest.approx(damping, rel=0.01)
+    assert found.restoring == pytest.approx(k * d / 2 / (WEIGHT_MASS * GRAVITY), rel=2e-3)
+
+
+def test_factors_and_p_delta():
+    plant = building().on(law("kelvin_voigt", {"k": 5e6, "c": 1e5}))
+    upper = with_factors(plant, {"k": 1.2})
+    period = effective_properties(upper, 6.0).period
+    assert period == pytest.approx(2 * np.pi * np.sqrt(WEIGHT_MASS / 6e6), rel=1e-4)
+    stiff = with_factors(plant, 2.0)
+    assert effective_properties(stiff, 6.0).stiffness == pytest.approx(1e7, rel=1e-4)
+    leaning = with_p_delta(building(), 4.0).on(law("kelvin_voigt", {"k": 5e6, "c": 1e5}))
+    left = 5e6 - WEIGHT_MASS * GRAVITY / 4.0
+    assert effective_properties(leaning, 6.0).stiffness == pytest.approx(left, rel=1e-4)
+    with pytest.raises(InputError, match="has a parameter Q"):
+        with_factors(plant, {"Q": 1.2})
+
+
+def ended(arguments):
+    """Exit code of the command line."""
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    return end.value.code
+
+
+SCENARIO = """
+[ground]
+name = "el_centro_1940_ns"
+stop_s = 6.0
+
+[[controller]]
+name = "on_off"
+
+[check]
+S_M1_g = 0.5
+displacement_capacity_m = 0.25
+quiet_after_s = 4.0
+"""
+
+
+def test_the_command_lists_failures_of_the_control(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(SCENARIO)
+    assert ended(["check", "mine.toml", "--json", "--report", "check.html"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    by_case = {row["case"]: row for row in rows if row["group"] == "Failure of the control"}
+    lost = next(case for case in by_case if case.startswith("power lost at"))
+    assert {"coil stuck off", "coil stuck on"} < set(by_case)
+
+    def amount(row):
+        return float(row["value"].removesuffix(" mm"))
+
+    history = [row for row in rows if row["subject"] == "largest isolator displacement"]
+    nominal = next(row for row in history if row["case"] == "nominal, on_off")
+    # until the power is lost the run is the same: it cannot do better than before
+    assert amount(by_case[lost]) >= 0.5 * amount(nominal)
+    assert all(row["limit"] == "at most 250 mm" for row in by_case.values())
+    page = (tmp_path / "check.html").read_text()
+    assert "no certification" in page and "from memory" in page
+
+
+def test_power_is_lost_at_the_instant():
+    run = iso.simulate(
+        iso.reference_building().on(iso.reference_isolators()),
+        el_centro_1940().cut(0, 4.0),
+        "on_off",
+    )
+    time, rows = commands_until(run, 2.0, 0.0)
+    assert time[-1] == 2.0 and rows[-1] == (0.0,)
+    assert time[0] == 0.0 and len(time) == len(rows) > 3
+    replayed = iso.simulate(
+        run.isolated, run.records, iso.controller("prescribed", time=time, amperes=rows)
+    )
+    before = run.time < 2.0
+    a, b = (r.history.displacement.values[before] for r in (run, replayed))
+    np.testing.assert_allclose(a, b, atol=1e-5 * np.abs(a).max())
+
+
+def test_without_the_section_it_says_so(tmp_path, capsys):
+    path = tmp_path / "plain.toml"
+    path.write_text("")
+    assert ended(["check", str(path)]) == 2
+    assert "no [check] section" in capsys.readouterr().err
