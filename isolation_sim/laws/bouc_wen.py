@@ -80,4 +80,8 @@ LAW = Law(
     source="Yu et al., Eqs 19 and 20; Tao et al., Eq 19",
     redundancy=Redundancy("A", 1.0, ("alpha", "A", "beta", "gamma")),
     plan=InPlan(plan_force, plan_rates, None),
-)
+    example={
+        "k": (20000.0, 3000.0), "c": 300.0, "alpha": (40000.0, 10000.0), "A": 1.0,
+        "beta": 5000.0, "gamma": (3000.0, -1000.0), "n": 1.7, "F0": 0.0,
+    },
+)  # fmt: skip

@@ -47,4 +47,5 @@ LAW = Law(
     stored_energy=stored_energy,
     source="Dahl (1968), exponent 1",
     springs=(Spring("k", ("x",)), Spring("sigma", ("z",))),
+    example={"k": (20000.0, 3000.0), "c": 300.0, "sigma": (40000.0, 10000.0), "F_c": 150.0},
 )

@@ -89,4 +89,8 @@ LAW = Law(
     source="Constantinou, Mokha and Reinhorn (1990); Park, Wen and Ang (1986)",
     plan=PLAN,
     axial=InPlan(axial_force, axial_rates, axial_energy),
-)
+    example={
+        "W": 10000.0, "R": 1.5, "mu_max": 0.1, "mu_min": 0.05, "a": 30.0, "u_y": 0.002,
+        "n": 2.0,
+    },
+)  # fmt: skip

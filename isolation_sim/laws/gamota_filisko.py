@@ -56,4 +56,8 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Gamota & Filisko (1991)",
-)
+    example={
+        "k1": (20000.0, 3000.0), "c1": 900.0, "k2": (50000.0, 10000.0), "F_c": (60.0, 20.0),
+        "c0": 700.0, "F0": 0.0,
+    },
+)  # fmt: skip

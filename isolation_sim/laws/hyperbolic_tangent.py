@@ -46,4 +46,8 @@ LAW = Law(
     force=force,
     stored_energy=stored_energy,
     source="Kwok et al. (2006), Eqs 6 and 7",
-)
+    example={
+        "k": (2000.0, 300.0), "c": 600.0, "alpha": (150.0, 80.0), "beta": 60.0, "delta": 0.8,
+        "x_s": 0.001, "F0": 0.0,
+    },
+)  # fmt: skip

@@ -30,4 +30,5 @@ LAW = Law(
     source="Kelvin, Voigt",
     springs=(Spring("k", ("x",)),),
     plan=each_direction(force, stored_energy=stored_energy),
+    example={"k": (20000.0, 3000.0), "c": 800.0},
 )

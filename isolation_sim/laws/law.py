@@ -143,6 +143,9 @@ class Law:
         energy, in a law that holds the field among its states.
     redundancy : Redundancy or None
         Parameters of which one is redundant.
+    example : mapping of str to float or tuple of float
+        Numbers of a small device for examples and tests: constants, or ascending powers of the
+        current, in SI units. A law with a published set needs none.
     sets : mapping of str to callable
         Published parameter sets by name, the default one first: functions that return a ``Device``.
     conditions : mapping of str to callable
@@ -175,6 +178,7 @@ class Law:
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
     redundancy: Redundancy | None = None
+    example: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict, repr=False)
     sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     unit: str = ""

@@ -27,4 +27,5 @@ LAW = Law(
     source="Hooke",
     springs=(Spring("k", ("x",)),),
     plan=each_direction(force, stored_energy=stored_energy),
+    example={"k": (20000.0, 3000.0)},
 )

@@ -51,4 +51,8 @@ LAW = Law(
     stored_energy=stored_energy,
     source="Yu et al., Eqs 21 and 22 mended",
     springs=(Spring("k0", ("x",)), Spring("beta", ("y",))),
-)
+    example={
+        "k0": (20000.0, 3000.0), "c0": 300.0, "alpha": 800.0, "beta": (50000.0, 10000.0),
+        "epsilon": 40.0, "F0": 0.0,
+    },
+)  # fmt: skip

@@ -44,4 +44,5 @@ LAW = Law(
     source="Maxwell",
     springs=(Spring("k", ("y",)),),
     plan=each_direction(force, rates, stored_energy, n_states=1),
+    example={"k": (20000.0, 3000.0), "c": 800.0},
 )

@@ -60,4 +60,8 @@ LAW = Law(
     **along_a_line(PLAN, n_states=1),
     source="Park, Wen and Ang (1986)",
     plan=PLAN,
-)
+    example={
+        "k": (20000.0, 3000.0), "c": 300.0, "Q": (800.0, 200.0), "u_y": 0.01, "beta": 0.6,
+        "gamma": 0.4,
+    },
+)  # fmt: skip

@@ -51,4 +51,8 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Ikhouane & Rodellar (2007); Eyring (1936)",
-)
+    example={
+        "k": (20000.0, 3000.0), "c": 700.0, "v_c": 0.02, "F_y": (150.0, 80.0), "rho": 900.0,
+        "sigma": 0.6, "n": 1.8, "r": 0.5, "F0": 0.0,
+    },
+)  # fmt: skip

@@ -54,4 +54,8 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Spencer et al. (1997), Eqs 9-11; Ikhouane & Rodellar (2007)",
-)
+    example={
+        "k0": (10000.0, 2000.0), "c0": (600.0, 100.0), "k1": 2000.0, "c1": (4000.0, 500.0),
+        "x0": 0.0, "F_y": (150.0, 80.0), "rho": 900.0, "sigma": 0.6, "n": 1.8,
+    },
+)  # fmt: skip

@@ -82,4 +82,5 @@ LAW = Law(
     stored_energy=stored_energy,
     source="fractional power by the trapezoidal rule over its relaxation spectrum",
     springs=(Spring("k", ("x", *(f"q{j}" for j in range(1, 8)))),),
+    example={"k": (20000.0, 3000.0), "a": (0.1, 0.05)},
 )

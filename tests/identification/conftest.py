@@ -83,11 +83,17 @@ NUMBERS = {
         "F0": (8.0, 1.0),
     },
 }  # fmt: skip
+# a law that needs no others takes those of its example
+for own in LAWS.values():
+    pairs = {key: (*np.atleast_1d(value).tolist(), 0.0)[:2] for key, value in own.example.items()}
+    NUMBERS.setdefault(own.name, pairs)
 # one of the parameters that scaling a state trades against each other, as the laws' files say
 HELD = {
     "bouc_wen": {"A": 1.0},
     "improved_bouc_wen": {"alpha": 1.0},
     "linearised_bouc_wen": {"C_e": 250.0},
+    "park_wen_ang": {"beta": 0.6},
+    "friction_pendulum": {"W": 1.0e4, "n": 2.0},
     # the motion stays beyond the amplitudes between which this law tells one from another
     "dynamic_stiffness": {
         "k_A": -3e6,

@@ -140,8 +140,10 @@ def a_device(rng: np.random.Generator, name: str, mass: float) -> Device:
         return device
     if name == PASSIVE:
         device = law("strain_stiffening")
-    else:
+    elif available_sets(name):
         device = law(name, str(rng.choice(available_sets(name))))
+    else:
+        device = Device(LAWS[name], law(name, LAWS[name].example).current, (0.0, 3.0), 0.01)
     if name == "strain_stiffening_power" and rng.random() < 0.5:
         device = device.with_parameters(p=rng.uniform(1, 5))
     reach = rng.uniform(0.1, 0.3)
