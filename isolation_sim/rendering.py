@@ -27,7 +27,10 @@ class Printed:
         -------
         str
         """
-        return "\n".join(render("tables:as_text", each) for each in self._shown())
+        return "\n".join(
+            each if isinstance(each, str) else render("tables:as_text", each)
+            for each in self._shown()
+        )
 
     def report(self) -> None:
         """Print its tables and sentences, as wide as the terminal."""

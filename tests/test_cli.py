@@ -94,7 +94,7 @@ def test_run_prints_a_table_and_writes_results(here, call):
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
         "scenario.toml", "figures", "report.html", "README.txt", "result.npz",
     }  # fmt: skip
-    assert len(list((here / "out" / "figures").iterdir())) == 10
+    assert len(list((here / "out" / "figures").iterdir())) == 12
 
 
 def test_results_reproduce_themselves(here, call):

@@ -80,7 +80,7 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
     # the suite of its page, with short records
     suite = _blocks(TEXTS["docs/suites.md"], "toml")[0]
     (tmp_path / "my_suite.toml").write_text(suite)
-    (tmp_path / "my_plan.toml").write_text(_blocks(TEXTS["docs/biaxial.md"], "toml")[0])
+    (tmp_path / "my_building.toml").write_text(_blocks(TEXTS["docs/biaxial.md"], "toml")[0])
     (tmp_path / "records").mkdir()
     for k in range(3):
         write_csv(el_centro_1940().cut(k, k + 6), tmp_path / "records" / f"{k}.csv")

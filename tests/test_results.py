@@ -81,7 +81,9 @@ class Broken:
 def test_everything_of_a_comparison(comparison, tmp_path):
     write_comparison(comparison, tmp_path, "# scenario\n")
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
-    figures = {"time_histories", "floor_envelopes", "energy", "loops", "currents"}
+    figures = {
+        "time_histories", "floor_envelopes", "energy", "loops", "currents", "structure",
+    }  # fmt: skip
     assert found == {
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
         "scenario.toml", "report.html", "README.txt", "result.npz",

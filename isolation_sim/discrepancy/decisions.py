@@ -236,14 +236,14 @@ TIER_SAMPLES = 6000
 EQUATION_TERMS = 6
 """Terms of an equation, at most. Convention: more cannot be read."""
 EQUATION_GAIN = 0.03
-"""Share of the squared error on conditions left out that a term must remove. MR damper and blind
-(``outside``)."""
+"""Share of the squared error on conditions left out that a term must remove. Blind (``outside``)
+and MR damper."""
 EQUATION_STABLE = 0.6
 """Share of the conditions without which a term must be chosen as well. Convention (Meinshausen and
 Buehlmann 2010)."""
 NEARLY_CHOSEN = 0.7
 """Share of the largest gain from which a term counts as chosen: neighbours on the grid of numbers
-are alike. MR damper."""
+are alike. Convention, tried on the MR damper."""
 SIMPLER = 0.95
 """Share of the best term's gain from which a term with fewer numbers is preferred. Convention."""
 LEARNED_UNITS = 60

@@ -51,6 +51,7 @@ def diagnose(
         raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
     if law != AUTO and not isinstance(law, Law):
         law = LAWS[law]
+    device = read_parameters(law, parameters) if isinstance(law, Law) else None
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
     from .adapters.device_tests import DeviceTests
@@ -70,7 +71,6 @@ def diagnose(
             )
             law = LAWS[choice.best.law]
         assert isinstance(law, Law)
-        device = read_parameters(law, parameters)
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
             if tiers != "causes":

@@ -517,6 +517,8 @@ class _Function:
             for other in texts[1:]:
                 text = f"{call}({text}, {other})"
             return text, "i" if whole else "d"
+        if name == "complex":
+            return f"({texts[0]} + {texts[1]} * I)", "z"
         if name == "abs":
             if kinds[0] == "z":
                 return f"cabs({texts[0]})", "d"

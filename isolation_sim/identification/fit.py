@@ -95,7 +95,7 @@ def fit(
     if law == AUTO:
         with workers(threads) as pool:
             choice = choose_law(campaign, current_degree, pool, seed=seed)
-        law = choice.best.law
+        law = LAWS[choice.best.law]
     assert isinstance(law, Law)
     check_traceable(law)
     data = measured_runs(campaign.runs)

@@ -18,7 +18,7 @@ def one_step_a_sample(isolated, record, controller):
     plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(1e-6, False, True)
     work.limits = work.limits._replace(iteration=1e-14, error=np.inf, defect=0.0)
-    work._arguments = (work.position, work.sizes, work.limits, *work._grouped())
+    work.arguments = (work.position, work.sizes, work.limits, *work._grouped())
     work.integrate()
     run = Run(isolated, lane.records, "", plan.modes[0], plan.outputs[0], work)
     assert work.step_count[0] == len(record) - 1
