@@ -116,7 +116,7 @@ def test_seven_long_names_fit_a_terminal(comparison):
     ]
     runs = list(comparison.runs.values())
     seven = Comparison({name: runs[k % 3] for k, name in enumerate(names)})
-    text = str(seven)
+    text = as_text(seven.table())
     assert max(len(line) for line in text.splitlines()) <= 100
     assert "…" not in text
     header = text[: text.index("Peak")]
