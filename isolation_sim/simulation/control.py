@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -149,12 +149,15 @@ class CompiledDecision:
         What it keeps between decisions; its value at the start.
     keep : object
         Whatever must stay alive while the address is in use.
+    text : callable, optional
+        Returns the whole source of the decision, for a translation into another language.
     """
 
     address: int
     settings: NDArray
     memory: NDArray
     keep: Any
+    text: Callable[[], str] | None = None
 
 
 @dataclass(frozen=True)
