@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
+from ..simulation.result import Run
 from . import panels
 from .energy import draw_ledger, energy_figure
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
@@ -20,9 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpecBase
 
-    from ..simulation.result import Run
 
-    Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
+Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
 
 __all__ = [
     "currents",
@@ -36,6 +38,7 @@ __all__ = [
 ]
 
 
+@checked
 def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     """Ground acceleration, base displacement, roof acceleration and current over time.
 
@@ -71,6 +74,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def loops(runs: Runs, element: str | None = None) -> Figure:
     """Force over deformation of an isolator, one panel per run on the same axes.
 
@@ -107,6 +111,7 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     """Orbits of a biaxial device's deformation and force, and its loops along x and y.
 
@@ -149,6 +154,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def currents(runs: Runs) -> Figure:
     """Coil currents over time, one panel per run on the same axes, one line per channel.
 
@@ -195,6 +201,7 @@ def currents(runs: Runs) -> Figure:
     return figure
 
 
+@checked
 def floor_envelopes(runs: Runs) -> Figure:
     """Peak absolute acceleration and peak drift over the height.
 
@@ -224,6 +231,7 @@ def floor_envelopes(runs: Runs) -> Figure:
     return figure
 
 
+@checked
 def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
     """Draw one run on one page: histories, loop, envelopes over the height, energies.
 

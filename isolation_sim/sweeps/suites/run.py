@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ground_motions.argument_types import checked
+
 from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...io.results_folder import file_name, write_contents
@@ -22,6 +24,7 @@ SCENARIO = "scenario.toml"
 MOTION = "motion"
 
 
+@checked
 def run_suite(
     scenario: Scenario | str | Path,
     out: str | Path | None = None,
