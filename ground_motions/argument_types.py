@@ -23,6 +23,9 @@ _HINTS = {
 }
 """What is expected, by the name of its class, where the name alone does not say how to get one."""
 
+_NOT_NEEDED = {"Control": ("compiled", "current", "preview_time")}
+"""Members that a protocol's users look for and can do without."""
+
 _LISTS = (Sequence, Iterable, list, tuple)
 _WORDS = {
     float: "a number",
@@ -191,7 +194,9 @@ def _is_bool(value: Any) -> bool:
 
 
 def _members(protocol: type) -> list[str]:
-    return [name for name in vars(protocol) if name == "__call__" or not name.startswith("_")]
+    """The names that a protocol cannot do without."""
+    names = [name for name in vars(protocol) if name == "__call__" or not name.startswith("_")]
+    return [name for name in names if name not in _NOT_NEEDED.get(protocol.__name__, ())]
 
 
 def _is_list(value: Any) -> bool:

@@ -16,6 +16,7 @@ from ..errors import InputError, unknown_name
 from ..simulation.result import Run
 from . import panels
 from .energy import draw_ledger, energy_figure
+from .names import as_written
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
 
 if TYPE_CHECKING:
@@ -261,7 +262,9 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
     with style():
         figure = new_figure(DOUBLE_COLUMN, 9.0)
         motions = ", ".join(record.name for record in run.records)
-        figure.suptitle(f"{run.isolated.structure.name}, {motions}, {run.controller}", fontsize=9)
+        figure.suptitle(
+            f"{run.isolated.structure.name}, {motions}, {as_written(run.controller)}", fontsize=9
+        )
         page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
         above = page[0].subgridspec(1, 2, width_ratios=[1.7, 1])
         histories = _column(above[0].subgridspec(3 + _coils(given), 1), sharex=True)

@@ -73,7 +73,7 @@ def run_suite(
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
     if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
-        remedy = ", or --resume to go on with the suite there" if (folder / INDEX).exists() else ""
+        remedy = ", --overwrite, or --resume to go on there" if (folder / INDEX).exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
