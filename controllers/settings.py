@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from isolation_sim.errors import InputError
 from isolation_sim.search_range import SearchRange
 
@@ -59,6 +60,7 @@ class Setting:
         return replace(self, default=self.checked(owner, name, value))
 
 
+@checked
 def setting(
     default: Any,
     meaning: str,

@@ -44,6 +44,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ground_motions.argument_types import checked
+
 from .errors import InputError
 from .simulation.quantities import quantity_rows
 
@@ -139,6 +141,7 @@ class Response:
                 raise InputError(f"{name} has shape {shape}; expected: {n} samples on axis {axis}")
 
 
+@checked
 def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     """Criteria of a run.
 
@@ -181,6 +184,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     return values | {key: float(value) for key, value in ratios.items()}
 
 
+@checked
 def response_criteria(response: Response) -> dict[str, NDArray]:
     """Peaks and RMS values of arrays.
 
@@ -222,6 +226,7 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
     return peaks | rms
 
 
+@checked
 def benchmark_criteria(
     controlled: Mapping[str, ArrayLike],
     uncontrolled: Mapping[str, ArrayLike],
@@ -259,6 +264,7 @@ def benchmark_criteria(
     return {key: result[key] for key in sorted(result)}
 
 
+@checked
 def is_gain(criterion: str) -> bool:
     """Whether more of a criterion is better: of those of the energy that the devices take out.
 
@@ -274,6 +280,7 @@ def is_gain(criterion: str) -> bool:
     return criterion in ("J9", "normalised_device_dissipation")
 
 
+@checked
 def response_of(run: Run) -> Response:
     """Arrays of a run that the criteria are computed from; see `quantity_rows`.
 
@@ -305,6 +312,7 @@ def response_of(run: Run) -> Response:
     )
 
 
+@checked
 def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     """One quantity of several dofs, storeys or elements of a run.
 

@@ -20,6 +20,7 @@ from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
+from isolation_sim.reports.names import as_written
 from isolation_sim.reports.sweep_tables import heading
 from isolation_sim.reports.tables import TextTable
 from isolation_sim.reports.units import unit_of
@@ -195,6 +196,8 @@ def _keys(records: Records) -> list[str]:
 def _printed(key: str, value: Any) -> str:
     if value is None:
         return "never"
+    if key == "controller":
+        return as_written(value)
     if isinstance(value, float):
         return f"{value * unit_of(key)[1]:.3g}"
     return str(value)

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..rendering import Printed, render
 from .interval import Interval
@@ -135,6 +137,7 @@ class Trace:
     after: NDArray
 
 
+@checked
 def relative_error(trace: Trace, simulated: NDArray) -> float:
     """RMS of a run's residual over RMS of what was measured.
 
@@ -154,6 +157,7 @@ def relative_error(trace: Trace, simulated: NDArray) -> float:
     return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
 
 
+@checked
 def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
     """Sort runs by their errors before.
 
@@ -357,6 +361,7 @@ class Diagnosis(Printed):
         """
         return render("diagnosis_figures:overview", self)
 
+    @checked
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``diagnosis.json``, ``extended_law.toml``, the report and the figures.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.registry import code_files
 
 from ..errors import InputError
@@ -13,6 +14,7 @@ from .extend import separate
 from .registry import EFFECTS
 
 
+@checked
 def device_section(device: Device, *comments: str, law_place: str = "") -> str:
     """Write a device as the ``[isolator]`` section of a scenario.
 

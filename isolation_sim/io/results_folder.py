@@ -6,7 +6,8 @@ import itertools
 import os
 import re
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import InputError
@@ -42,11 +43,8 @@ class ResultsFolder:
 
     def __init__(self, target: str | Path, overwrite: bool = False):
         self._target, self._overwrite = Path(target), overwrite
-        if overwrite and not _is_free(self._target) and not _is_results(self._target):
-            raise InputError(
-                f"{target}: holds something other than results of isolation-sim; expected with "
-                "--overwrite: a folder of results"
-            )
+        if overwrite:
+            _check_replaceable(self._target)
         self.path = self._free()
         self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
 
@@ -83,6 +81,35 @@ class ResultsFolder:
             self.path.rename(old)
         self.unfinished.rename(self.path)
         shutil.rmtree(old, ignore_errors=True)
+
+
+@contextmanager
+def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
+    """Keep earlier results aside while new ones are made; they come back if that fails."""
+    if overwrite and resume:
+        raise InputError("--overwrite and --resume are given; expected: one of them at most")
+    if not overwrite or _is_free(folder):
+        yield
+        return
+    _check_replaceable(folder)
+    earlier = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    folder.rename(earlier)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        earlier.rename(folder)
+        raise
+    shutil.rmtree(earlier)
+
+
+def _check_replaceable(folder: Path) -> None:
+    """Refuse to replace what is no results."""
+    if not _is_free(folder) and not _is_results(folder):
+        raise InputError(
+            f"{folder}: holds something other than results of isolation-sim; expected with "
+            "--overwrite: a folder of results"
+        )
 
 
 def _is_results(folder: Path) -> bool:

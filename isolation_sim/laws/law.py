@@ -15,9 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 
 
+@checked
 @dataclass(frozen=True)
 class Quantity:
     """A state or a parameter of a law.
@@ -112,6 +115,7 @@ def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     return ()
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Law:
     """Arithmetic of a device; a law is equal to itself alone.

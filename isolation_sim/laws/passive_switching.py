@@ -30,6 +30,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
@@ -55,6 +57,7 @@ class PassiveLaw(Law):
     powers: tuple[int, ...] = ()
 
 
+@checked
 def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
     """Put a device under the passive switching rule.
 
@@ -91,6 +94,7 @@ def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
     return replace(device, law=law, current=current, name=f"{device.name}, passive switching")
 
 
+@checked
 def papers_rule(device: Device) -> Device:
     """Return the device as the papers switch it: its force answers to the current at once.
 

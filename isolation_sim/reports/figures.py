@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
+from ..simulation.result import Run
 from . import panels
 from .energy import draw_ledger, energy_figure
+from .names import as_written
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
 
 if TYPE_CHECKING:
@@ -20,9 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpecBase
 
-    from ..simulation.result import Run
 
-    Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
+Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
 
 __all__ = [
     "currents",
@@ -36,6 +39,7 @@ __all__ = [
 ]
 
 
+@checked
 def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     """Ground acceleration, base displacement, roof acceleration and current over time.
 
@@ -71,6 +75,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def loops(runs: Runs, element: str | None = None) -> Figure:
     """Force over deformation of an isolator, one panel per run on the same axes.
 
@@ -107,6 +112,7 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     """Orbits of a biaxial device's deformation and force, and its loops along x and y.
 
@@ -149,6 +155,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def currents(runs: Runs) -> Figure:
     """Coil currents over time, one panel per run on the same axes, one line per channel.
 
@@ -195,6 +202,7 @@ def currents(runs: Runs) -> Figure:
     return figure
 
 
+@checked
 def floor_envelopes(runs: Runs) -> Figure:
     """Peak absolute acceleration and peak drift over the height.
 
@@ -224,6 +232,7 @@ def floor_envelopes(runs: Runs) -> Figure:
     return figure
 
 
+@checked
 def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
     """Draw one run on one page: histories, loop, envelopes over the height, energies.
 
@@ -253,7 +262,9 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
     with style():
         figure = new_figure(DOUBLE_COLUMN, 9.0)
         motions = ", ".join(record.name for record in run.records)
-        figure.suptitle(f"{run.isolated.structure.name}, {motions}, {run.controller}", fontsize=9)
+        figure.suptitle(
+            f"{run.isolated.structure.name}, {motions}, {as_written(run.controller)}", fontsize=9
+        )
         page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
         above = page[0].subgridspec(1, 2, width_ratios=[1.7, 1])
         histories = _column(above[0].subgridspec(3 + _coils(given), 1), sharex=True)

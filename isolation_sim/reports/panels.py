@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..criteria import columns
 from ..errors import unknown_name
 from ..simulation.quantities import level_dofs, storey_rows
+from .names import as_written
 from .style import line_styles
 
 if TYPE_CHECKING:
@@ -27,12 +28,13 @@ _LABELS_A_HEIGHT = 12
 def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
     """Name runs for printing."""
     if isinstance(runs, Mapping):
-        return dict(runs)
+        return {as_written(name): run for name, run in runs.items()}
     result: dict[str, Run] = {}
     for run in runs if isinstance(runs, Sequence) else [runs]:
-        name, number = run.controller, 2
+        written, number = as_written(run.controller), 2
+        name = written
         while name in result:
-            name, number = f"{run.controller} {number}", number + 1
+            name, number = f"{written} {number}", number + 1
         result[name] = run
     return result
 

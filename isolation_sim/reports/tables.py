@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .names import as_written
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -261,7 +262,7 @@ def _criteria_columns(
     table.add_column("", no_wrap=True)
     for name in shown:
         # a word a line: left alone, rich shares the width by whole names and breaks words
-        header = Text("\n".join(name.replace("_", " ").split()))
+        header = Text("\n".join(as_written(name).split()))
         table.add_column(header, justify="right", no_wrap=True, overflow="fold", vertical="bottom")
     for group, lines in criteria_lines(criteria, energy, baseline, optima).items():
         table.add_row(Text(group, style="bold"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .names import as_written
 from .tables import TextTable
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def tuning_tables(tuning: Tuning) -> list[TextTable]:
     """Lay the tables out for the terminal."""
     title = "Mean score, 95 % interval: J minus that of the best constant current"
     return [
-        TextTable(f"Settings of {tuning.controller}", *settings_texts(tuning)),
+        TextTable(f"Settings of {as_written(tuning.controller)}", *settings_texts(tuning)),
         TextTable(title, *gains_texts(tuning)),
     ]
 

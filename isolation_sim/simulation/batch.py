@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..errors import Diverged, InputError, TestedRangeWarning
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
-from .inputs import checked_controller, checked_plant, checked_records
+from .inputs import traceable
 from .plan import Lane, Plan
 from .result import Run
 from .run import check_actuation, check_options, prepared, simulate
@@ -40,6 +41,7 @@ _memory = threading.local()
 __all__ = ["Batch", "Case", "simulate_many"]
 
 
+@checked
 @dataclass(frozen=True)
 class Case:
     """One of many runs.
@@ -62,9 +64,7 @@ class Case:
     nominal: IsolatedStructure | None = None
 
     def __post_init__(self) -> None:
-        checked_plant(self.isolated)
-        checked_records(self.ground)
-        checked_controller(self.controller)
+        traceable(self.isolated)
 
 
 @dataclass(frozen=True)
@@ -113,6 +113,7 @@ class Batch:
         return f"Batch({len(self.failure)} runs, {failed} failed, {len(self.criteria)} criteria)"
 
 
+@checked
 def simulate_many(
     cases: Sequence[Case],
     *,

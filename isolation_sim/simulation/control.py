@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..structures import IsolatedStructure
 
 
+@checked
 @dataclass(frozen=True)
 class CoilDriver:
     """Turns a commanded current into the coil's: rate = clip((command - i) / lag, +-slew).
@@ -59,6 +61,7 @@ class CoilDriver:
             )
 
 
+@checked
 @dataclass(frozen=True)
 class Sensors:
     """What a controller sees of the plant.

@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..laws.derivatives import energy_gradients
 from ..laws.law import Law
 from .element_code import NODES, WEIGHTS
@@ -87,6 +89,7 @@ class Ledger:
         }
 
 
+@checked
 def ledger(run: Trajectory) -> Ledger:
     """Energy ledger of a run.
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..archive import FILE, save_archive
 from ..io.netcdf import write_netcdf
 from ..named_values import Criteria
@@ -75,6 +77,7 @@ class Run(Printed, Trajectory):
         yield render("tables:run_table", self)
         yield from (f"warning: {each}" for each in self.warnings())
 
+    @checked
     def save(self, folder: str | Path) -> Path:
         """Write the run; ``isolation_sim.load`` gives it back.
 
@@ -178,6 +181,7 @@ class Run(Printed, Trajectory):
             )
         return sentences
 
+    @checked
     def plot(self, direction: str | None = None, element: str | None = None) -> Figure:
         """Draw the run on one page: histories, loop, envelopes over the height, energies.
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..structures import IsolatedStructure
@@ -51,6 +52,7 @@ class Outside:
         raise NotImplementedError
 
 
+@checked
 class Simulator:
     """A plant that is simulated step by step.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..structures import IsolatedStructure
 from .grid import Grid
@@ -86,6 +87,7 @@ class Trajectory:
         """Internal states at the samples, (n_samples, n_elements, n_states), device units."""
         return self.work.states[self.grid.samples, :, :, 0]
 
+    @checked
     def output(self, name: str) -> NDArray:
         """One output at the samples.
 

@@ -59,7 +59,7 @@ class Store:
             raise InputError(f"{self.folder}: a file; expected: a new folder")
         there = self.folder.iterdir() if self.folder.exists() else ()
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
-            remedy = ", or --resume to go on with the sweep there" if self.exists() else ""
+            remedy = ", --overwrite, or --resume to go on there" if self.exists() else ""
             raise InputError(
                 f"{self.folder}: holds something already; expected: a new folder{remedy}"
             )

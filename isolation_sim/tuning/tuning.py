@@ -107,7 +107,7 @@ class Tuning(Printed):
         if not self.best.settings:
             first = "No candidate did better than the controller as it was."
         else:
-            first = f"Tuned on the {self.judged[0].name}, in {len(self.trials)} trials."
+            first = f"Tuned on {self.judged[0].name}, in {len(self.trials)} trials."
         return [first, *map(_told, self.judged)]
 
     def _shown(self) -> Iterator[Any]:
@@ -295,7 +295,7 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
                 )
         return Tuning(stored.content, stored.trials)
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
-        remedy = ", or --resume to go on with the tuning there" if there.exists() else ""
+        remedy = ", --overwrite, or --resume to go on there" if there.exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     new.save_state(folder)
     return new

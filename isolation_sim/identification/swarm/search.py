@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from ...errors import InputError, unknown_name
 from . import fish_swarm, fruit_fly, library
@@ -60,10 +63,11 @@ def available_methods() -> tuple[str, ...]:
     return tuple(_METHODS)
 
 
+@checked
 def search(
     method: str,
     objective: Callable[[np.ndarray], float],
-    bounds: Any,
+    bounds: ArrayLike,
     budget: int,
     seed: int,
     **settings: Any,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...criteria import is_gain
+from ..names import as_written
 from ..style import light_shades
 from ..sweep_tables import heading, told
 from ..units import unit_of
@@ -89,7 +90,8 @@ def _field(column: pandas.Series) -> dict[str, Any]:
     if number:
         values.sort()
     if len(values) <= _MOST_VALUES or not number:
-        groups = [told(value) for value in values]
+        word = as_written if column.name == "controller" else told
+        groups = [word(value) for value in values]
         places = {value: place for place, value in enumerate(values)}
         codes = column.map(places).to_numpy()
     else:

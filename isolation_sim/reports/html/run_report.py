@@ -12,6 +12,7 @@ from ground_motions import STANDARD_GRAVITY
 
 from ...version import __version__
 from ..drawing import structure_drawing
+from ..names import with_written_names
 from ..references import of_runs
 from ..style import svg_text
 from ..tables import criteria_lines
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
     """Report of a comparison: what was run, the verdict, tables, charts and an animation."""
+    comparison = with_written_names(comparison)
     runs = comparison.runs
     first = next(iter(runs.values()))
     look = looks(list(runs))

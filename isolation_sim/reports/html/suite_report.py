@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..names import as_written
 from ..suite_figures import SPOKEN
 from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
 from ..sweep_tables import heading
@@ -42,7 +43,7 @@ def suite_report(suite: Suite, picture: Path) -> Page:
                 "Motions": told_of(suite),
                 "Rule": f"{suite.rule.name}: {suite.rule.clause}; {suite.rule.response_clause}",
                 "Scaling": suite.index["scaling"],
-                "Controllers": ", ".join(suite.controllers),
+                "Controllers": ", ".join(map(as_written, suite.controllers)),
                 "All numbers": "runs.csv and statistics.csv, in SI units",
                 "Versions": versions(),
             })
@@ -58,16 +59,16 @@ def _statistics(suite: Suite, label: str) -> Table:
         Row(name, tuple(Cell(text) for text in cells))
         for name, *cells in statistics_rows(suite, label)
     )
-    return Table(label, (first, *rest), rows)
+    return Table(as_written(label), (first, *rest), rows)
 
 
 def _records(suite: Suite, criterion: str) -> Table:
     rows = tuple(
-        Row(motion, tuple(Cell(text.strip(), "best" if "*" in text else "") for text in cells))
+        Row(motion, tuple(Cell(text.rstrip("* "), "best" if "*" in text else "") for text in cells))
         for motion, *cells in records_rows(suite, criterion)
     )
     return Table(
-        capital(heading(criterion)), ("Motion", *suite.controllers), rows,
+        capital(heading(criterion)), ("Motion", *map(as_written, suite.controllers)), rows,
         note="* governs under this controller.",
     )  # fmt: skip
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..names import as_written
+from ..sweep_figures import title_of
 from ..tuning_tables import gains_texts, settings_texts
 from .charts import Look, layout, numbers
 from .page import (
@@ -40,7 +42,9 @@ _SCORE = "Mean score"
 def tuning_report(tuning: Tuning) -> Page:
     """Report of a tuning."""
     content = tuning.content
-    criteria = " + ".join(f"{weight:g} {name}" for name, weight in content["criteria"].items())
+    criteria = " + ".join(
+        f"{weight:g} {title_of(name)}" for name, weight in content["criteria"].items()
+    )
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(tuning.verdict()), "verdict")]),
         ("Gain", [_texts("Mean score with 95 % intervals", *gains_texts(tuning)),
@@ -54,7 +58,7 @@ def tuning_report(tuning: Tuning) -> Page:
         ]),
         ("What was run", [
             Facts({
-                "Controller": tuning.controller,
+                "Controller": f"{as_written(tuning.controller)} ({tuning.controller})",
                 "Score": f"{criteria}, each over its value without current, minus the least such "
                          "sum of any constant current under the same motion",
                 "Seeds": f"{content['seed']} of the search and the intervals, "
@@ -68,7 +72,7 @@ def tuning_report(tuning: Tuning) -> Page:
         ]),
     ]  # fmt: skip
     return Page(
-        f"Tuning report: {tuning.controller}",
+        f"Tuning report: {as_written(tuning.controller)}",
         f"{len(tuning.trials)} trials of {len(content['settings'])} settings",
         [Section(title, blocks) for title, blocks in parts],
     )
