@@ -124,7 +124,7 @@ def test_a_batch_is_its_single_runs(bouc_wen, pair):
         assert both.criteria[peak][k] == pytest.approx(alone[peak], rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["improved_bouc_wen", "hybrid"])
+@pytest.mark.parametrize("name", ["improved_bouc_wen", "dynamic_stiffness"])
 def test_a_law_without_a_form_in_plan_is_refused(name):
     with pytest.raises(InputError, match=f"'{name}' has no form in two directions"):
         slab(law(name))
