@@ -14,6 +14,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws.law_text import law_of, law_of_saved, text_of
 from isolation_sim.laws.registry import LAWS
 
 STEP, N = 0.005, 500
@@ -93,9 +94,23 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert run.energy.closure_error < 1e-6
 
 
+def test_a_saved_result_holds_the_law_and_nothing_else_that_runs(diagnosis, tmp_path, monkeypatch):
+    diagnosis.save(tmp_path / "out")
+    monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path / "cache_of_another_machine"))
+    loaded = iso.load(tmp_path / "out").extended
+    assert loaded.law is not diagnosis.extended.law
+    at = 0.004, 0.1, (), 0.0
+    assert loaded.force(*at) == diagnosis.extended.force(*at)
+    text = text_of(diagnosis.extended.law) or text_of(loaded.law)
+    assert "x**2" in text
+    for line in ("import os", "open('x')", "np.save('x', 1)", "().__class__", "LAWS['x']()"):
+        with pytest.raises(InputError, match=f"line {text.count(chr(10)) + 1}"):
+            law_of_saved(text + line)
+
+
 def test_a_learned_term_follows_what_no_equation_may(campaign):
     """A learned law is a law as well, whose force stays bounded beyond the tests."""
-    from isolation_sim.discrepancy.tiers.law_file import Network, law_of, law_text
+    from isolation_sim.discrepancy.tiers.law_file import Network, law_text
 
     rows = np.array([[0.3, 50.0, 2.0], [-0.2, 10.0, 5.0]])
     network = Network((), (("x", 0.01), ("v", 0.1)), rows, np.array([[40.0, -15.0]]))
@@ -164,7 +179,7 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
 
 def test_a_term_shares_no_name_with_the_law():
     """The law ``strain_stiffening`` has a parameter c1 of its own."""
-    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_of, law_text
+    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 
     squeeze = Chosen(Term("x^2 v", "x**2 * v", "N s/m^3"), (0,))
     base = LAWS["strain_stiffening"]

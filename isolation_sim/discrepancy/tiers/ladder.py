@@ -17,6 +17,7 @@ from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
+from ...laws.law_text import law_of
 from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
 from ..device.load_cell_offset import EACH_RUN
@@ -25,7 +26,7 @@ from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .equation import select
-from .law_file import Chosen, Network, TermParameterisation, first_place, law_of, law_text, shown
+from .law_file import Chosen, Network, TermParameterisation, first_place, law_text, shown
 from .learned import learn
 from .regression import conditions
 from .result import EquationTerm, Ladder, Rung, Tier

@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...generated import load_text
 from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
 from ...laws.registry import LAWS
 from .terms import Term
 
-NAME = "LAW"
 _HEAD = '''"""{title}
 
     F = {base}(x, v)
@@ -230,12 +228,6 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
         for k in range(len(network.weights))
     ]
     return text, parameters, states, rates, f"learned({', '.join(arguments)}, ({shares},))"
-
-
-def law_of(text: str) -> Law:
-    """Load a law from the text of its file, which is kept in the cache folder."""
-    module = load_text("law", text)
-    return LAWS[f"{module.__file__}:{NAME}"]
 
 
 class TermParameterisation(Parameterisation):
