@@ -9,7 +9,7 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.tiers.regression import Regression, conditions
-from isolation_sim.discrepancy.tiers.terms import Number, Term, along
+from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.measured_runs import measured_runs
@@ -135,6 +135,22 @@ def test_a_friction_state_is_the_closed_form(campaign):
     rising = slice(run.start, run.start + int(0.25 / 0.5 / STEP))
     expected = 2e-3 * (1 - np.exp(-data.x[rising] / 2e-3))
     np.testing.assert_allclose(value[rising], expected, atol=1e-5)
+
+
+def test_acceleration_is_taken_over_a_short_time(campaign):
+    """In a steady cycle it is late, and smaller, as behind any lag of first order."""
+    data = measured_runs(campaign.runs)
+    terms = [term for term in library(data) if term.state_unit == "m/s"]
+    assert [term.unit for term in terms] == ["N s^2/m", "N s^4/m^2", "N s^4/m^2"]
+    omega, lag = 2 * np.pi * 1.6, terms[0].numbers[0].value
+    run = data.runs[1]
+    time = STEP * np.arange(N)
+    exact = -4e-3 * omega**2 * np.imag(np.exp(1j * omega * time) / (1 + 1j * omega * lag))
+    late = slice(N // 2, None)
+    a, square, signed = (along(term, data)[run][late] for term in terms)
+    np.testing.assert_allclose(a, exact[late], atol=0.01 * np.max(np.abs(exact)))
+    np.testing.assert_allclose(square, a**2)
+    np.testing.assert_allclose(signed, a * np.abs(a))
 
 
 def test_left_out_errors_are_those_of_least_squares():

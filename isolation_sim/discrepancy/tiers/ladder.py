@@ -128,9 +128,9 @@ class Climb:
             ]
             model, text = self._extended(start.model, chosen, None)
             values = np.insert(found.values, start.model.n_law, np.concatenate(numbers))
-            rung = self._rung(
-                fit_model(model, values, _LAST_STEPS, 1e-5), chosen, found.stability, text
-            )
+            # a term's state may be faster than the law
+            part = fit_model(model.resolve_steps(values, 1), values, _LAST_STEPS, 1e-5)
+            rung = self._rung(part, chosen, found.stability, text)
             if not self.losses(rung, self.law):
                 return rung
         return None
@@ -143,7 +143,7 @@ class Climb:
             without = self._without(start)
         network, left_out = learn(start.model, start.force, without, self.masks, self.problem.seed)
         model, text = self._extended(start.model, below.chosen, network)
-        part = fit_model(model, start.values, 0)
+        part = fit_model(model.resolve_steps(start.values, 1), start.values, 0)
         whole = replace(model, data=self.problem.data).resolve_steps(start.values)
         return _Rung(
             fit_model(whole, start.values, 0), part, without, left_out, below.chosen,

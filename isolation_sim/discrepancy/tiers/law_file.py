@@ -88,7 +88,8 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )
         if one.term.rate:
-            states.append(f'    Quantity("s_{k}", "m", "hysteretic state of c_{k}"),')
+            unit = one.term.state_unit
+            states.append(f'    Quantity("s_{k}", "{unit}", "state of c_{k}"),')
             rates.append(_named(one.term.rate, names))
         force.append(f"{coefficient} * ({_named(one.term.code, names)})")
         lines.append(f"      + c_{k} ({shown(one, k)})")
