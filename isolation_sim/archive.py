@@ -1,7 +1,8 @@
 """Results as one file of plain data: a tree in JSON and arrays, in a NumPy ``.npz`` file.
 
 Nothing in such a file is run when it is read: it names classes of this project, whose fields it
-gives, and laws and effects by their registered names. The same reductions serve ``pickle``.
+gives, and laws and effects by their registered names. The one exception is a law that a diagnosis
+has written, whose text may hold nothing but such a law. The same reductions serve ``pickle``.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from .effects.registry import EFFECTS, effect
 from .errors import Diverged, InputError
 from .io.atomic_write import atomic_write
 from .laws.law import Law
+from .laws.law_text import law_of_saved, text_of
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS
 from .laws.unit import of_file
@@ -174,6 +176,8 @@ def _law_recipe(law: Law) -> tuple:
         return "unit", law.unit, dict(law.unit_variables)
     own = law.name if law.name in LAWS and LAWS[law.name] is law else ""
     name = LAWS.called(law, own)
+    if text := text_of(law):
+        return "text", text
     if not name:
         raise InputError(
             f"law {law.name!r} has no name by which it is found again; expected: "
@@ -186,7 +190,7 @@ def law_of_recipe(kind: str, *parts: Any) -> Law:
     """Find or make a law by what `_law_recipe` returned."""
     makers: dict[str, Callable[..., Law]] = {
         "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
-        "unit": of_file,
+        "unit": of_file, "text": law_of_saved,
     }  # fmt: skip
     return makers[kind](*parts)
 

@@ -90,12 +90,14 @@ class EffectSearch:
         return best if best is not None and self._helps(current, best) else None
 
     def revise(self, taken: FittedModel) -> FittedModel:
-        """Replace effects found early by others that are better now."""
-        model = taken
-        for place in range(len(model.effects) - 1):
-            tried = self.rivals(model, place)[1]
-            if tried and tried[0].cost < model.cost - SIGNIFICANT:
-                model = tried[0]
+        """Replace effects by others that are better now, until none is."""
+        model, place = taken, 0
+        while place < len(model.effects):
+            best = min(self.rivals(model, place)[1], key=self._penalised, default=model)
+            if self._penalised(best) < self._penalised(model) - SIGNIFICANT:
+                model, place = best, 0
+            else:
+                place += 1
         return model
 
     def finish(self, best: FittedModel) -> FittedModel:

@@ -17,6 +17,7 @@ from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
+from ...laws.law_text import law_of
 from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
 from ..device.load_cell_offset import EACH_RUN
@@ -25,7 +26,7 @@ from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .equation import select
-from .law_file import Chosen, Network, TermParameterisation, first_place, law_of, law_text, shown
+from .law_file import Chosen, Network, TermParameterisation, first_place, law_text, shown
 from .learned import learn
 from .regression import conditions
 from .result import EquationTerm, Ladder, Rung, Tier
@@ -127,9 +128,9 @@ class Climb:
             ]
             model, text = self._extended(start.model, chosen, None)
             values = np.insert(found.values, start.model.n_law, np.concatenate(numbers))
-            rung = self._rung(
-                fit_model(model, values, _LAST_STEPS, 1e-5), chosen, found.stability, text
-            )
+            # a term's state may be faster than the law
+            part = fit_model(model.resolve_steps(values, 1), values, _LAST_STEPS, 1e-5)
+            rung = self._rung(part, chosen, found.stability, text)
             if not self.losses(rung, self.law):
                 return rung
         return None
@@ -142,7 +143,7 @@ class Climb:
             without = self._without(start)
         network, left_out = learn(start.model, start.force, without, self.masks, self.problem.seed)
         model, text = self._extended(start.model, below.chosen, network)
-        part = fit_model(model, start.values, 0)
+        part = fit_model(model.resolve_steps(start.values, 1), start.values, 0)
         whole = replace(model, data=self.problem.data).resolve_steps(start.values)
         return _Rung(
             fit_model(whole, start.values, 0), part, without, left_out, below.chosen,

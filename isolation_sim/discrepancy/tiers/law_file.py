@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...generated import load_text
 from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
 from ...laws.registry import LAWS
 from .terms import Term
 
-NAME = "LAW"
 _HEAD = '''"""{title}
 
     F = {base}(x, v)
@@ -90,7 +88,8 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )
         if one.term.rate:
-            states.append(f'    Quantity("s_{k}", "m", "hysteretic state of c_{k}"),')
+            unit = one.term.state_unit
+            states.append(f'    Quantity("s_{k}", "{unit}", "state of c_{k}"),')
             rates.append(_named(one.term.rate, names))
         force.append(f"{coefficient} * ({_named(one.term.code, names)})")
         lines.append(f"      + c_{k} ({shown(one, k)})")
@@ -230,12 +229,6 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
         for k in range(len(network.weights))
     ]
     return text, parameters, states, rates, f"learned({', '.join(arguments)}, ({shares},))"
-
-
-def law_of(text: str) -> Law:
-    """Load a law from the text of its file, which is kept in the cache folder."""
-    module = load_text("law", text)
-    return LAWS[f"{module.__file__}:{NAME}"]
 
 
 class TermParameterisation(Parameterisation):
