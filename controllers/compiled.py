@@ -63,6 +63,10 @@ def entry(t, measured, settings, memory, command, sizes):
     )"""
 
 
+Model = Any
+"""Class of device models; mypy takes no class for hashable, as caches of functions need it."""
+
+
 @dataclass(frozen=True)
 class Decision:
     """A controller's decision, ready to be called or compiled.
@@ -157,7 +161,7 @@ def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
 
 @lru_cache(maxsize=64)
 def _module(
-    function: Callable, model: type[DeviceModel] | None, laws: tuple[Law, ...], n_channels: int
+    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int
 ) -> ModuleType:
     text = _text(function, model, laws, n_channels, partial(_shared, model, laws))
     notice = "compiling the controller for this law (once; about 4 s) ..." if laws else ""
@@ -165,9 +169,7 @@ def _module(
 
 
 @lru_cache(maxsize=256)
-def _shared(
-    model: type[DeviceModel], laws: tuple[Law, ...], function: Callable, given: tuple[str, ...]
-) -> str:
+def _shared(model: Model, laws: tuple[Law, ...], function: Callable, given: tuple[str, ...]) -> str:
     """Statement that takes a function, given some of the devices', from its own module."""
     parts: dict[str, str] = {}
     collect(function, parts, given, partial(_shared, model, laws))
@@ -179,7 +181,7 @@ def _shared(
 
 
 def _text(
-    function: Callable, model: type[DeviceModel] | None, laws: tuple[Law, ...], n_channels: int,
+    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int,
     shared: Callable[..., str] | None = None,
 ) -> str:  # fmt: skip
     """Source of a decision: whole, or with what controllers share in modules of its own."""
@@ -189,9 +191,7 @@ def _text(
     return _joined(parts, model, laws)
 
 
-def _joined(
-    parts: Mapping[str, str], model: type[DeviceModel] | None, laws: tuple[Law, ...]
-) -> str:
+def _joined(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]) -> str:
     """Source of a module, with the functions of the devices that it calls."""
     before: dict[str, str] = {}
     called = set(re.findall(r"\w+(?=\()", "\n".join(parts.values())))
@@ -212,9 +212,10 @@ def _joined(
 
 
 @lru_cache(maxsize=64)
-def _devices(model: type[DeviceModel], laws: tuple[Law, ...]) -> str:
+def _devices(model: Model, laws: tuple[Law, ...]) -> str:
     """Source of the devices' functions."""
-    return model.text(laws)
+    text: str = model.text(laws)
+    return text
 
 
 def collect(
