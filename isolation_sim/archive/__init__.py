@@ -19,18 +19,18 @@ from typing import Any
 
 import numpy as np
 
-from .effects.effect import Effect
-from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
-from .effects.registry import EFFECTS, effect
-from .errors import Diverged, InputError
-from .io.atomic_write import atomic_write
-from .laws.law import Law
-from .laws.law_text import law_of_saved, text_of
-from .laws.passive_switching import PassiveLaw, _passive_law
-from .laws.registry import LAWS
-from .laws.unit import of_file
-from .named_values import Criteria
-from .version import __version__
+from ..effects.effect import Effect
+from ..effects.extend import ExtendedLaw, _extended_law, _outer_parameters
+from ..effects.registry import EFFECTS, effect
+from ..errors import Diverged, InputError
+from ..io.atomic_write import atomic_write
+from ..laws.law import Law
+from ..laws.passive_switching import PassiveLaw, _passive_law
+from ..laws.registry import LAWS
+from ..laws.unit import of_file
+from ..named_values import Criteria
+from ..version import __version__
+from .written_laws import law_of_saved, text_of
 
 FILE = "result.npz"
 """Name of the file in a folder of results."""

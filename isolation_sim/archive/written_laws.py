@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..generated import cache_folder, load_text
-from .law import Law
-from .registry import LAWS
+from ..laws.law import Law
+from ..laws.registry import LAWS
 
 NAME = "LAW"
 _MODULES = {"typing", "numpy", "isolation_sim.laws", "isolation_sim.laws.law"}
