@@ -86,6 +86,7 @@ def simulate(
     if failure is not None:
         raise failure
     run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
+    run.source = getattr(controller, "source", "")
     if run.unresolved:
         warnings.warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "

@@ -39,7 +39,7 @@ from .page import (
     Table,
     TimeRange,
 )
-from .run_report import versions
+from .run_report import code_facts, versions
 from .text import capital
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     """Report of a diagnosis."""
     traces = worst_first(diagnosis.traces)
+    code = code_facts(diagnosis.details.get("code", {}))
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
         ("Measured against simulated", [*_measured(traces)]),
@@ -65,7 +66,8 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
         ("What it changes for control", [*_consequence(diagnosis)]),
         ("What was diagnosed", [
-            Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, "Versions": versions()})
+            Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, **code,
+                   "Versions": versions()})
         ]),
         ("References", [*_references(diagnosis)]),
     ]  # fmt: skip

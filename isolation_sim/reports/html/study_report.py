@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
-from .run_report import versions
+from .run_report import code_facts, versions
 from .text import capital, is_number
 
 
@@ -17,12 +17,13 @@ def study_report(
     figures: Sequence[Path] = (),
     about: str = "",
     command: str = "",
+    code: Mapping[str, str] | None = None,
 ) -> Page:
     """Report of a study."""
     pictures: list[Block] = [
         Picture(capital(path.stem.replace("_", " ")), path) for path in figures
     ]
-    run = {"Study": title, "Command": command, "Versions": versions()}
+    run = {"Study": title, "Command": command, **code_facts(code or {}), "Versions": versions()}
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Finding", [Prose(tuple(finding), "verdict")]),
         ("Numbers", [_table(caption, *each) for caption, each in tables.items()]),
