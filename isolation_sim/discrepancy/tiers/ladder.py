@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...archive import law_of
 from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
-from ...laws.law_text import law_of
 from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
 from ..device.load_cell_offset import EACH_RUN
