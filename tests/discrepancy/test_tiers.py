@@ -7,7 +7,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.archive.written_laws import law_of, law_of_saved, text_of
+from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.tiers.regression import Regression, conditions
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library

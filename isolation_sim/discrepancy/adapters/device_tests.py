@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
@@ -34,6 +34,7 @@ from ..decisions import (
     SIGNIFICANT,
     TO_BLAME,
     TO_BLAME_FITTED,
+    WELL_EXPLAINED,
     WORSE,
 )
 from ..device.conditions import conditions
@@ -146,9 +147,7 @@ class DeviceTests(Problem[FittedModel]):
         """Search for effects, then fit them to all samples."""
         result = search(self.space, base)
         self.progress("fitting all samples")
-        # effects that do not hold on held-out data are dropped, the last one found first
-        earlier = (one.base for one in reversed(result.rounds))
-        for best in dict.fromkeys((self._needed(result.best), *earlier)):
+        for best in self._proposals(result):
             self._extend(best)
             if not best.effects or self._holds():
                 break
@@ -163,6 +162,20 @@ class DeviceTests(Problem[FittedModel]):
             best = self.space.without(best, least)
             self._extend(best)
         return replace(result, best=best)
+
+    def _proposals(self, result: Found[FittedModel]) -> Iterator[FittedModel]:
+        """Models to ask whether they hold on held-out data, until one does.
+
+        Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
+        Otherwise the last one found is dropped first.
+        """
+        best = self._needed(result.best)
+        yield best
+        last = result.rounds[-1] if result.rounds else None
+        if last is not None and last.taken is None and best is last.base and best.effects:
+            if self._left(self.data.fitted) < WELL_EXPLAINED:
+                yield from self.space.second_best(best, last.tried)
+        yield from (one.base for one in reversed(result.rounds) if one.base is not best)
 
     def _needed(self, best: FittedModel) -> FittedModel:
         """Drop effects that most fits from other runs do not ask for."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -88,6 +88,21 @@ class EffectSearch:
         terms = [one for one in tried if one.causes[-1] == OUTSIDE]
         best = min(terms or tried, key=self._penalised, default=None)
         return best if best is not None and self._helps(current, best) else None
+
+    def second_best(
+        self, current: FittedModel, tried: Sequence[FittedModel]
+    ) -> Iterator[FittedModel]:
+        """Models with one more cause that is more than noise, though too small to be chosen."""
+        causes: set[str] = set()
+        for one in tried:
+            gain = current.cost - one.cost
+            if one.causes[-1] in causes or one.causes[-1] == OUTSIDE:
+                continue
+            if gain > max(SIGNIFICANT * self.noise_gain(current, one), LEAST_PART * current.cost):
+                causes.add(one.causes[-1])
+                yield one
+            if len(causes) == RIVALS_TRIED:
+                return
 
     def revise(self, taken: FittedModel) -> FittedModel:
         """Replace effects by others that are better now, until none is."""

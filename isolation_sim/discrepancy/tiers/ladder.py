@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...archive.written_laws import law_of
+from ...archive import law_of
 from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time

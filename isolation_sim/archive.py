@@ -7,6 +7,7 @@ has written, whose text may hold nothing but such a law. The same reductions ser
 
 from __future__ import annotations
 
+import ast
 import copyreg
 import json
 import zipfile
@@ -19,21 +20,26 @@ from typing import Any
 
 import numpy as np
 
-from ..effects.effect import Effect
-from ..effects.extend import ExtendedLaw, _extended_law, _outer_parameters
-from ..effects.registry import EFFECTS, effect
-from ..errors import Diverged, InputError
-from ..io.atomic_write import atomic_write
-from ..laws.law import Law
-from ..laws.passive_switching import PassiveLaw, _passive_law
-from ..laws.registry import LAWS
-from ..laws.unit import of_file
-from ..named_values import Criteria
-from ..version import __version__
-from .written_laws import law_of_saved, text_of
+from .effects.effect import Effect
+from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
+from .effects.registry import EFFECTS, effect
+from .errors import Diverged, InputError
+from .generated import cache_folder, load_text
+from .io.atomic_write import atomic_write
+from .laws.law import Law
+from .laws.passive_switching import PassiveLaw, _passive_law
+from .laws.registry import LAWS
+from .laws.unit import of_file
+from .named_values import Criteria
+from .version import __version__
 
 FILE = "result.npz"
 """Name of the file in a folder of results."""
+_LAW = "LAW"
+_LAW_MODULES = {"typing", "numpy", "isolation_sim.laws", "isolation_sim.laws.law"}
+_LAW_CALLS = {"Law", "Quantity", "len", "zip", "enumerate", "tuple", "limited", "learned"}
+_LAW_NUMPY = {"abs", "cosh", "exp", "fabs", "log", "log1p", "max", "min", "sign", "sinh", "sqrt",
+          "tanh", "where"}  # fmt: skip
 _TREE = "tree.json"
 _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {"Diverged": Diverged, "InputError": InputError}
@@ -193,6 +199,47 @@ def law_of_recipe(kind: str, *parts: Any) -> Law:
         "unit": of_file, "text": law_of_saved,
     }  # fmt: skip
     return makers[kind](*parts)
+
+
+def law_of(text: str) -> Law:
+    """Load a law from the text of its file, which is kept in the cache folder."""
+    module = load_text("law", text)
+    return LAWS[f"{module.__file__}:{_LAW}"]
+
+
+def text_of(law: Law) -> str:
+    """Return the text of a law that ``law_of`` has loaded; empty for any other law."""
+    file, _, name = LAWS.called(law, "").rpartition(":")
+    path = Path(file)
+    return path.read_text() if name == _LAW and path.parent == cache_folder().resolve() else ""
+
+
+def law_of_saved(text: str) -> Law:
+    """Load a law from the text in a saved result, if the text does nothing but describe a law."""
+    for node in ast.walk(ast.parse(text)):
+        if not _describes(node):
+            raise InputError(
+                f"the text of a saved law, line {getattr(node, 'lineno', 1)}, is not as the "
+                "program writes it; expected: the law as a file of its own"
+            )
+    return law_of(text)
+
+
+def _describes(node: ast.AST) -> bool:
+    """Whether a part of a text is arithmetic, or names what a law is made of."""
+    if isinstance(node, ast.Import):
+        return all(one.name in _LAW_MODULES for one in node.names)
+    if isinstance(node, ast.ImportFrom):
+        return node.level == 0 and node.module in _LAW_MODULES
+    if isinstance(node, ast.Attribute):
+        of_numpy = isinstance(node.value, ast.Name) and node.value.id == "np"
+        return node.attr in _LAW_NUMPY if of_numpy else not node.attr.startswith("_")
+    if isinstance(node, ast.Call):
+        called = node.func
+        return isinstance(called, ast.Attribute) or (
+            isinstance(called, ast.Name) and called.id in _LAW_CALLS
+        )
+    return not isinstance(node, ast.With | ast.Try | ast.Raise | ast.ClassDef | ast.Lambda)
 
 
 def _reduced_law(law: Law) -> tuple:
