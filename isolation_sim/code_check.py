@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .simulation.result import Run
 
 DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9}
-"""B_M by the effective damping (ASCE 7-22, Table 17.5-1, from memory)."""
+"""B_M by the effective damping (Table 17.5-1; equal to that in a public program of ASCE 7-16)."""
 MOST_DAMPING, LONGEST_PERIOD, LEAST_LENGTHENING = 0.30, 5.0, 3.0
 """Limits of the equivalent lateral force procedure (17.4.1, from memory)."""
 LEAST_RESTORING = 0.025
