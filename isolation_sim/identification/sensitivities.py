@@ -22,23 +22,14 @@ TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
 
 @dataclass(frozen=True)
 class Motion:
-    """Measured motion of several test runs, one after another.
+    """Measured motion of several test runs, one after another."""
 
-    Attributes
-    ----------
-    starts : (n_runs + 1,) int array
-        First sample of each run, and the end.
-    displacement, velocity, current : (n_samples,) array
-        m, m/s, A.
-    dt : (n_runs,) array
-        Sample interval of each run, s.
-    """
-
-    starts: NDArray
+    starts: NDArray  # (n_runs + 1,) int: First sample of each run, and the end
+    # displacement, velocity, current: (n_samples,): m, m/s, A
     displacement: NDArray
     velocity: NDArray
     current: NDArray
-    dt: NDArray
+    dt: NDArray  # (n_runs,): Sample interval of each run, s
 
 
 class Simulator:

@@ -46,24 +46,16 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring in a law, whose force and energy grow in proportion to one parameter.
+    """A spring in a law, whose force and energy grow in proportion to one parameter."""
 
-    Attributes
-    ----------
-    stiffness : str
-        The parameter; force and rates are linear in it, and the stored energy is its multiple.
-    extensions : tuple of str
-        What it stretches by: ``"x"`` for the device's deformation, or a state that is nothing but
-        this spring's extension; several where several springs share the parameter.
-    less : str
-        State to take from ``"x"``, the extension of what stands in series; empty for none.
-    power : float or str
-        Power of the extension to which the force grows, or the parameter that is this power.
-    """
-
+    # The parameter; force and rates are linear in it, and the stored energy is its multiple
     stiffness: str
+    # What it stretches by: ``"x"`` for the device's deformation, or a state that is nothing but
+    # this spring's extension; several where several springs share the parameter
     extensions: tuple[str, ...]
+    # State to take from ``"x"``, the extension of what stands in series; empty for none
     less: str = ""
+    # Power of the extension to which the force grows, or the parameter that is this power
     power: float | str = 1.0
 
 

@@ -273,10 +273,8 @@ def run_cases(
 def _blocks(
     lanes: Iterable[Lane], alone: list[int], alike: bool
 ) -> Iterator[list[tuple[int, Lane]]]:
-    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot.
-
-    ``alike``: a block is of one structure.
-    """
+    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot."""
+    # ``alike``: a block is of one structure.
     waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:

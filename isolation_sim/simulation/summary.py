@@ -21,10 +21,8 @@ its peaks."""
 
 
 def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
-    """Criteria of every lane of a finished block.
-
-    A lane's criteria have the same bits in a block as in a single run.
-    """
+    """Criteria of every lane of a finished block."""
+    # A lane's criteria have the same bits in a block as in a single run.
     items, peak, total = _summed(plants, work)
     result = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in items}
     for name, own in items:
@@ -60,12 +58,11 @@ def summary_key(isolated: IsolatedStructure) -> tuple:
 
 
 class _Quantities(NamedTuple):
-    """Quantities of some lanes' structures, as the kernel takes them.
+    """Quantities of some lanes' structures, as the kernel takes them."""
 
-    items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
-    rows over the modes, (n_items, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of
-    the lane where it is highest, 1/s.
-    """
+    # items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
+    # rows over the modes, (n_items, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of
+    # the lane where it is highest, 1/s.
 
     items: tuple[tuple[str, list[int]], ...]
     n_items: int

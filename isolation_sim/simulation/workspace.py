@@ -131,51 +131,28 @@ class Sensing:
 
 @dataclass
 class Workspace:
-    """State, inputs and results of one block of lanes.
+    """State, inputs and results of one block of lanes."""
 
-    Parameters
-    ----------
-    module : module
-        Compiled kernel.
-    tables : Tables
-        Coefficients; shared by consecutive runs of one structure on one grid.
-    elements : Elements
-        The plants' elements.
-    grid : Grid
-        Grid points, windows and events.
-    ground : (n_points, n_directions, lanes) array
-        Ground acceleration at the grid points, m/s^2.
-    driver : (n_channels, 5, lanes) array
-        Lag (s), slew (A/s), lowest current, highest current and step (A) of each coil.
-    initial_current : (n_channels, lanes) array
-        Coil currents at the start, A.
-    chosen : (n_commands, lanes, n_channels) array
-        Commands, A; a controller writes them as it goes.
-    sensing : Sensing
-        What is measured, when it is decided on, and by what compiled code.
-    tolerance : float
-        Wanted relative accuracy of the response.
-    clamp : bool
-        Whether a command outside the driver's limits is clamped and counted, or ends the run.
-    record_steps : bool
-        Whether every step's forces and states at the nodes are kept (one lane only); otherwise the
-        forces alone, of steps shorter than a grid interval.
-    buffers : dict of str to array, optional
-        Memory to use again; what an earlier workspace left in it is overwritten.
-    """
-
-    module: ModuleType
-    tables: Tables
-    elements: Elements
-    grid: Grid
+    module: ModuleType  # Compiled kernel
+    tables: Tables  # Coefficients; shared by consecutive runs of one structure on one grid
+    elements: Elements  # The plants' elements
+    grid: Grid  # Grid points, windows and events
+    # (n_points, n_directions, lanes): Ground acceleration at the grid points, m/s^2
     ground: NDArray
+    # (n_channels, 5, lanes): Lag (s), slew (A/s), lowest current, highest current and step (A) of
+    # each coil
     driver: NDArray
-    initial_current: NDArray
+    initial_current: NDArray  # (n_channels, lanes): Coil currents at the start, A
+    # (n_commands, lanes, n_channels): Commands, A; a controller writes them as it goes
     chosen: NDArray
-    sensing: Sensing
-    tolerance: float
+    sensing: Sensing  # What is measured, when it is decided on, and by what compiled code
+    tolerance: float  # Wanted relative accuracy of the response
+    # Whether a command outside the driver's limits is clamped and counted, or ends the run
     clamp: bool
+    # Whether every step's forces and states at the nodes are kept (one lane only); otherwise the
+    # forces alone, of steps shorter than a grid interval
     record_steps: bool
+    # Memory to use again; what an earlier workspace left in it is overwritten
     buffers: dict[str, NDArray] | None = None
     measured: NDArray = field(init=False)
     z: NDArray = field(init=False)

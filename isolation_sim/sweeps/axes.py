@@ -44,18 +44,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Axis:
-    """Points along one or several quantities that are varied together.
+    """Points along one or several quantities that are varied together."""
 
-    Attributes
-    ----------
-    quantities : tuple of Quantity
-        What is varied.
-    points : sequence of sequence
-        A value a quantity at each point.
-    """
-
-    quantities: tuple[Quantity, ...]
-    points: Sequence[Sequence[Any]] | NDArray
+    quantities: tuple[Quantity, ...]  # What is varied
+    points: Sequence[Sequence[Any]] | NDArray  # A value a quantity at each point
 
     def __len__(self) -> int:
         return len(self.points)

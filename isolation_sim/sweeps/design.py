@@ -29,24 +29,12 @@ from .plan import SweepPlan
 
 @dataclass(frozen=True)
 class CaseSpec:
-    """One case: a scenario's changes; it is run under every controller.
+    """One case: a scenario's changes; it is run under every controller."""
 
-    Attributes
-    ----------
-    number : int
-        Place in the plan, from 0.
-    shown : dict of str to object
-        Varied quantities for the table, by label.
-    changes : tuple of Change
-        What is done to the scenario's data.
-    seed : int or None
-        Of noise and random ground motion; None for those of the scenario.
-    """
-
-    number: int
-    shown: dict[str, Any]
-    changes: tuple[Change, ...]
-    seed: int | None = None
+    number: int  # Place in the plan, from 0
+    shown: dict[str, Any]  # Varied quantities for the table, by label
+    changes: tuple[Change, ...]  # What is done to the scenario's data
+    seed: int | None = None  # Of noise and random ground motion; None for those of the scenario
 
     def data(self, base: dict[str, Any]) -> dict[str, Any]:
         """Return the case's scenario, as data."""

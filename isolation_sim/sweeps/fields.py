@@ -25,21 +25,12 @@ Step = str | int
 
 @dataclass(frozen=True)
 class Change:
-    """What a case does to one field.
+    """What a case does to one field."""
 
-    Attributes
-    ----------
-    field : str
-        Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant.
-    value : object
-        The field's value, or what its value is multiplied by.
-    factor : bool
-        Whether the value multiplies what the scenario has.
-    """
-
+    # Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant
     field: str
-    value: Any
-    factor: bool = False
+    value: Any  # The field's value, or what its value is multiplied by
+    factor: bool = False  # Whether the value multiplies what the scenario has
 
     def new(self, old: Any) -> Any:
         """Return the field's new value."""

@@ -26,41 +26,24 @@ _TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
 
 @dataclass
 class Row:
-    """One run of a chunk, as it comes to be known.
+    """One run of a chunk, as it comes to be known."""
 
-    Attributes
-    ----------
-    case : CaseSpec
-        The case.
-    controller : str
-        Label of the controller.
-    job : Job or None
-        The case made ready; None where it cannot be.
-    control : Controller or None
-        The controller, a fresh one.
-    criteria, energy : dict of str to float
-        What came of it, SI units.
-    clamped : int
-        Commands that were clamped.
-    deformation_over_tested, current_over_tested : float
-        Peaks over those of the tests behind the laws; 0 where there are none.
-    status : {"ok", "diverged", "refused", "error"}
-        Refused is input that cannot be used, a current outside the limits for one.
-    reason : str
-        Why there is no result.
-    """
-
-    case: CaseSpec
-    controller: str
-    job: Job | None = None
-    control: Control | None = None
+    case: CaseSpec  # The case
+    controller: str  # Label of the controller
+    job: Job | None = None  # The case made ready; None where it cannot be
+    control: Control | None = None  # The controller, a fresh one
+    # criteria, energy: What came of it, SI units
     criteria: dict[str, float] = field(default_factory=dict)
     energy: dict[str, float] = field(default_factory=dict)
-    clamped: int = 0
+    clamped: int = 0  # Commands that were clamped
+    # deformation_over_tested, current_over_tested: Peaks over those of the tests behind the laws; 0
+    # where there are none
     deformation_over_tested: float = np.nan
     current_over_tested: float = np.nan
+    # {"ok", "diverged", "refused", "error"}: Refused is input that cannot be used, a current
+    # outside the limits for one
     status: str = "ok"
-    reason: str = ""
+    reason: str = ""  # Why there is no result
 
     def fail(self, error: Exception) -> None:
         """Record why there is no result."""

@@ -30,21 +30,11 @@ _SCALE_WIDTHS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Outcome of independent flights.
+    """Outcome of independent flights."""
 
-    Attributes
-    ----------
-    coefficients : numpy.ndarray, shape (n_runs, n_parameters)
-        Best smell coefficients, 1/D.
-    values : numpy.ndarray, shape (n_runs,)
-        The objective there, in its own unit.
-    history : numpy.ndarray, shape (n_runs, iterations)
-        Best value after each iteration.
-    """
-
-    coefficients: np.ndarray
-    values: np.ndarray
-    history: np.ndarray
+    coefficients: np.ndarray  # (n_runs, n_parameters): Best smell coefficients, 1/D
+    values: np.ndarray  # (n_runs,): The objective there, in its own unit
+    history: np.ndarray  # (n_runs, iterations): Best value after each iteration
 
 
 def fly(
