@@ -35,11 +35,9 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from the state, then the currents that come nearest to them.
-
-    Measured: displacements (m), velocities (m/s) and coil currents (A). Memory: that of the force
-    tracking.
-    """
+    """Wanted forces from the state, then the currents that come nearest to them."""
+    # Measured: displacements (m), velocities (m/s) and coil currents (A). Memory: that of the force
+    # tracking.
     n, m = int(settings[N_DOFS]), int(settings[N_ELEMENTS])
     gains = settings[HEAD : HEAD + 2 * n * m]
     directions = settings[HEAD + 2 * n * m : HEAD + 3 * n * m]

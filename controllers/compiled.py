@@ -171,11 +171,10 @@ def _module(
 
 
 def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()) -> None:
-    """Gather the source of a function and of all that it uses, what is used first.
-
-    Functions that a function takes as arguments are written into its text by their names: compiled
-    code that passes functions on takes ten times as long to compile, and cannot be kept on disk.
-    """
+    """Gather the source of a function and of all that it uses, what is used first."""
+    # Functions that a function takes as arguments are written into its text by their names:
+    # compiled code that passes functions on takes ten times as long to compile, and cannot be kept
+    # on disk.
     name = function.__name__
     try:
         source = textwrap.dedent(inspect.getsource(function))
@@ -203,23 +202,11 @@ def _taken(function: Callable) -> list[str]:
 
 
 class _Given(ast.NodeTransformer):
-    """Writes the functions that a function is given into its text.
-
-    Parameters
-    ----------
-    given : mapping of str to str
-        Name of the function that an argument stands for.
-    used : mapping of str to object
-        What else the text uses.
-
-    Attributes
-    ----------
-    passed : dict of str to tuple of str
-        By the name of a function that it calls: the functions that it gives on.
-    """
+    """Writes the functions that a function is given into its text."""
 
     def __init__(self, given: Mapping[str, str], used: Mapping[str, Any]):
         self.given, self.used = given, used
+        # By the name of a function that it calls: the functions that it gives on
         self.passed: dict[str, tuple[str, ...]] = {}
 
     def visit_arguments(self, node: ast.arguments) -> ast.arguments:

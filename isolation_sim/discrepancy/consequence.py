@@ -38,22 +38,13 @@ _BASE, _FLOOR = "normalised_peak_base_displacement", "normalised_peak_floor_acce
 
 @dataclass(frozen=True)
 class Performance:
-    """What a run came to.
+    """What a run came to."""
 
-    Attributes
-    ----------
-    peak_base_displacement_m, peak_floor_acceleration_m_s2 : float
-        As in ``isolation_sim.criteria``.
-    J : float
-        Mean of both peaks over those with the coils off, on the same plant.
-    rank : int
-        Place among the controllers by ``J``, 1 the best.
-    """
-
+    # peak_base_displacement_m, peak_floor_acceleration_m_s2: As in ``isolation_sim.criteria``
     peak_base_displacement_m: float
     peak_floor_acceleration_m_s2: float
-    J: float
-    rank: int
+    J: float  # Mean of both peaks over those with the coils off, on the same plant
+    rank: int  # Place among the controllers by ``J``, 1 the best
 
 
 @dataclass(frozen=True)

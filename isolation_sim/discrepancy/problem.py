@@ -57,10 +57,9 @@ class Evaluation:
 
 
 class Problem(ABC, Generic[H]):
-    """One kind of data against one nominal model.
+    """One kind of data against one nominal model."""
 
-    The pipeline calls the methods in the order in which they stand here.
-    """
+    # The pipeline calls the methods in the order in which they stand here.
 
     data_name: str
     model_name: str

@@ -20,25 +20,17 @@ TYPICAL_PERIOD = 2.0
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a cause.
+    """A number of a cause."""
 
-    Attributes
-    ----------
-    name, unit : str
-        As reported, SI.
-    lower, upper : float
-        Bounds, in ``unit``.
-    logarithmic : bool
-        Whether only its order of magnitude is known beforehand; its logarithm is fitted.
-    factor : float
-        Reported number over the fitted one; for what is fitted in a device's own scale.
-    """
-
+    # name, unit: As reported, SI
     name: str
     unit: str
+    # lower, upper: Bounds, in ``unit``
     lower: float = -np.inf
     upper: float = np.inf
+    # Whether only its order of magnitude is known beforehand; its logarithm is fitted
     logarithmic: bool = False
+    # Reported number over the fitted one; for what is fitted in a device's own scale
     factor: float = 1.0
 
 
