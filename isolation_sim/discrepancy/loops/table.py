@@ -24,7 +24,7 @@ _LEAST_ROWS = 6
 
 @dataclass(frozen=True, eq=False)
 class LoopTable:
-    """MeasuredRuns loops in two numbers each."""
+    """Measured loops in two numbers each."""
 
     name: str  # Name to print
     # amplitude, frequency, current: (n,), m, Hz, A: Of the tests
