@@ -60,28 +60,17 @@ def entry(t, measured, settings, memory, command, sizes):
 
 @dataclass(frozen=True)
 class Decision:
-    """A controller's decision, ready to be called or compiled.
+    """A controller's decision, ready to be called or compiled."""
 
-    Attributes
-    ----------
-    function : callable
-        ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
-        writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
-        annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is
-        named after. It and the functions and numbers of its module that it uses must be what Numba
-        compiles, in a file; of modules, they may use ``math`` and ``np``.
-    settings : numpy.ndarray, shape (n_settings,)
-        Constants of the controller.
-    memory : numpy.ndarray, shape (n_memory,)
-        What it keeps between decisions; its value at the start.
-    devices : DeviceModel or None
-        Devices whose laws the decision uses.
-    """
-
+    # ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
+    # writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
+    # annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is named
+    # after. It and the functions and numbers of its module that it uses must be what Numba
+    # compiles, in a file; of modules, they may use ``math`` and ``np``
     function: Callable[..., None]
-    settings: NDArray
-    memory: NDArray
-    devices: DeviceModel | None = None
+    settings: NDArray  # (n_settings,): Constants of the controller
+    memory: NDArray  # (n_memory,): What it keeps between decisions; its value at the start
+    devices: DeviceModel | None = None  # Devices whose laws the decision uses
 
     @property
     def methods(self) -> list[Callable]:

@@ -49,27 +49,15 @@ class Performance:
 
 @dataclass(frozen=True)
 class Consequence:
-    """What the error of a law would have meant for a controlled building.
+    """What the error of a law would have meant for a controlled building."""
 
-    Attributes
-    ----------
-    scenario : str
-        Building and ground motion.
-    scaling : str
-        How the tested device was scaled to the building; empty where it was not.
-    finding : str
-        What the numbers say; why there are none where the device cannot carry a building.
-    performance : mapping of str to mapping of str to Performance or None
-        By controller and by case of ``CASES``; None for a run that diverged.
-    warnings : tuple of str
-        Runs that went further than the device was tested.
-    """
-
-    scenario: str
-    scaling: str
+    scenario: str  # Building and ground motion
+    scaling: str  # How the tested device was scaled to the building; empty where it was not
+    # What the numbers say; why there are none where the device cannot carry a building
     finding: str
+    # By controller and by case of ``CASES``; None for a run that diverged
     performance: Mapping[str, Mapping[str, Performance | None]]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # Runs that went further than the device was tested
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain numbers and text."""

@@ -61,25 +61,16 @@ class Spring:
 
 @dataclass(frozen=True)
 class Redundancy:
-    """Parameters of which one is redundant, since scaling a state moves a factor between them.
+    """Parameters of which one is redundant, since scaling a state moves a factor between them."""
 
-    At constant currents a fit that leaves all of them free has no single answer. Where they follow
-    the current, answers that agree at the tested currents differ widely between these. A current
-    that changes within a run tells them apart, for the state is kept and not scaled.
+    # At constant currents a fit that leaves all of them free has no single answer. Where they
+    # follow the current, answers that agree at the tested currents differ widely between these. A
+    # current that changes within a run tells them apart, for the state is kept and not scaled.
 
-    Attributes
-    ----------
-    held : str
-        The parameter that a fit to constant currents holds, unless it holds another one of them.
-    value : float
-        Value at which it is held, in its SI unit.
-    among : tuple of str
-        The parameters.
-    """
-
+    # The parameter that a fit to constant currents holds, unless it holds another one of them
     held: str
-    value: float
-    among: tuple[str, ...]
+    value: float  # Value at which it is held, in its SI unit
+    among: tuple[str, ...]  # The parameters
 
 
 class InPlan(NamedTuple):

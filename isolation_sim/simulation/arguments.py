@@ -161,11 +161,10 @@ class Quantities(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Grid intervals in which a quantity may exceed its peak, lane by lane.
+    """Grid intervals in which a quantity may exceed its peak, lane by lane."""
 
-    ``place``: interval and number of the quantity; ``bound``: of the quantity in it; ``number``: of
-    candidates; ``chosen``: quantities that are evaluated at once.
-    """
+    # ``place``: interval and number of the quantity; ``bound``: of the quantity in it; ``number``:
+    # of candidates; ``chosen``: quantities that are evaluated at once.
 
     place: NDArray
     bound: NDArray

@@ -15,19 +15,13 @@ from .modal import Modes
 
 @dataclass(frozen=True)
 class Outputs:
-    """All outputs of a structure in one set of modes.
+    """All outputs of a structure in one set of modes."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Name with unit, such as ``floor1_acceleration_m_s2``. Displacements and velocities are
-        relative to the ground, accelerations are absolute.
-    rows : (n_outputs, 2 n_modes + n_elements + n_directions) array
-        Over the modes' real parts, their imaginary parts, device forces (N, device scale) and
-        ground accelerations (m/s^2).
-    """
-
+    # Name with unit, such as ``floor1_acceleration_m_s2``. Displacements and velocities are
+    # relative to the ground, accelerations are absolute
     names: tuple[str, ...]
+    # (n_outputs, 2 n_modes + n_elements + n_directions): Over the modes' real parts, their
+    # imaginary parts, device forces (N, device scale) and ground accelerations (m/s^2)
     rows: NDArray
 
     def select(self, names: Sequence[str]) -> NDArray:

@@ -43,24 +43,16 @@ cancel, and the guess is high for smooth response."""
 
 @dataclass
 class Tables:
-    """Propagation coefficients of a structure on a grid; filled by the kernel as it needs them.
+    """Propagation coefficients of a structure on a grid; filled by the kernel as it needs them."""
 
-    Attributes
-    ----------
-    modes : (n_numbers, table_lanes) complex array
-        ``Modes.packed`` of each lane, or of the one structure in all of them.
-    offsets : (n_classes, n_levels) int array
-        Where the coefficients of a class of windows at a level begin in ``table``.
-    table : flat array, lanes innermost
-        The coefficients.
-    built : (n_classes, n_levels) int array
-        Whether they have been filled in.
-    """
-
+    # (n_numbers, table_lanes) complex: ``Modes.packed`` of each lane, or of the one structure in
+    # all of them
     modes: NDArray
+    # (n_classes, n_levels) int: Where the coefficients of a class of windows at a level begin in
+    # ``table``
     offsets: NDArray
-    table: NDArray
-    built: NDArray
+    table: NDArray  # lanes innermost: The coefficients
+    built: NDArray  # (n_classes, n_levels) int: Whether they have been filled in
 
     @classmethod
     def empty(cls, module: ModuleType, modes: Sequence[Modes], grid: Grid) -> Tables:
@@ -92,32 +84,15 @@ def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
 
 @dataclass
 class Sensing:
-    """What a controller is given, and when.
+    """What a controller is given, and when."""
 
-    Attributes
-    ----------
-    measure : (n_outputs, 2 n_modes + n_elements + n_directions, lanes) array
-        Output rows.
-    noise : (n_measurements, n_outputs, lanes) array, or empty
-        Noise on each measurement.
-    n_measurements : int
-        Measurements that will be taken.
-    decided : (n_decisions,) array
-        Instants of the decisions, s.
-    measured_for : (n_decisions,) int array
-        The measurement that each decision is based on.
-    function : int
-        Address of a compiled controller; 0 where decisions are made outside.
-    settings, memory : (lanes, n) array
-        Of a compiled controller.
-    """
-
-    measure: NDArray
-    noise: NDArray
-    n_measurements: int
-    decided: NDArray
-    measured_for: NDArray
-    function: int
+    measure: NDArray  # (n_outputs, 2 n_modes + n_elements + n_directions, lanes): Output rows
+    noise: NDArray  # (n_measurements, n_outputs, lanes), or empty: Noise on each measurement
+    n_measurements: int  # Measurements that will be taken
+    decided: NDArray  # (n_decisions,): Instants of the decisions, s
+    measured_for: NDArray  # (n_decisions,) int: The measurement that each decision is based on
+    function: int  # Address of a compiled controller; 0 where decisions are made outside
+    # settings, memory: (lanes, n): Of a compiled controller
     settings: NDArray
     memory: NDArray
 

@@ -47,25 +47,14 @@ class Chunk:
 
 @dataclass
 class Finished:
-    """What came of a chunk.
+    """What came of a chunk."""
 
-    Attributes
-    ----------
-    number : int
-        Place of the chunk in the plan.
-    table : bytes
-        Content of a file of columns, one row per run.
-    n_runs, n_failed : int
-        How many there are, and how many of them failed.
-    histories : dict of str to bytes
-        netCDF by file name.
-    """
-
-    number: int
-    table: bytes
+    number: int  # Place of the chunk in the plan
+    table: bytes  # Content of a file of columns, one row per run
+    # n_runs, n_failed: How many there are, and how many of them failed
     n_runs: int
     n_failed: int
-    histories: dict[str, bytes] = field(default_factory=dict)
+    histories: dict[str, bytes] = field(default_factory=dict)  # netCDF by file name
 
 
 def run_chunk(chunk: Chunk) -> Finished:

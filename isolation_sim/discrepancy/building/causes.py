@@ -36,35 +36,17 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A cause that may be put into a building's model.
+    """A cause that may be put into a building's model."""
 
-    Attributes
-    ----------
-    name : str
-        In the catalogue.
-    place : str
-        Which storey or channel; empty where there is only one.
-    parameters : tuple of Parameter
-        What is fitted.
-    starts : tuple of tuple of float
-        Values from which fits start.
-    apply : callable
-        ``apply(model, values)`` -> BuildingModel with the cause.
-    says : str
-        What it is, for the evidence; its values' names in braces.
-    form : str
-        Which way of writing the cause.
-    numbers : dict of str to float
-        Fixed numbers to report beside the fitted ones: the storey's.
-    """
-
-    name: str
-    place: str
-    parameters: tuple[Parameter, ...]
-    starts: tuple[Values, ...]
+    name: str  # In the catalogue
+    place: str  # Which storey or channel; empty where there is only one
+    parameters: tuple[Parameter, ...]  # What is fitted
+    starts: tuple[Values, ...]  # Values from which fits start
+    # ``apply(model, values)`` -> BuildingModel with the cause
     apply: Callable[[BuildingModel, Values], BuildingModel]
-    says: str
-    form: str = ""
+    says: str  # What it is, for the evidence; its values' names in braces
+    form: str = ""  # Which way of writing the cause
+    # Fixed numbers to report beside the fitted ones: the storey's
     numbers: tuple[tuple[str, float], ...] = ()
 
     @property

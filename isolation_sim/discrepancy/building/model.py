@@ -31,22 +31,12 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Soil:
-    """Sway or rocking of a foundation on its soil.
+    """Sway or rocking of a foundation on its soil."""
 
-    Attributes
-    ----------
-    stiffness : float, N/m or N m
-    damping : float, N s/m or N m s
-    mass : float, kg or kg m^2
-        Of the foundation and of the soil that moves with it.
-    rocking : bool
-        Whether it turns about its own level, instead of moving sideways.
-    """
-
-    stiffness: float
-    damping: float
-    mass: float
-    rocking: bool = False
+    stiffness: float  # N/m or N m
+    damping: float  # N s/m or N m s
+    mass: float  # kg or kg m^2: Of the foundation and of the soil that moves with it
+    rocking: bool = False  # Whether it turns about its own level, instead of moving sideways
 
 
 @dataclass(frozen=True, eq=False)

@@ -71,28 +71,15 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
-
-    Attributes
-    ----------
-    caption : str
-        What it shows.
-    headings : tuple of str
-        Columns, that of the row labels first.
-    rows : tuple of Row
-        Rows.
-    note : str
-        What a mark means.
-    filters : tuple of str
-        Headings of columns by whose values the reader can choose rows; points of charts that name
-        a row (`isolation_sim.reports.html.charts.points`) follow.
-    """
+    """A table."""
 
     kind: ClassVar[str] = "table"
-    caption: str
-    headings: tuple[str, ...]
-    rows: tuple[Row, ...]
-    note: str = ""
+    caption: str  # What it shows
+    headings: tuple[str, ...]  # Columns, that of the row labels first
+    rows: tuple[Row, ...]  # Rows
+    note: str = ""  # What a mark means
+    # Headings of columns by whose values the reader can choose rows; points of charts that name a
+    # row (`isolation_sim.reports.html.charts.points`) follow
     filters: tuple[str, ...] = ()
 
     @property
@@ -152,16 +139,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Charts side by side as far as the page is wide.
-
-    Attributes
-    ----------
-    charts : tuple of Chart
-        The charts.
-    """
+    """Charts side by side as far as the page is wide."""
 
     kind: ClassVar[str] = "gallery"
-    charts: tuple[Chart, ...]
+    charts: tuple[Chart, ...]  # The charts
 
 
 @dataclass(frozen=True)
@@ -219,18 +200,10 @@ Block: TypeAlias = (
 
 @dataclass(frozen=True)
 class Section:
-    """Part of a page under a heading.
+    """Part of a page under a heading."""
 
-    Attributes
-    ----------
-    title : str
-        Heading, different from the others of its page.
-    blocks : sequence of Block
-        What it holds.
-    """
-
-    title: str
-    blocks: Sequence[Block]
+    title: str  # Heading, different from the others of its page
+    blocks: Sequence[Block]  # What it holds
 
     @property
     def anchor(self) -> str:
