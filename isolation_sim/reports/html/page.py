@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -67,6 +67,11 @@ class Row:
 
     label: str  # Its heading
     cells: tuple[Cell, ...] = ()  # One a column; none for a heading of the rows that follow
+
+
+def text_rows(rows: Iterable[Sequence[str]]) -> tuple[Row, ...]:
+    """Rows of plain texts, each with its label first."""
+    return tuple(Row(label, tuple(map(Cell, texts))) for label, *texts in rows)
 
 
 @dataclass(frozen=True)

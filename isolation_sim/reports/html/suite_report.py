@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..suite_figures import SPOKEN
 from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
 from ..sweep_tables import heading
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table, text_rows
 from .run_report import versions
 from .text import capital
 
@@ -54,11 +54,7 @@ def suite_report(suite: Suite, picture: Path) -> Page:
 
 def _statistics(suite: Suite, label: str) -> Table:
     first, *rest = (capital(name) for name in HEADINGS)
-    rows = tuple(
-        Row(name, tuple(Cell(text) for text in cells))
-        for name, *cells in statistics_rows(suite, label)
-    )
-    return Table(label, (first, *rest), rows)
+    return Table(label, (first, *rest), text_rows(statistics_rows(suite, label)))
 
 
 def _records(suite: Suite, criterion: str) -> Table:

@@ -12,7 +12,7 @@ from ..sweep_tables import heading, median_rows, told
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
-from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table, text_rows
 from .run_report import versions
 
 if TYPE_CHECKING:
@@ -103,8 +103,8 @@ def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
             # the rest of the report is as good without
             yield Prose((f"No sensitivity of {label}: {error}.",), "warning")
             continue
-        rows = tuple(
-            Row(str(quantity), tuple(Cell(f"{value:.3g}") for value in values))
+        rows = text_rows(
+            (str(quantity), *(f"{value:.3g}" for value in values))
             for quantity, values in zip(result.index, result.to_numpy(), strict=True)
         )
         columns = tuple(name.replace("_conf", " ±") for name in result.columns)
@@ -117,8 +117,8 @@ def _failed(sweep: Sweep) -> Iterator[Block]:
         return
     names = ["controller", "status", "reason", *sweep.parameters]
     shown = failed.head(_MOST_FAILED)
-    rows = tuple(
-        Row(str(case), tuple(Cell(told(value)) for value in values))
+    rows = text_rows(
+        (str(case), *map(told, values))
         for case, values in zip(shown["case"], shown[names].astype(object).to_numpy(), strict=True)
     )
     if len(shown) < len(failed):
