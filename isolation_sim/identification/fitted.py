@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,6 +158,8 @@ class LawEvaluation(Printed):
     errors: tuple[RunError, ...]
     notes: tuple[str, ...]
 
+    _REPORT: ClassVar = "evaluation_report"
+
     @property
     def error(self) -> float:
         """Relative RMS error of all runs, pooled."""
@@ -219,7 +221,7 @@ class LawEvaluation(Printed):
         return render("loops_fitted:fitted_loops", self)
 
     def to_html(self, path: str | Path) -> Path:
-        """Write a report that opens in any browser: loops and errors.
+        """Write a report that opens in any browser: loops, errors, and a fit's parameters.
 
         Parameters
         ----------
@@ -231,7 +233,7 @@ class LawEvaluation(Printed):
         pathlib.Path
             The file; it needs no network.
         """
-        return render("html.fit_report:evaluation_report", self).write(path)
+        return render(f"html.fit_report:{self._REPORT}", self).write(path)
 
 
 def _runs_table(
@@ -268,6 +270,8 @@ class Fit(LawEvaluation):
 
     estimates: tuple[Estimate, ...]
     converged: bool
+
+    _REPORT: ClassVar = "fit_report"
 
     @property
     def error(self) -> float:
@@ -422,18 +426,3 @@ class Fit(LawEvaluation):
             f"Fit({self.device.law.name} to {self.campaign.name}: {len(self.estimates)} numbers, "
             f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
         )
-
-    def to_html(self, path: str | Path) -> Path:
-        """Write a report that opens in any browser: loops, errors, parameters.
-
-        Parameters
-        ----------
-        path : str or pathlib.Path
-            File to write, replaced whole or not at all.
-
-        Returns
-        -------
-        pathlib.Path
-            The file; it needs no network.
-        """
-        return render("html.fit_report:fit_report", self).write(path)

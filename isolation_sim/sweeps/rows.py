@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from functools import cache
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..comparison import UNCONTROLLED
-from ..criteria import GEOMETRIC, Response, benchmark_criteria, response_criteria
+from ..criteria import GEOMETRIC, QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
 from ..simulation.tested_range import OVER_TESTED
@@ -52,13 +51,9 @@ class Row:
         self.reason = str(error) if known else f"{type(error).__name__}: {error}"
 
 
-@cache
 def criteria_names() -> tuple[str, ...]:
     """Names of a run's criteria, without ratios."""
-    nothing = np.zeros((2, 2))
-    per_item = (each.name for each in fields(Response))
-    still = Response(**{name: nothing for name in per_item} | {"time": np.arange(2.0)})
-    return tuple(response_criteria(still))
+    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in QUANTITIES.values())
 
 
 def geometric_names() -> tuple[str, ...]:
