@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions import STANDARD_GRAVITY
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure, Structure
@@ -27,8 +28,6 @@ from .settings import Number, Optional, SearchRange, setting
 
 # settings: these, the gains, the elements' directions, then those of the force tracking
 N_DOFS, N_ELEMENTS, HEAD = range(3)
-STANDARD_GRAVITY = 9.80665
-"""m/s^2."""
 
 
 def _decide(

@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions import STANDARD_GRAVITY
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
-from .clipped_lqr import STANDARD_GRAVITY, designing, regulator_gain
+from .clipped_lqr import designing, regulator_gain
 from .compiled import CompiledController, Decision
 from .force_tracking import (
     MOTION,

@@ -27,8 +27,15 @@ UNCONTROLLED = "passive_off"
 OPTIMUM = "clairvoyant"
 """Registered name of the full-information optimum: a bound, never the best controller."""
 
-_FIGURES = ("time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy")
-"""Kinds of figure; see ``isolation_sim.reports.figures``."""
+_FIGURES = {
+    "time_histories": "time_histories",
+    "loops": "loops",
+    "loops_in_plan": "loops_in_plan",
+    "currents": "currents",
+    "floor_envelopes": "floor_envelopes",
+    "energy": "energy_figure",
+}
+"""Function of ``isolation_sim.reports.figures`` by the kind of figure."""
 
 
 class Comparison(Printed):
@@ -219,8 +226,7 @@ class Comparison(Printed):
             raise unknown_name("figure", kind, _FIGURES)
         given = {"time_histories": direction, "loops": element}
         chosen = [given[kind]] if kind in given else []
-        drawn = "energy_figure" if kind == "energy" else kind
-        return render(f"figures:{drawn}", self.runs, *chosen)
+        return render(f"figures:{_FIGURES[kind]}", self.runs, *chosen)
 
     def to_html(self, path: str | Path, scenario: str = "") -> Path:
         """Write a report that opens in any browser: tables, linked charts, an animation.

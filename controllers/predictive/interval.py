@@ -48,11 +48,6 @@ def propagator(modes: Modes, h: float, t: float, n_nodes: int) -> Propagator:
     )
 
 
-def real_rows(rows: NDArray) -> NDArray:
-    """Rows over the modes' real parts and imaginary parts, from complex ones."""
-    return np.concatenate([rows.real, -rows.imag], axis=-1)
-
-
 def _lagrange(x: NDArray, n: int) -> NDArray:
     """Lagrange polynomials of n equally spaced nodes on [0, 1], (n, len(x))."""
     nodes = np.linspace(0, 1, n) if n > 1 else np.zeros(1)

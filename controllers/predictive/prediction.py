@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from isolation_sim.generated import load_text
 from isolation_sim.laws.law import Law
+from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.structures import IsolatedStructure
@@ -21,7 +22,7 @@ from ..device_states import follow_states
 from .condense_kernel import condense
 from .generated_jacobian import generated_jacobian
 from .ground_kernel import drive, extrapolate, forecast_deviation, learn
-from .interval import propagator, real_rows
+from .interval import propagator
 from .prediction_kernel import nominal_forces, predict
 
 _HEADER = '''"""Written by controllers.predictive.prediction; do not edit."""

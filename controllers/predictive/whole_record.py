@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.laws.emit import symbols
+from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run
 
-from .interval import propagator, real_rows
+from .interval import propagator
 
 _MIDDLE, _END = (5 / 24, 8 / 24, -1 / 24), (4 / 24, 16 / 24, 4 / 24)
 """Lobatto IIIA: states at the middle and the end of an interval from rates at its three nodes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,8 +158,6 @@ class LawEvaluation(Printed):
     errors: tuple[RunError, ...]
     notes: tuple[str, ...]
 
-    _REPORT: ClassVar = "evaluation_report"
-
     @property
     def error(self) -> float:
         """Relative RMS error of all runs, pooled."""
@@ -233,7 +231,10 @@ class LawEvaluation(Printed):
         pathlib.Path
             The file; it needs no network.
         """
-        return render(f"html.fit_report:{self._REPORT}", self).write(path)
+        return self._page().write(path)
+
+    def _page(self) -> Any:
+        return render("html.fit_report:evaluation_report", self)
 
 
 def _runs_table(
@@ -270,8 +271,6 @@ class Fit(LawEvaluation):
 
     estimates: tuple[Estimate, ...]
     converged: bool
-
-    _REPORT: ClassVar = "fit_report"
 
     @property
     def error(self) -> float:
@@ -426,3 +425,6 @@ class Fit(LawEvaluation):
             f"Fit({self.device.law.name} to {self.campaign.name}: {len(self.estimates)} numbers, "
             f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
         )
+
+    def _page(self) -> Any:
+        return render("html.fit_report:fit_report", self)

@@ -72,7 +72,7 @@ class MeasuredRuns:
         return np.array([np.sqrt(np.mean(self.force[run] ** 2)) for run in self.runs])
 
     @property
-    def believed_noise(self) -> NDArray:
+    def assumed_noise(self) -> NDArray:
         """Standard deviation of each run's force noise, N, not below a share of the force."""
         return np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
 
@@ -86,11 +86,11 @@ class MeasuredRuns:
         # The misfit counts as a further random error of equal size in all runs. Where it exceeds
         # the noise by far, runs of little noise would otherwise decide alone. The mean square of
         # noise over ``sigma`` stays 1.
-        noise = np.repeat(self.believed_noise, self.lengths)[self.fitted]
+        noise = np.repeat(self.assumed_noise, self.lengths)[self.fitted]
         residual = (self.bounded(force) - self.force)[self.fitted]
         misfit = max(float(np.mean(residual**2 - noise**2)), 0.0)
         unit = float(np.mean(noise**2 / (noise**2 + misfit)))
-        return replace(self, sigma=np.sqrt(unit * (self.believed_noise**2 + misfit)))
+        return replace(self, sigma=np.sqrt(unit * (self.assumed_noise**2 + misfit)))
 
     def cost(self, force: NDArray, chosen: NDArray) -> float:
         """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
@@ -191,7 +191,7 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
     )
-    return replace(data, sigma=data.believed_noise)
+    return replace(data, sigma=data.assumed_noise)
 
 
 def _fitted(runs: Sequence[TestRun], lengths: Sequence[int], every: int | None) -> NDArray:

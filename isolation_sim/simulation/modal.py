@@ -37,6 +37,11 @@ class Modes:
         return np.concatenate(numbers).astype(complex)
 
 
+def real_rows(rows: NDArray) -> NDArray:
+    """Rows over the modes' real parts and imaginary parts, from complex ones."""
+    return np.concatenate([rows.real, -rows.imag], axis=-1)
+
+
 def modes_of(
     mass: NDArray,
     damping: NDArray,

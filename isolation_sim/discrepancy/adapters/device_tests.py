@@ -210,7 +210,7 @@ class DeviceTests(Problem[FittedModel]):
         held_out = ~data.fitted[data.starts[:-1]]
         if not held_out.any():
             return False
-        noise = np.repeat(data.believed_noise, data.lengths)
+        noise = np.repeat(data.assumed_noise, data.lengths)
         residual = self.before - data.force
         change = self.after - self.before
         shared = (runs & held_out for _, runs in conditions(data))
@@ -285,7 +285,7 @@ class DeviceTests(Problem[FittedModel]):
         """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
         data = self.data
         noise = np.mean(self.noise**2, axis=1)[chosen]
-        least = (np.repeat(data.believed_noise, data.lengths) * data.weight)[chosen] ** 2
+        least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
         if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
             return True
         error = data.relative(data.bounded(force) - data.force, chosen)

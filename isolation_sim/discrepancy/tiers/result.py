@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import numpy as np
-
-from ..interval import Interval
+from ..interval import Interval, number
 
 Tier = Literal["causes", "equation", "learned"]
 TIERS: tuple[Tier, ...] = ("causes", "equation", "learned")
@@ -89,11 +87,6 @@ class Ladder:
             "inexplicable_share": number(self.inexplicable),
             "notes": list(self.notes),
         }  # fmt: skip
-
-
-def number(value: float) -> float | None:
-    """A number for JSON."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _coefficients(term: EquationTerm) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..suite_figures import SPOKEN
+from ..suite_figures import COMBINATIONS
 from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
 from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table, text_rows
@@ -27,7 +27,7 @@ _CHANGES = {
 
 def suite_report(suite: Suite, picture: Path) -> Page:
     """Report of a suite."""
-    combined = SPOKEN[suite.index["spectra"]["combination"]]
+    combined = COMBINATIONS[suite.index["spectra"]["combination"]]
     statistics: list[Block] = [_statistics(suite, label) for label in suite.controllers]
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
