@@ -25,7 +25,7 @@ class Parameterisation:
 
     def __init__(
         self,
-        law: Law,  # The law
+        law: Law,
         # (n_powers,): Currents at which the polynomials are reported, increasing, A
         currents: NDArray,
         sizes: tuple[float, float, float],  # Of the data: force (N), deformation (m) and time (s)

@@ -48,7 +48,7 @@ class Design:
     # source: Its file, for errors.
 
     def __init__(self, plan: SweepPlan, source: str = ""):
-        self.plan = plan  # The plan
+        self.plan = plan
         self.axes: list[Axis] = []  # What is varied; the last one varies fastest
         try:
             # Data of the scenario that every case starts from, all keys given

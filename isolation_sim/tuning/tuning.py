@@ -95,7 +95,7 @@ class Tuning(Printed):
             first = "No candidate did better than the controller as it was."
         else:
             first = f"Tuned on the {self.judged[0].name}, in {len(self.trials)} trials."
-        return [first, *map(_told, self.judged)]
+        return [first, *map(_sentences, self.judged)]
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()
@@ -288,7 +288,7 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     return new
 
 
-def _told(evaluated: Judgement) -> str:
+def _sentences(evaluated: Judgement) -> str:
     """What one set of motions says, in one or two sentences."""
     before, after, gain = evaluated.means.values()
     if after.high < 0:

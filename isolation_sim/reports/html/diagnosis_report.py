@@ -75,7 +75,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     )
 
 
-def told(step: Step) -> list[Block]:
+def step_blocks(step: Step) -> list[Block]:
     """A step in words, with its table."""
     if not step.rows:
         return [Facts({step.title: step.text})]
@@ -133,7 +133,7 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
         yield from over_time(traces, residual=True)
     for step in diagnosis.steps:
         if step.title == _DEPENDENCE:
-            yield from told(step)
+            yield from step_blocks(step)
     if diagnosis.depends_on:
         yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
 
@@ -144,7 +144,7 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
         if step.title == _DEPENDENCE:
             continue
         # rounds of a search begin alike, and differ in their tables
-        yield from told(step)[bool(step.rows) and step.text == before :]
+        yield from step_blocks(step)[bool(step.rows) and step.text == before :]
         before = step.text
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..suite_figures import COMBINATIONS
-from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
+from ..suite_tables import HEADINGS, motions_text, records_rows, statistics_rows, verdict
 from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table, text_rows
 from .run_report import versions
@@ -39,7 +39,7 @@ def suite_report(suite: Suite, picture: Path) -> Page:
         ("What was run", [
             Facts({
                 "Suite": suite.name,
-                "Motions": told_of(suite),
+                "Motions": motions_text(suite),
                 "Rule": f"{suite.rule.name}: {suite.rule.clause}; {suite.rule.response_clause}",
                 "Scaling": suite.index["scaling"],
                 "Controllers": ", ".join(suite.controllers),
@@ -49,7 +49,7 @@ def suite_report(suite: Suite, picture: Path) -> Page:
         ]),
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
-    return Page(f"Suite: {suite.name}", told_of(suite), sections)
+    return Page(f"Suite: {suite.name}", motions_text(suite), sections)
 
 
 def _statistics(suite: Suite, label: str) -> Table:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...criteria import is_gain
 from ...errors import InputError
 from ..sweep_figures import title_of
-from ..sweep_tables import heading, median_rows, told
+from ..sweep_tables import heading, median_rows, value_text
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
@@ -66,7 +66,7 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     place = good[criterion].idxmax() if is_gain(criterion) else good[criterion].idxmin()
     best = good.loc[place]
     unit, factor = unit_of(criterion)
-    varied = ", ".join(f"{name} {told(best[name])}" for name in sweep.parameters)
+    varied = ", ".join(f"{name} {value_text(best[name])}" for name in sweep.parameters)
     printed = good[criterion].mul(factor).map("{:.4g}".format)
     alike = (good["case"] == best["case"]) & (printed == printed[place])
     return first, (
@@ -118,7 +118,7 @@ def _failed(sweep: Sweep) -> Iterator[Block]:
     names = ["controller", "status", "reason", *sweep.parameters]
     shown = failed.head(_MOST_FAILED)
     rows = text_rows(
-        (str(case), *map(told, values))
+        (str(case), *map(value_text, values))
         for case, values in zip(shown["case"], shown[names].astype(object).to_numpy(), strict=True)
     )
     if len(shown) < len(failed):
