@@ -69,28 +69,17 @@ Model = Any
 
 @dataclass(frozen=True)
 class Decision:
-    """A controller's decision, ready to be called or compiled.
+    """A controller's decision, ready to be called or compiled."""
 
-    Attributes
-    ----------
-    function : callable
-        ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
-        writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
-        annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is
-        named after. It and the functions and numbers of its module that it uses must be what Numba
-        compiles, in a file; of modules, they may use ``math`` and ``np``.
-    settings : numpy.ndarray, shape (n_settings,)
-        Constants of the controller.
-    memory : numpy.ndarray, shape (n_memory,)
-        What it keeps between decisions; its value at the start.
-    devices : DeviceModel or None
-        Devices whose laws the decision uses.
-    """
-
+    # ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
+    # writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
+    # annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is named
+    # after. It and the functions and numbers of its module that it uses must be what Numba
+    # compiles, in a file; of modules, they may use ``math`` and ``np``
     function: Callable[..., None]
-    settings: NDArray
-    memory: NDArray
-    devices: DeviceModel | None = None
+    settings: NDArray  # (n_settings,): Constants of the controller
+    memory: NDArray  # (n_memory,): What it keeps between decisions; its value at the start
+    devices: DeviceModel | None = None  # Devices whose laws the decision uses
 
     @property
     def methods(self) -> list[Callable]:
@@ -259,23 +248,11 @@ def _taken(function: Callable) -> list[str]:
 
 
 class _Given(ast.NodeTransformer):
-    """Writes the functions that a function is given into its text.
-
-    Parameters
-    ----------
-    given : mapping of str to str
-        Name of the function that an argument stands for.
-    used : mapping of str to object
-        What else the text uses.
-
-    Attributes
-    ----------
-    passed : dict of str to tuple of str
-        By the name of a function that it calls: the functions that it gives on.
-    """
+    """Writes the functions that a function is given into its text."""
 
     def __init__(self, given: Mapping[str, str], used: Mapping[str, Any]):
         self.given, self.used = given, used
+        # By the name of a function that it calls: the functions that it gives on
         self.passed: dict[str, tuple[str, ...]] = {}
 
     def visit_arguments(self, node: ast.arguments) -> ast.arguments:

@@ -83,10 +83,9 @@ def load_text(kind: str, text: str, notice: str = "") -> ModuleType:
 
 
 def load_written(kind: str, content: object, write: Callable[[], str]) -> ModuleType:
-    """Load a module by what its text is written from; the text is made only if it is not there.
-
-    ``content``: what ``write`` depends on besides source files; equal contents have equal ``repr``.
-    """
+    """Load a module by what its text is written from; the text is made only if it is not there."""
+    # ``content``: what ``write`` depends on besides source files; equal contents have equal
+    # ``repr``.
     return _load(name_of_content(kind, content, write), write)
 
 

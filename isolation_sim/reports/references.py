@@ -30,18 +30,10 @@ ENGINE = (
 
 
 class Citation(NamedTuple):
-    """A publication and what it was used for.
+    """A publication and what it was used for."""
 
-    Attributes
-    ----------
-    text : str
-        The publication.
-    uses : tuple of str
-        What it was used for.
-    """
-
-    text: str
-    uses: tuple[str, ...]
+    text: str  # The publication
+    uses: tuple[str, ...]  # What it was used for
 
     @property
     def line(self) -> str:

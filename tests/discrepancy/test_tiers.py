@@ -54,7 +54,7 @@ def test_the_equation_is_the_true_one(diagnosis, campaign):
     assert coefficient.value == pytest.approx(SQUEEZE, rel=0.02)
     data = measured_runs(campaign.runs)
     columns = np.stack([data.x, data.v, data.x**2 * data.v], axis=1)[data.fitted]
-    weights = np.repeat(1 / data.believed_noise, data.lengths)[data.fitted, np.newaxis]
+    weights = np.repeat(1 / data.assumed_noise, data.lengths)[data.fitted, np.newaxis]
     deviation = np.sqrt(np.linalg.inv((weights * columns).T @ (weights * columns))[2, 2])
     assert coefficient.high - coefficient.low == pytest.approx(2 * 1.96 * deviation, rel=0.5)
 

@@ -57,11 +57,10 @@ PARAMETERS = "parameter_values"
 
 
 class DeviceTests(Problem[FittedModel]):
-    """A campaign against a law, with given parameter values or with fitted ones.
+    """A campaign against a law, with given parameter values or with fitted ones."""
 
-    The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
-    them and judged on the samples held out.
-    """
+    # The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
+    # them and judged on the samples held out.
 
     def __init__(
         self,
@@ -200,20 +199,17 @@ class DeviceTests(Problem[FittedModel]):
             self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
-        """Whether the effects help on fitted and on held-out runs, and make none of these worse.
-
-        An effect that helps on the fitted runs alone, or only where the law diverges, is no cause.
-        """
+        """Whether the effects help on fitted and on held-out runs, and make none of these worse."""
+        # An effect that helps on the fitted runs alone, or only where the law diverges, is no
+        # cause.
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             return False
         return not self._loses()
 
     def _loses(self) -> bool:
-        """Whether the law that was judged is better on held-out runs.
-
-        On a single run far better; on all of them, or on those of one condition, beyond a
-        negligible share of the force and beyond noise.
-        """
+        """Whether the law that was judged is better on held-out runs."""
+        # On a single run far better; on all of them, or on those of one condition, beyond a
+        # negligible share of the force and beyond noise.
         data = self.data
         for run in data.runs:
             if not data.fitted[run].all():
@@ -227,7 +223,7 @@ class DeviceTests(Problem[FittedModel]):
         held_out = ~data.fitted[data.starts[:-1]]
         if not held_out.any():
             return False
-        noise = np.repeat(data.believed_noise, data.lengths)
+        noise = np.repeat(data.assumed_noise, data.lengths)
         residual = self.before - data.force
         change = self.after - self.before
         shared = (runs & held_out for _, runs in conditions(data))
@@ -302,7 +298,7 @@ class DeviceTests(Problem[FittedModel]):
         """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
         data = self.data
         noise = np.mean(self.noise**2, axis=1)[chosen]
-        least = (np.repeat(data.believed_noise, data.lengths) * data.weight)[chosen] ** 2
+        least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
         if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
             return True
         error = data.relative(data.bounded(force) - data.force, chosen)

@@ -29,33 +29,15 @@ from .screen import fit_directions, noise_gain, refine, refit, screen
 
 @dataclass(eq=False)
 class EffectSearch:
-    """The search space of device tests; see ``search.SearchSpace``.
+    """The search space of device tests; see ``search.SearchSpace``."""
 
-    Attributes
-    ----------
-    base : FittedModel
-        The law alone.
-    effects : sequence of Effect
-        The catalogue.
-    terms : sequence of Effect
-        Generic terms outside the catalogue, each with one coefficient.
-    noise : (n_fitted, n_examples) array
-        Residuals of noise alone, of the fitted samples.
-    pool : concurrent.futures.ThreadPoolExecutor
-        Threads that share out the fits.
-    advance : callable
-        Called after each fit.
-    most_causes : int
-        Number of effects at which the search stops.
-    """
-
-    base: FittedModel
-    effects: Sequence[Effect]
-    terms: Sequence[Effect]
-    noise: NDArray
-    pool: ThreadPoolExecutor
-    advance: Callable[[], None]
-    most_causes: int = MOST_EFFECTS
+    base: FittedModel  # The law alone
+    effects: Sequence[Effect]  # The catalogue
+    terms: Sequence[Effect]  # Generic terms outside the catalogue, each with one coefficient
+    noise: NDArray  # (n_fitted, n_examples): Residuals of noise alone, of the fitted samples
+    pool: ThreadPoolExecutor  # Threads that share out the fits
+    advance: Callable[[], None]  # Called after each fit
+    most_causes: int = MOST_EFFECTS  # Number of effects at which the search stops
     _known: dict[tuple[Effect, ...], tuple[FittedModel, list[FittedModel]]] = field(
         default_factory=dict, init=False
     )

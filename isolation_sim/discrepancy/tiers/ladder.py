@@ -53,16 +53,10 @@ class _Rung:
 
 
 class Climb:
-    """Models of all rungs.
-
-    Parameters
-    ----------
-    problem : DeviceTests
-        After its search.
-    """
+    """Models of all rungs."""
 
     def __init__(self, problem: DeviceTests):
-        self.problem = problem
+        self.problem = problem  # After its search
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
         self.folds = conditions(self.data)
@@ -334,11 +328,9 @@ def _judging(rung: Rung) -> float:
 
 
 def _offered(errors: dict[str, Rung], generic: bool) -> str:
-    """The rung with the least error left out among those that lose nowhere.
-
-    One nearly as good is preferred to the learned term. An equation takes the place of causes with
-    a generic term, since such a term cannot be saved.
-    """
+    """The rung with the least error left out among those that lose nowhere."""
+    # One nearly as good is preferred to the learned term. An equation takes the place of causes
+    # with a generic term, since such a term cannot be saved.
     good = {name: one.left_out for name, one in errors.items() if not one.worse}
     least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
     if generic and "equation" in good:

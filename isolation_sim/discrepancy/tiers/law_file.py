@@ -35,39 +35,22 @@ N_STATES, N_PARAMETERS = len(BASE.states), len(BASE.parameters)
 
 @dataclass(frozen=True)
 class Chosen:
-    """A term of an equation.
+    """A term of an equation."""
 
-    Attributes
-    ----------
-    term : Term
-        The term.
-    powers : tuple of int
-        Powers of the current that its coefficient has.
-    """
-
-    term: Term
-    powers: tuple[int, ...]
+    term: Term  # The term
+    powers: tuple[int, ...]  # Powers of the current that its coefficient has
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A learned term: a sum of hyperbolic tangents of bounded inputs.
+    """A learned term: a sum of hyperbolic tangents of bounded inputs."""
 
-    Attributes
-    ----------
-    states : tuple of Term
-        Terms with a state, whose value over their first number is an input.
-    inputs : tuple of (str, float)
-        Python code of each input, and the value at which it is limited.
-    units : (n_units, n_inputs + 1) array
-        Offset and weights of each unit.
-    weights : (n_powers, n_units) array
-        N; what each unit adds at each power of the current over the largest current.
-    """
-
-    states: tuple[Term, ...]
+    states: tuple[Term, ...]  # Terms with a state, whose value over their first number is an input
+    # tuple of (str, float): Python code of each input, and the value at which it is limited
     inputs: tuple[tuple[str, float], ...]
-    units: NDArray
+    units: NDArray  # (n_units, n_inputs + 1): Offset and weights of each unit
+    # (n_powers, n_units): N; what each unit adds at each power of the current over the largest
+    # current
     weights: NDArray
 
 
@@ -232,25 +215,15 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
 
 
 class TermParameterisation(Parameterisation):
-    """Unknowns of a law with terms: some parameters have given powers of the current alone.
-
-    Parameters
-    ----------
-    law : Law
-        The law with its terms.
-    base : Parameterisation
-        That of the law without them.
-    powers : mapping of str to tuple of int
-        Powers of the current of each further parameter; none where it is held.
-    held : mapping of str to sequence of float
-        Coefficients (ascending powers of the current) of parameters that are not free.
-    """
+    """Unknowns of a law with terms: some parameters have given powers of the current alone."""
 
     def __init__(
         self,
-        law: Law,
-        base: Parameterisation,
+        law: Law,  # The law with its terms
+        base: Parameterisation,  # That of the law without them
+        # Powers of the current of each further parameter; none where it is held
         powers: Mapping[str, tuple[int, ...]],
+        # Coefficients (ascending powers of the current) of parameters that are not free
         held: Mapping[str, Sequence[float]] | None = None,
     ):
         # as the base's, with all further parameters fixed; those with powers are freed below

@@ -46,30 +46,15 @@ class Number:
 
 @dataclass(frozen=True)
 class Term:
-    """A function of the motion, to be multiplied by a coefficient.
+    """A function of the motion, to be multiplied by a coefficient."""
 
-    Attributes
-    ----------
-    text : str
-        As it is printed; its numbers' symbols, and ``s`` for its state, stand for themselves.
-    code : str
-        As Python code of ``x``, ``v``, ``s`` and its numbers' symbols.
-    unit : str
-        SI unit of its coefficient.
-    numbers : tuple of Number
-        Numbers inside the term, all positive but a position.
-    rate : str
-        Python code of the state's time derivative; empty where there is no state.
-    state_unit : str
-        SI unit of the state.
-    """
-
+    # As it is printed; its numbers' symbols, and ``s`` for its state, stand for themselves
     text: str
-    code: str
-    unit: str
-    numbers: tuple[Number, ...] = ()
-    rate: str = ""
-    state_unit: str = "m"
+    code: str  # As Python code of ``x``, ``v``, ``s`` and its numbers' symbols
+    unit: str  # SI unit of its coefficient
+    numbers: tuple[Number, ...] = ()  # Numbers inside the term, all positive but a position
+    rate: str = ""  # Python code of the state's time derivative; empty where there is no state
+    state_unit: str = "m"  # SI unit of the state
 
     @property
     def title(self) -> str:

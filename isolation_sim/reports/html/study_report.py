@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .page import Block, Facts, Page, Picture, Prose, Section, Table, text_rows
 from .run_report import code_facts, versions
 from .text import capital, is_number
 
@@ -40,5 +40,4 @@ def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]])
         for heading, column in zip(headings, zip(*rows, strict=True), strict=False)
         if 1 < len(set(column)) < len(column) and not any(map(is_number, column))
     ]
-    lines = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
-    return Table(caption, tuple(headings), lines, filters=tuple(words))
+    return Table(caption, tuple(headings), text_rows(rows), filters=tuple(words))
