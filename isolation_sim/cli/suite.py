@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .common_options import AsJson, Quiet, examples, print_results, print_warning, progress
+from .common_options import (
+    AsJson,
+    Export,
+    Quiet,
+    check_exports,
+    examples,
+    print_results,
+    print_warning,
+    progress,
+    write_exports,
+)
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
@@ -35,6 +45,7 @@ def suite(
     criterion: Annotated[
         str, typer.Option(help="Criterion of the table with one row per motion.")
     ] = "peak_base_displacement_m",
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -43,6 +54,7 @@ def suite(
     from ..reports.suite_tables import records_table, statistics_table, verdict
     from ..sweeps.suites.run import run_suite
 
+    check_exports(export, out)
     failures = 0
 
     def advance(done: int, failed: int) -> None:
@@ -60,6 +72,7 @@ def suite(
             print("stopped; finished chunks are saved: continue with --resume", file=sys.stderr)
             raise typer.Exit(130) from None
     result.check(criterion)
+    write_exports(export, Path(result.folder), f"Suite {result.name}")
     if as_json:
         print(_json(result), end="")
     elif not quiet:

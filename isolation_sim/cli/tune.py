@@ -10,7 +10,16 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
-from .common_options import AsJson, Quiet, examples, print_results, progress
+from .common_options import (
+    AsJson,
+    Export,
+    Quiet,
+    check_exports,
+    examples,
+    print_results,
+    progress,
+    write_exports,
+)
 
 EXAMPLES = examples(
     "isolation-sim tune clipped_lqr --out my_tuning",
@@ -65,6 +74,7 @@ def tune(
     workers: Annotated[
         int | None, typer.Option(help="Threads or processes; one a processor by default.")
     ] = None,
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -72,6 +82,7 @@ def tune(
     from ..io.results_folder import file_name
     from ..tuning.tune import tune as run_tune
 
+    check_exports(export, out)
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
     given: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
     try:
@@ -86,6 +97,7 @@ def tune(
     except KeyboardInterrupt:
         print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)
         raise typer.Exit(130) from None
+    write_exports(export, folder, f"Tuning of {result.controller}")
     if as_json:
         print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:
