@@ -18,7 +18,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas
 import pytest
+from scipy.io import loadmat
 
 import ground_motions.registry as mechanism
 import isolation_sim as iso
@@ -263,13 +265,19 @@ def test_tune_takes_a_controller_of_one_s_own(way, desk):
     name = names(way)["outwards"].replace("parts/", f"{desk}/parts/")
     command(["tune", name, "--scenario", str(desk / f"{way}.toml"), "--motions", "scenario",
              "--unseen", "mixture:1", "--evaluations", "2", "--workers", "1", "--out", "tuned",
-             "--quiet"])  # fmt: skip
+             "--quiet", "--export", "mat", "--export", "xlsx"])  # fmt: skip
     kept = Path("tuned/controller.toml").read_text()
     assert f'name = "{name}"' in kept
     assert (digest_line(desk, "outwards") in kept) == (way == "file")
     state = Path("tuned/tuning.json").read_text()
     for part in ("cubic", "slack", "outwards", "reader"):
         assert (digest_line(desk, part).rpartition(" ")[2] in state) == (way == "file")
+    scores = pandas.read_csv("tuned/scores.csv")
+    exported = loadmat("tuned/results.mat", simplify_cells=True)["scores"]
+    np.testing.assert_array_equal(exported["score_after"], scores["score_after"])
+    sheets = pandas.read_excel("tuned/results.xlsx", sheet_name=None)
+    pandas.testing.assert_frame_equal(sheets["scores"], scores)
+    assert set(sheets) == {"scores", "sensitivity", "trials"}
     command(["run", "tuned/controller.toml", "--out", "again", "--no-figures", "--quiet"])
 
 
@@ -363,12 +371,16 @@ def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, cap
     assert fitted.scaled().parameters_at(1.0)[0] == pytest.approx(3e4, rel=0.02)
     capsys.readouterr()
     command(["diagnose", str(desk / "tests"), *words, "--parameters", "fitted.toml", "--json",
-             "--out", "diagnosis", "--no-consequence"])  # fmt: skip
+             "--out", "diagnosis", "--no-consequence", "--export", "mat"])  # fmt: skip
     assert json.loads(capsys.readouterr().out)["verdict"] == "adequate"
     kept = [path.read_text() for path in Path("diagnosis").iterdir() if path.is_file()
             and path.suffix in (".json", ".html")]  # fmt: skip
     digest = digest_line(desk, "bearing").rpartition(" ")[2]
     assert any(digest in text for text in kept) == (way == "file")
+    exported = loadmat("diagnosis/results.mat", simplify_cells=True)["errors"]
+    errors = pandas.read_csv("diagnosis/errors.csv")
+    np.testing.assert_array_equal(exported["error_before"], errors["error_before"])
+    assert 0 < errors["error_before"].max() < 0.05
     command(["evaluate", "fitted.toml", str(desk / "tests"), "--json", "--report", "errors.html"])
     assert json.loads(capsys.readouterr().out)["error"] < 0.05
     assert (digest in Path("errors.html").read_text()) == (way == "file")

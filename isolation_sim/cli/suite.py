@@ -10,14 +10,17 @@ import typer
 
 from .common_options import (
     AsJson,
+    Export,
     Overwrite,
     Quiet,
+    check_exports,
     examples,
     print_results,
     print_stopped,
     print_warning,
     progress,
-)  # fmt: skip
+    write_exports,
+)
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
@@ -44,6 +47,7 @@ def suite(
         str, typer.Option(help="Criterion of the table with one row per motion.")
     ] = "peak_base_displacement_m",
     overwrite: Overwrite = False,
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -54,6 +58,7 @@ def suite(
     from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite
 
+    check_exports(export, out)
     failures = 0
 
     def advance(done: int, failed: int) -> None:
@@ -73,6 +78,7 @@ def suite(
         print_stopped(folder, overwrite)
         raise typer.Exit(130) from None
     result.check(criterion)
+    write_exports(export, Path(result.folder), f"Suite {result.name}")
     if as_json:
         print(_json(result), end="")
     elif not quiet:

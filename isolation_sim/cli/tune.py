@@ -12,12 +12,15 @@ import typer
 from ..errors import InputError
 from .common_options import (
     AsJson,
+    Export,
     Overwrite,
     Quiet,
+    check_exports,
     examples,
     print_results,
     print_stopped,
     progress,
+    write_exports,
 )
 
 EXAMPLES = examples(
@@ -74,6 +77,7 @@ def tune(
         int | None, typer.Option(help="Threads or processes; one a processor by default.")
     ] = None,
     overwrite: Overwrite = False,
+    export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -81,6 +85,7 @@ def tune(
     from ..io.results_folder import file_name, replaced
     from ..tuning.tune import tune as run_tune
 
+    check_exports(export, out)
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
     given: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
     try:
@@ -95,6 +100,7 @@ def tune(
     except KeyboardInterrupt:
         print_stopped(folder, overwrite)
         raise typer.Exit(130) from None
+    write_exports(export, folder, f"Tuning of {result.controller}")
     if as_json:
         print(json.dumps(result.to_dict(), indent=2))
     elif not quiet:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..archive import FILE, save_archive
-from ..discrepancy.diagnosis import Diagnosis
+from ..discrepancy.diagnosis import Diagnosis, relative_error
 from ..effects.serialisation import device_section
 from ..io.atomic_write import write_text
+from ..io.csv_table import write_table
 from ..io.results_folder import write_contents
 from . import diagnosis_figures
 from .diagnosis import markdown
@@ -32,6 +33,20 @@ def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
         texts["extended_law.toml"] = section
     written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
     written += [write_text(text, folder / name) for name, text in texts.items()]
+    errors = [
+        {"run": each.name, "held_out": each.held_out,
+         "error_before": relative_error(each, each.before),
+         "error_after": relative_error(each, each.after)}
+        for each in diagnosis.traces
+    ]  # fmt: skip
+    written.append(write_table(errors, folder / "errors.csv"))
+    if diagnosis.causes:
+        causes = [
+            {"cause": each.name, "form": each.form, "share": each.share, "p_value": each.p_value,
+             **{f"{name}, {one.unit}": one.value for name, one in each.parameters.items()}}
+            for each in diagnosis.causes
+        ]  # fmt: skip
+        written.append(write_table(causes, folder / "causes.csv"))
     if diagnosis.traces:
         for stem, draw in (
             ("loops", diagnosis_figures.overview),

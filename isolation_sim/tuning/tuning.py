@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from ..io.atomic_write import write_text
+from ..io.csv_table import write_table
 from ..io.results_folder import write_contents
 from ..rendering import Printed, render
 from .intervals import MARGIN, MeanInterval, mean_interval
@@ -179,7 +180,7 @@ class Tuning(Printed):
         return render("tuning_tables:tuning_tables", self)
 
     def save(self, folder: str | Path) -> Path:
-        """Write state, scenario section and report.
+        """Write state, tables, scenario section and report.
 
         Parameters
         ----------
@@ -193,9 +194,34 @@ class Tuning(Printed):
         """
         folder = self.save_state(folder)
         write_text(self.scenario_section(), folder / "controller.toml")
+        for name, rows in self._records().items():
+            write_table(rows, folder / f"{name}.csv")
         self.to_html(folder / "report.html")
         write_contents(folder, f"Tuning of {self.controller}")
         return folder
+
+    def _records(self) -> dict[str, list[dict[str, Any]]]:
+        """Trials, sensitivity and scores by motion, as rows of tables."""
+        judged = [
+            {"motions": each.name, "motion": motion, "best_constant_A": current,
+             "best_constant_score": constant, "score_before": before, "score_after": after}
+            for each in self.judged
+            for motion, current, constant, before, after in zip(
+                each.motions, each.current, each.constant, each.before, each.after, strict=True
+            )
+        ]  # fmt: skip
+        return {
+            "trials": [
+                {"trial": k, "mean_score": trial.mean, **trial.settings}
+                for k, trial in enumerate(self.trials)
+            ],
+            "sensitivity": [
+                {"setting": name, "value": value, "mean_score": score}
+                for name, (values, scores) in self.sensitivity.items()
+                for value, score in zip(values, scores, strict=True)
+            ],
+            "scores": judged,
+        }
 
     def save_state(self, folder: str | Path) -> Path:
         """Write what is known so far, whole or not at all.

@@ -51,6 +51,14 @@ def suite(folder):
     return run_suite(folder / "three.toml", folder / "out", workers=1)
 
 
+def test_the_tables_are_exported(suite, tmp_path):
+    path = iso.export_results(suite.folder, "xlsx", tmp_path / "suite.xlsx")
+    sheets = pd.read_excel(path, sheet_name=None)
+    assert {"runs", "statistics"} <= set(sheets)
+    peak = "peak_base_displacement_m"
+    np.testing.assert_allclose(sheets["runs"][peak], suite.table[peak], rtol=1e-12)
+
+
 def test_every_motion_runs_under_every_controller(suite):
     assert [each["name"] for each in suite.index["motions"]] == ["a H1", "a H2", "b", "c"]
     assert suite.index["n_records"] == 3
