@@ -1,4 +1,4 @@
-"""The ground motion ahead: known as far as the warning goes, then expected."""
+"""The ground motion ahead: known for the preview time, forecast after it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class GroundForecast:
     fading : float or None, s
         Time in which the forecast of the autoregressive model fades; None for never.
     records : tuple of Record or None
-        What a warning tells, one a direction; None without one.
+        Record within the preview time, one per direction; None without preview.
 
     Attributes
     ----------

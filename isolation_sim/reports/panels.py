@@ -183,7 +183,7 @@ def _over_time(
 
 
 def base_dof(run: Run, direction: int) -> str:
-    """Find the dof whose displacement stands for the base's."""
+    """Find the dof whose displacement is drawn as the base's."""
     structure = run.isolated.structure
     moved = [d for d in structure.base if structure.influence[d, direction]]
     return structure.names[moved[0] if moved else _dofs(run, direction)[0]]
@@ -195,7 +195,7 @@ def roof_dof(run: Run, direction: int) -> str:
 
 
 def element_along(run: Run, direction: int = 0) -> str:
-    """Find the element whose loop stands for the isolators'."""
+    """Find the element whose loop is drawn for the isolators."""
     isolated = run.isolated
     along = isolated.holding[:, direction]
     return isolated.element_names[int(np.argmax(along != 0))]

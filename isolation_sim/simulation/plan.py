@@ -124,7 +124,7 @@ class Lane:
     isolated : IsolatedStructure
         The plant.
     records : tuple of Record
-        Ground motion, one a direction.
+        Ground motion, one per direction.
     coils : (n_channels, 6) array
         Lag (s), slew (A/s), lowest current, highest current, step and initial current (A) of each
         coil.

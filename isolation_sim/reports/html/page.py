@@ -103,7 +103,7 @@ class Row:
     label : str
         Its heading.
     cells : tuple of Cell
-        One a column; none for a heading of the rows that follow.
+        One per column; none for a heading of the rows that follow.
     """
 
     label: str
