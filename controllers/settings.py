@@ -109,10 +109,8 @@ class Number:
     above: float = -np.inf
     infinite: bool = False
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return float
+    kind = float
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> float:
         """Return the number, or raise ValueError or TypeError."""
@@ -146,10 +144,8 @@ class Integer:
 
     at_least: int
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return int
+    kind = int
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> int:
         """Return the number, or raise ValueError or TypeError."""
@@ -225,10 +221,8 @@ class Numbers:
 
     n_axes: tuple[int, ...] = (1,)
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return tuple
+    kind = tuple
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> tuple:
         """Return the numbers, or raise ValueError or TypeError."""
@@ -259,10 +253,8 @@ class NamesByName:
 class ExistingFile:
     """Accepts the path of a file that exists."""
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return str
+    kind = str
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> str:
         """Return the path as text, or raise ValueError or TypeError."""

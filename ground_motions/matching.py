@@ -19,18 +19,18 @@ from ground_motions.design_spectra import DesignSpectrum
 from ground_motions.errors import InputError
 from ground_motions.record import Record
 from ground_motions.scaling import best_factors
-from ground_motions.spectra import oscillator_response, propagator, response_spectrum
+from ground_motions.spectra import oscillator_response, response_spectrum
 
 _SPACING = 0.04  # of the logarithm of the period: finer than a 5 % damped spectrum can bend
-_CHECKS_A_WAVELET = 5  # periods at which the result is checked
+_CHECKS_A_WAVELET = 5  # periods at which the spectrum is matched and checked
 _STEPS_A_PERIOD = 40
 _TAIL = 5.0  # half length of a wavelet in units of its width: exp(-25) is left there
 _NEAR = 0.7  # peaks below this share of the target are left out of the equations
-# share of an oscillator's largest peak above which a peak has a wavelet of its own, and share of a
-# wavelet's own influence that holds its amplitude; from gentle to strong
-_STAGES = ((0.95, 0.1), (0.9, 0.05), (0.85, 0.03), (0.7, 0.03), (0.8, 0.01), (0.6, 0.005))
-_ITERATIONS_A_STAGE = 5
-_ACTIVE_SETS = 8
+_OWN = 0.9  # share of an oscillator's largest peak above which a peak has a wavelet of its own
+_NORM = 8  # of the misfit over the periods: near to the largest, but smooth
+_ITERATIONS = 40
+_DAMPING = (0.1, 50.0)  # of the first step, and where no step helps any more
+_ACTIVE_SETS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class MatchedRecord:
     ratio : (m,) ndarray
         Spectrum of the matched motion over the target there.
     iterations : int
-        Passes over all wavelets.
+        Steps tried.
     arias_ratio : float
         Arias intensity over that of the scaled original.
     duration_change : float
@@ -106,8 +106,10 @@ def match_spectrum(
     -----
     The wavelet is the tapered cosine of Al Atik and Abrahamson, whose velocity and displacement
     end at zero, so that the baseline needs no correction. Each one peaks in the response
-    of its own oscillator at that oscillator's largest response; the amplitudes follow from the
-    linear equations for the responses at all those instants.
+    of its own oscillator at that oscillator's largest response. The amplitudes follow from damped
+    linear equations for all large peaks of all oscillators: the largest peak of each one is to
+    reach the target, the others are to stay below it. A step that does not reduce the misfit is
+    tried again with more damping.
     """
     low = positive("shortest_period (s)", shortest_period)
     high = positive("longest_period (s)", longest_period)
@@ -115,30 +117,19 @@ def match_spectrum(
         raise InputError("shortest_period (s)", f"{low:g}", f"below longest_period, {high:g}")
     tolerance = within("tolerance (share)", tolerance, 1e-4, 1.0)
     count = max(2, math.ceil(math.log(high / low) / _SPACING) + 1)
-    wavelets = _Wavelets(np.geomspace(low, high, count))
-    checked = np.geomspace(low, high, _CHECKS_A_WAVELET * (count - 1) + 1)
-    requested, wanted_at_checks = target.psa(wavelets.periods), target.psa(checked)
-
+    wavelets = _Wavelets(np.geomspace(low, high, _CHECKS_A_WAVELET * (count - 1) + 1))
+    wanted = target.psa(wavelets.periods)
     spectrum = response_spectrum(record, wavelets.periods).psa
-    (factor,), _ = best_factors(spectrum[None], requested, limits)
+    (factor,), _ = best_factors(spectrum[None], wanted, limits)
     scaled = record.scaled(float(factor))
-    motion = _with_room(scaled, wavelets)
-    iterations, best = 0, motion
-    ratio = response_spectrum(motion, checked).psa / wanted_at_checks
-    misfit = float(np.max(np.abs(ratio - 1.0)))
-    # as few and as small wavelets as will do; every stage goes on from the best motion so far
-    for share, stiffness in _STAGES:
-        motion = best
-        for _ in range(_ITERATIONS_A_STAGE):
-            # some room for whoever samples other periods
-            if misfit <= 0.9 * tolerance:
-                break
-            iterations += 1
-            motion = wavelets.corrected(motion, requested, share, stiffness)
-            result = response_spectrum(motion, checked).psa / wanted_at_checks
-            if np.max(np.abs(result - 1.0)) < misfit:
-                misfit, best, ratio = float(np.max(np.abs(result - 1.0))), motion, result
-    motion = best
+    start = _with_room(scaled, wavelets)
+    # rarely needed: a second try that presses on the periods with the largest misfit
+    iterations = 0
+    for emphasis in (0.0, 1.0):
+        motion, ratio, steps = wavelets.matched(start, wanted, tolerance, emphasis)
+        misfit, iterations = float(np.max(np.abs(ratio - 1.0))), iterations + steps
+        if misfit <= tolerance:
+            break
     if misfit > tolerance:
         raise InputError(
             f"match of record {record.name}",
@@ -152,7 +143,7 @@ def match_spectrum(
             record.unit_as_given,
         ),
         float(factor),
-        checked,
+        wavelets.periods,
         ratio,
         iterations,
         motion.arias_intensity() / scaled.arias_intensity(),
@@ -176,38 +167,70 @@ class _Wavelets:
         """Length of the longest wavelet before or after its peak in the response, s."""
         return float(np.max(_TAIL * self.width + self.lead))
 
-    def corrected(
-        self, motion: Record, target: FloatArray, share: float, stiffness: float
-    ) -> Record:
-        """Return the motion with wavelets that bring the responses nearer to the target."""
-        from ground_motions.wavelet_response import responses_at
+    def matched(
+        self, motion: Record, target: FloatArray, tolerance: float, emphasis: float
+    ) -> tuple[Record, FloatArray, int]:
+        """Return the matched motion, its spectrum over the target, and the steps tried."""
+        ratio = response_spectrum(motion, self.periods).psa / target
+        damping, steps = _DAMPING[0], 0
+        # some room for whoever samples other periods
+        while np.max(np.abs(ratio - 1.0)) > 0.9 * tolerance:
+            own, at, equations = self._equations(motion, target, emphasis)
+            shapes = self._shapes(own, motion.time, at)
+            while True:
+                if steps == _ITERATIONS or damping > _DAMPING[1]:
+                    return motion, ratio, steps
+                steps += 1
+                added = equations.solved(damping, 1.0 + 0.5 * tolerance) @ shapes
+                tried = Record(motion.acceleration + added, motion.dt, motion.name)
+                result = response_spectrum(tried, self.periods).psa / target
+                if np.linalg.norm(result - 1.0, _NORM) < np.linalg.norm(ratio - 1.0, _NORM):
+                    motion, ratio, damping = tried, result, damping / 3.0
+                    break
+                damping *= 4.0
+        return motion, ratio, steps
 
+    def _equations(
+        self, motion: Record, target: FloatArray, emphasis: float
+    ) -> tuple[npt.NDArray[np.int64], FloatArray, _Equations]:
+        """Oscillators and instants of new wavelets, and equations of their amplitudes."""
         oscillator, sample, response, largest = self._peaks(motion, target)
         at = motion.time[sample]
         whole = (at > self.reach) & (at < motion.duration - self.reach)
-        near = np.abs(response) >= share * np.abs(response[largest])[oscillator]
-        own = np.flatnonzero(near & whole)
-        shapes = self._shapes(oscillator[own], motion.time, motion.time[sample[own]])
-        first = np.argmax(np.abs(shapes) > 0.0, axis=1)
-        propagators = np.array([propagator(p, motion.dt, self.damping) for p in self.periods])
-        influence = responses_at(shapes, first, propagators, oscillator, sample)
+        near = np.abs(response) >= _OWN * np.abs(response[largest])[oscillator]
+        own = np.flatnonzero(near & whole & (oscillator % _CHECKS_A_WAVELET == 0))
         # each row over its target, turned so that the response is positive
         scale = np.sign(response) / target[oscillator]
-        influence, response = influence * scale[:, None], response * scale
-        ridge = stiffness * np.abs(influence[own, np.arange(len(own))]).mean() * np.eye(len(own))
-        # the largest peak is to reach the target, the others are to stay below it
-        always = np.isin(np.arange(len(response)), largest)
-        held = always | (response > 1.0)
-        for _ in range(_ACTIVE_SETS):
-            rows = np.flatnonzero(held)
-            lack = np.concatenate((1.0 - response[rows], np.zeros(len(ridge))))
-            amplitude = np.linalg.lstsq(np.vstack((influence[rows], ridge)), lack, rcond=None)[0]
-            after = response + influence @ amplitude
-            following = always | (after > 1.0)
-            if np.array_equal(following, held):
-                break
-            held = following
-        return Record(motion.acceleration + amplitude @ shapes, motion.dt, motion.name)
+        influence = scale[:, None] * self._influence(oscillator, at, oscillator[own], at[own])
+        response = response * scale
+        is_largest = np.isin(np.arange(len(response)), largest)
+        misfit = np.abs(response - 1.0) / np.max(np.abs(response[is_largest] - 1.0))
+        weight = np.where(is_largest | (response > 1.0), np.clip(misfit, 0.3, 1.0), 0.3)
+        size = np.abs(influence[own, np.arange(len(own))]).mean()
+        equations = _Equations(influence, response, is_largest, weight**emphasis, float(size))
+        return oscillator[own], at[own], equations
+
+    def _influence(
+        self,
+        oscillator: npt.NDArray[np.int64],
+        time: FloatArray,
+        wavelet: npt.NDArray[np.int64],
+        peak: FloatArray,
+    ) -> FloatArray:
+        """Scaled displacement of oscillators at instants under wavelets of amplitude 1, (m, n)."""
+        natural = (2.0 * math.pi / self.periods[oscillator])[:, None]
+        root = -self.damping * natural + 1j * self.frequency[oscillator, None]
+        frequency, width = self.frequency[wavelet], self.width[wavelet]
+        after = time[:, None] - (peak - self.lead[wavelet])
+        mean = np.exp(-((frequency * width / 2.0) ** 2))
+        turning = 1j * frequency
+        whole = (
+            0.5 * _convolved(turning, root, width, after)
+            + 0.5 * _convolved(-turning, root, width, after)
+            - mean * _convolved(0.0 * turning, root, width, after)
+        )
+        scaled: FloatArray = -(natural**2) / self.frequency[oscillator, None] * whole.imag
+        return scaled
 
     def _peaks(self, motion: Record, target: FloatArray) -> tuple[npt.NDArray[Any], ...]:
         """Oscillator, sample and value of every peak near the target; places of the largest."""
@@ -237,6 +260,46 @@ class _Wavelets:
         # the constant ends the velocity at exactly zero, as in the wavelet of Morlet
         mean = np.exp(-((self.frequency * self.width / 2.0) ** 2))
         return (np.cos(self.frequency[oscillator, None] * after) - mean[oscillator, None]) * taper
+
+
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """Linear equations of the peaks, over their targets, in the amplitudes of wavelets."""
+
+    influence: FloatArray
+    response: FloatArray
+    is_largest: npt.NDArray[np.bool_]
+    weight: FloatArray
+    size: float
+
+    def solved(self, damping: float, top: float) -> FloatArray:
+        """Amplitudes that bring the largest peaks to 1 and keep the others below the top."""
+        ridge = damping * self.size * np.eye(self.influence.shape[1])
+        lack = np.where(self.is_largest, 1.0, top) - self.response
+        held = self.is_largest | (self.response > top)
+        for _ in range(_ACTIVE_SETS):
+            rows = np.vstack(((self.weight[:, None] * self.influence)[held], ridge))
+            right = np.append((self.weight * lack)[held], np.zeros(len(ridge)))
+            amplitude: FloatArray = np.linalg.lstsq(rows, right, rcond=None)[0]
+            following = self.is_largest | (self.response + self.influence @ amplitude > top)
+            if np.array_equal(following, held):
+                break
+            held = following
+        return amplitude
+
+
+def _convolved(turning: Any, root: Any, width: FloatArray, time: FloatArray) -> Any:
+    """Integral of exp(turning s - (s / width)^2 + root (time - s)) over s up to the time."""
+    from scipy.special import wofz
+
+    apart = turning - root
+    argument = apart * width / 2.0 - time / width
+    begun = argument.real < 0.0
+    near = np.exp(turning * time - (time / width) ** 2) * wofz(
+        1j * np.where(begun, -argument, argument)
+    )
+    far = 2.0 * np.exp(root * time + (apart * width / 2.0) ** 2) - near
+    return width * math.sqrt(math.pi) / 2.0 * np.where(begun, far, near)
 
 
 def _with_room(record: Record, wavelets: _Wavelets) -> Record:

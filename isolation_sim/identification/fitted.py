@@ -225,7 +225,7 @@ class LawEvaluation(Printed):
 
     @checked
     def to_html(self, path: str | Path) -> Path:
-        """Write a report that opens in any browser: loops and errors.
+        """Write a report that opens in any browser: loops, errors, and a fit's parameters.
 
         Parameters
         ----------
@@ -237,7 +237,10 @@ class LawEvaluation(Printed):
         pathlib.Path
             The file; it needs no network.
         """
-        return render("html.fit_report:evaluation_report", self).write(path)
+        return self._page().write(path)
+
+    def _page(self) -> Any:
+        return render("html.fit_report:evaluation_report", self)
 
 
 def _runs_table(
@@ -430,18 +433,5 @@ class Fit(LawEvaluation):
             f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
         )
 
-    @checked
-    def to_html(self, path: str | Path) -> Path:
-        """Write a report that opens in any browser: loops, errors, parameters.
-
-        Parameters
-        ----------
-        path : str or pathlib.Path
-            File to write, replaced whole or not at all.
-
-        Returns
-        -------
-        pathlib.Path
-            The file; it needs no network.
-        """
-        return render("html.fit_report:fit_report", self).write(path)
+    def _page(self) -> Any:
+        return render("html.fit_report:fit_report", self)

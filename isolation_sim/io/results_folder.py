@@ -16,37 +16,17 @@ from .atomic_write import write_text
 
 
 class ResultsFolder:
-    """A fresh folder that appears when everything is in it.
+    """A fresh folder that appears when everything is in it."""
 
-    Use it in a ``with`` block: files go to ``unfinished``, and without an error the folder takes
-    its name at the end.
-
-    Parameters
-    ----------
-    target : str or pathlib.Path
-        Folder to make. One that holds something is left alone: a number is put after the name.
-    overwrite : bool, default False
-        Whether earlier results of that name are replaced instead, when the new ones are complete.
-
-    Attributes
-    ----------
-    unfinished : pathlib.Path
-        Where to write.
-    path : pathlib.Path
-        Where everything is after the block.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there, or what is to be replaced are no results.
-    """
+    # Use it in a ``with`` block: files go to ``unfinished``, and without an error the folder takes
+    # its name at the end.
 
     def __init__(self, target: str | Path, overwrite: bool = False):
         self._target, self._overwrite = Path(target), overwrite
         if overwrite:
             _check_replaceable(self._target)
-        self.path = self._free()
-        self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
+        self.path = self._free()  # Where everything is after the block
+        self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")  # Where to write
 
     def _free(self) -> Path:
         target = self._target.absolute()

@@ -4,7 +4,8 @@
 parameter is called ``gap_epsilon``, because other laws have an epsilon too. In the paper (Eq 15) mu
 scales "the model parameters" at the present deformation. If all stiffnesses and dampings have the
 same factor, the state equations of its models do not change, because they contain ratios only, and
-the force is multiplied by the factor. The wrapper does this to any law.
+the force is multiplied by the factor. The wrapper does this to any law. In plan, x is the length of
+the deformation.
 
 A wrapped law has no stored energy: because the springs weaken as the deformation grows, the energy
 of the law is not the energy that the device can return.
@@ -18,7 +19,8 @@ import numpy as np
 from . import strain_stiffening
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .in_plan import length
+from .law import InPlan, Law, Quantity
 
 EPSILON_FINITE_ELEMENTS = (1 - 0.568 / 0.588) / 15e-3
 """1/m: the first layer's field falls from 0.588 T to 0.568 T at 15 mm (Section 4.2)."""
@@ -35,6 +37,16 @@ def field_gap(law: Law) -> Law:
     def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
         return inner_rates(x, v, states, parameters[:-1])
 
+    def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+        assert law.plan is not None
+        mu = 1 - parameters[-1] * length(x[0], x[1])
+        first, second = law.plan.force(x, v, states, parameters[:-1])
+        return mu * (mu > 0) * first, mu * (mu > 0) * second
+
+    def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+        assert law.plan is not None
+        return law.plan.rates(x, v, states, parameters[:-1])
+
     return Law(
         name=f"{law.name}_field_gap",
         title=f"{law.title}, field-gap factor",
@@ -45,6 +57,7 @@ def field_gap(law: Law) -> Law:
         states=law.states,
         force=force,
         rates=rates,
+        plan=InPlan(plan_force, plan_rates, None) if law.plan else None,
         source=f"{law.source}; Li & Li, Eq 15",
     )
 

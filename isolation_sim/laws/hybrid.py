@@ -6,6 +6,9 @@ can resolve. The sign of the velocity is therefore ``tanh(v / v_s)`` here. The s
 
 The default set is the mean of the paper's Tables 1-4, fitted again. The printed generalised model
 has a misprint in the slope of beta, .0034. It is available as the set ``generalised_printed``.
+
+In plan, the backbone acts along the deformation and grows with its length r. The loop's thickness
+acts along the velocity v: ``gamma exp(-r^2 / (2 sigma^2)) tanh(|v| / v_s)``.
 """
 
 from functools import partial
@@ -17,7 +20,8 @@ from numpy.polynomial import Polynomial
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity
+from .in_plan import length
+from .law import InPlan, Law, Quantity, no_rates
 from .published import (
     CURRENTS_A,
     YU,
@@ -44,6 +48,21 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     """Energy of the backbone; cosh - 1 as a square, which keeps its digits near rest."""
     alpha, beta, _, _, F0, _ = parameters
     return 2 * alpha / beta * np.sinh(beta * x / 2) ** 2 + F0 * x
+
+
+def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Backbone along the deformation, loop thickness along the velocity; F0 is along x."""
+    alpha, beta, gamma, sigma_squared, F0, v_s = parameters
+    r, speed = length(x[0], x[1]), length(v[0], v[1])
+    backbone = alpha * np.sinh(beta * r) / r
+    thickness = gamma * np.exp(-(r**2) / (2 * sigma_squared)) * np.tanh(speed / v_s) / speed
+    return backbone * x[0] + thickness * v[0] + F0, backbone * x[1] + thickness * v[1]
+
+
+def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
+    """Energy of the backbone."""
+    alpha, beta, _, _, F0, _ = parameters
+    return 2 * alpha / beta * np.sinh(beta * length(x[0], x[1]) / 2) ** 2 + F0 * x[0]
 
 
 _SI = {"alpha": 1.0, "beta": 1e3, "gamma": 1.0, "sigma_squared": 1e-6}
@@ -131,6 +150,7 @@ LAW = Law(
     ),
     force=force,
     stored_energy=stored_energy,
+    plan=InPlan(plan_force, no_rates, plan_energy),
     source="Yu et al., Eqs 5 and 30",
     sets={"generalised_refitted": generalised_refitted, "generalised_printed": generalised_printed},
     conditions={

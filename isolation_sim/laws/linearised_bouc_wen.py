@@ -23,6 +23,7 @@ import numpy as np
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
+from .in_plan import each_direction
 from .law import Law, Quantity, Redundancy, Spring
 from .published import (
     LINEARISED_AMPLITUDES_MM,
@@ -161,6 +162,7 @@ LAW = Law(
     force=force,
     rates=rates,
     stored_energy=stored_energy,
+    plan=each_direction(force, rates, stored_energy, n_states=1),
     source="A study of the dynamic stiffness of MR elastomers, Eqs 3-8 mended",
     redundancy=Redundancy("k2", 1.0, ("k2", "C_e")),
     springs=(Spring("k1", ("x",)), Spring("k2", ("z",))),

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from .in_plan import each_direction
 from .law import Law, Quantity, Spring
 
 BAND_HZ = (0.02, 50.0)
@@ -80,6 +81,7 @@ LAW = Law(
     force=force,
     rates=rates,
     stored_energy=stored_energy,
+    plan=each_direction(force, rates, stored_energy, n_states=7),
     source="fractional power by the trapezoidal rule over its relaxation spectrum",
     springs=(Spring("k", ("x", *(f"q{j}" for j in range(1, 8)))),),
     example={"k": (20000.0, 3000.0), "a": (0.1, 0.05)},

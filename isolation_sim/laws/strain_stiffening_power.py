@@ -6,6 +6,9 @@
 
 ``alpha`` is the force of the spring at 1 mm, in N, which equals the paper's number in N/mm^p. Its
 size depends little on ``p`` in a fit, unlike that of a coefficient in N/m^p.
+
+In plan, springs and dashpots act along vectors. The stiffening spring has the force
+``alpha (|z| / 1 mm)^p`` along its extension z.
 """
 
 from typing import Any
@@ -13,8 +16,9 @@ from typing import Any
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity, Spring
+from .law import InPlan, Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED, SI_LI_LI
+from .strain_stiffening import LAW as CUBIC
 
 REFERENCE = 1e-3
 """Extension in m at which ``alpha`` is the force."""
@@ -43,6 +47,41 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     _, k0, _, k1, alpha, p = parameters
     stiffening = _spring(z, alpha, p) * z / (p + 1)
     return k1 * y**2 / 2 + k0 * (x - y) ** 2 / 2 + stiffening
+
+
+def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Both branches along vectors; the spring stiffens by the length of its extension."""
+    y_x, z_x, y_y, z_y = states
+    _, _, _, k1, alpha, p = parameters
+    stiffness = _plan_stiffness(z_x, z_y, alpha, p)
+    return k1 * y_x + stiffness * z_x, k1 * y_y + stiffness * z_y
+
+
+def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Rates of the extensions along x, then along y."""
+    y_x, z_x, y_y, z_y = states
+    c0, k0, c1, k1, alpha, p = parameters
+    decay = _plan_stiffness(z_x, z_y, alpha, p) / c1
+    return (
+        v[0] + (k0 * x[0] - (k0 + k1) * y_x) / c0,
+        v[0] - decay * z_x,
+        v[1] + (k0 * x[1] - (k0 + k1) * y_y) / c0,
+        v[1] - decay * z_y,
+    )
+
+
+def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
+    """Energy of the three springs."""
+    y_x, z_x, y_y, z_y = states
+    _, k0, _, k1, alpha, p = parameters
+    beside = (x[0] - y_x) ** 2 + (x[1] - y_y) ** 2
+    stiffening = _plan_stiffness(z_x, z_y, alpha, p) * (z_x**2 + z_y**2) / (p + 1)
+    return (k1 * (y_x**2 + y_y**2) + k0 * beside) / 2 + stiffening
+
+
+def _plan_stiffness(z_x: Any, z_y: Any, alpha: Any, p: Any) -> Any:
+    squared = (z_x**2 + z_y**2) / REFERENCE**2
+    return alpha / REFERENCE * (squared + _TINY) ** ((p - 1) / 2)
 
 
 def _spring(z: Any, alpha: Any, p: Any) -> Any:
@@ -91,17 +130,9 @@ def base_model(n: int = 3, m: int = 1) -> Device:
 LAW = Law(
     name="strain_stiffening_power",
     title="Strain stiffening (modified, any odd power)",
-    states=(
-        Quantity("y", "m", "extension of spring k1"),
-        Quantity("z", "m", "extension of the strain-stiffening spring"),
-    ),
+    states=CUBIC.states,
     parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
-        Quantity(
-            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
-        ),
-        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        *CUBIC.parameters[:4],
         Quantity("alpha", "N", "force of the strain-stiffening spring at 1 mm", lower=0.0),
         Quantity("p", "1", "power n/m of the strain-stiffening spring", lower=1.0, upper=15.0),
     ),
@@ -109,10 +140,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Li & Li, Eqs 7 and 10-14",
-    springs=(
-        Spring("k1", ("y",)),
-        Spring("k0", ("x",), less="y"),
-        Spring("alpha", ("z",), power="p"),
-    ),
+    springs=(*CUBIC.springs[:2], Spring("alpha", ("z",), power="p")),
     sets={"generalised": generalised, "base_model": base_model},
+    plan=InPlan(plan_force, plan_rates, plan_energy),
 )

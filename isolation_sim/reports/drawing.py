@@ -1,8 +1,8 @@
-"""A drawing of an isolated structure: from the side, and from above where positions are known."""
+"""A drawing of an isolated structure: from the side; in plan and 3-D where positions are known."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,12 +25,13 @@ def structure_drawing(isolated: IsolatedStructure) -> Figure:
     """Draw a structure with its isolators, walls and soil springs."""
     places = isolated.structure.isolator_positions
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 3.6)
+        figure = new_figure(DOUBLE_COLUMN, 3.6 if places is None else 7.0)
         if places is None:
             side = figure.subplots(1, 1)
         else:
-            side, above = figure.subplots(1, 2)
+            side, above = figure.add_subplot(2, 2, 1), figure.add_subplot(2, 2, 2)
             _from_above(above, isolated)
+            _in_space(figure.add_subplot(2, 1, 2, projection="3d"), isolated.structure)
         _from_the_side(side, isolated)
     return figure
 
@@ -39,11 +40,7 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
     structure = isolated.structure
     levels = level_dofs(structure)[:, 0]
     rows = storey_rows(structure)[:, 0]
-    heights = np.full(len(rows), _STOREY)
-    if structure.heights is not None:
-        heights = structure.heights[rows]
-    tall = float(heights.mean()) if len(heights) else _STOREY
-    z = np.concatenate([[0.0], np.cumsum(heights)])[: len(levels)]
+    z, tall = _levels(structure)
     half, thick = _WIDTH / 2, 0.08 * tall
     yielding = {name.removesuffix("_hysteresis") for name in isolated.element_names
                 if name.endswith("_hysteresis")}  # fmt: skip
@@ -89,6 +86,41 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
     axes.set_axis_off()
 
 
+def _levels(structure: Structure) -> tuple[np.ndarray, float]:
+    """Height of every level over the base and mean height of a storey, m."""
+    rows = storey_rows(structure)[:, 0]
+    heights = np.full(len(rows), _STOREY)
+    if structure.heights is not None:
+        heights = structure.heights[rows]
+    z = np.concatenate([[0.0], np.cumsum(heights)])[: len(level_dofs(structure))]
+    return z, float(heights.mean()) if len(heights) else _STOREY
+
+
+def _in_space(axes: Any, structure: Structure) -> None:
+    """Draw floors and isolators, seen from above."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    places = structure.isolator_positions
+    assert places is not None
+    low, high = places.min(axis=0), places.max(axis=0)
+    corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    z, tall = _levels(structure)
+    floors = [np.column_stack([corners, np.full(4, level)]) for level in z]
+    faces = ["0.45"] + ["0.75"] * (len(z) - 1)
+    axes.add_collection3d(
+        Poly3DCollection(floors, facecolors=faces, edgecolors="0.3", alpha=0.25, linewidths=0.8)
+    )
+    for x, y in corners:
+        axes.plot([x, x], [y, y], [z[0], z[-1]], color="0.2", linewidth=1.2)
+    for x, y in places:
+        axes.plot([x, x], [y, y], [-0.45 * tall, 0.0], color="#0072B2", linewidth=4.0)
+    axes.set_box_aspect((*(high - low + 1.0), z[-1] + tall))
+    axes.view_init(elev=38.0, azim=-60.0)
+    axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="height over the base (m)")
+    axes.set_title("from above: isolators (blue) and floors", loc="left")
+    axes.patch.set_visible(False)
+
+
 def _isolators(isolated: IsolatedStructure) -> str:
     """What holds the base, in a few words."""
     laws = []
@@ -119,17 +151,15 @@ def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:
     low, high = places.min(axis=0), places.max(axis=0)
     outline = np.array([low, [high[0], low[1]], high, [low[0], high[1]], low])
     axes.plot(*outline.T, color="0.45", linewidth=1.0)
-    axes.plot(*places.T, "s", color="#0072B2", markersize=6, label="isolators")
+    axes.plot(*places.T, "s", color="#0072B2", markersize=6)
     stiff = places.mean(axis=0)
-    axes.plot(*stiff, "+", color="black", markersize=9, label="centre of isolators")
-    axes.plot(*_centre_of_mass(structure), "o", color="#D55E00", markersize=5,
-              label="centre of mass")  # fmt: skip
+    axes.plot(*stiff, "+", color="black", markersize=9)
+    axes.plot(*_centre_of_mass(structure), "o", color="#D55E00", markersize=5)
     axes.set_aspect("equal")
     axes.margins(0.15)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    axes.set_title("from above", loc="left")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)
+    axes.set_title("plan; centre of isolators: +, of mass: o", loc="left")
 
 
 def _centre_of_mass(structure: Structure) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, unknown_name
 from ..simulation.result import Run
-from . import panels
+from . import chart, panels
 from .energy import draw_ledger, energy_figure
 from .names import as_written
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
@@ -225,8 +225,7 @@ def floor_envelopes(runs: Runs) -> Figure:
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.2)
         left, right = figure.subplots(1, 2)
-        panels.acceleration_envelope(left, given)
-        panels.drift_envelope(right, given)
+        panels.envelopes(left, right, given)
         if len(given) > 1:
             legend(figure, left, "outside upper center")
     return figure
@@ -274,8 +273,7 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
         *force, acceleration, drift = _column(above[1].subgridspec(2 + len(elements), 1))
         for panel, name in zip(force, elements, strict=True):
             panels.loop(panel, run, name)
-        panels.acceleration_envelope(acceleration, given)
-        panels.drift_envelope(drift, given)
+        panels.envelopes(acceleration, drift, given)
         energy = figure.add_subplot(page[1])
         draw_ledger(energy, run.energy)
         legend(figure, energy, "outside lower center")
@@ -283,12 +281,11 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
 
 
 def _histories(axes: list[Axes], runs: Mapping[str, Run], direction: int) -> None:
-    ground, base, roof, *current = axes
-    panels.ground_acceleration(ground, next(iter(runs.values())), direction)
-    panels.base_displacement(base, runs, direction)
-    panels.roof_acceleration(roof, runs, direction)
-    for panel in current:
-        panels.coil_currents(panel, runs)
+    panels.ground_acceleration(axes[0], next(iter(runs.values())), direction)
+    drawn = [*chart.base_and_roof(runs, direction), chart.coil_current(runs, 0)]
+    # without coils there is no panel of the current
+    for panel, what in zip(axes[1:], drawn, strict=False):
+        panels.over_time(panel, what, list(runs))
     axes[-1].set_xlabel("Time (s)")
     axes[0].figure.align_ylabels(axes)
 
@@ -313,7 +310,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     if not names:
         raise InputError(f"{isolated.structure.name} has no element whose loop could be drawn")
     if name is None:
-        return panels.element_along(run, direction)
+        return chart.element_along(run, direction)
     if name not in names:
         raise unknown_name("element", name, names)
     return name

@@ -36,7 +36,7 @@ def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
 
 def statistics_table(suite: Suite, controller: str) -> TextTable:
     """Statistics of every criterion under a controller."""
-    title = f"{as_written(controller)}: {told_of(suite)}"
+    title = f"{as_written(controller)}: {motions_text(suite)}"
     return TextTable(title, HEADINGS, statistics_rows(suite, controller), keys=2)
 
 
@@ -70,7 +70,7 @@ def records_table(suite: Suite, criterion: str) -> TextTable:
     return TextTable(title, headings, rows, caption="* governs under this controller")
 
 
-def told_of(suite: Suite) -> str:
+def motions_text(suite: Suite) -> str:
     """How many motions the statistics are over."""
     motions, records = len(suite.index["motions"]), suite.index["n_records"]
     return f"{motions} motions of {records} record{'s' * (records != 1)}"

@@ -58,7 +58,7 @@ def heading(criterion: str) -> str:
     return f"{title_of(criterion)}, {unit}" if unit else title_of(criterion)
 
 
-def told(value: Any) -> str:
+def value_text(value: Any) -> str:
     """A varied quantity's value as text."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
@@ -68,7 +68,7 @@ def best_table(sweep: Sweep, criterion: str, count: int) -> TextTable:
     _, factor = unit_of(criterion)
     rows = [
         [str(row["case"]), f"{row[criterion] * factor:.4g}", as_written(row["controller"]),
-         *(told(row[name]) for name in sweep.parameters)]
+         *(value_text(row[name]) for name in sweep.parameters)]
         for _, row in sweep.best(criterion, count).iterrows()
     ]  # fmt: skip
     title = f"{'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}"

@@ -22,8 +22,8 @@ def settings_texts(tuning: Tuning) -> Texts:
         scores = tuning.sensitivity[name][1]
         tuned = tuning.best.settings.get(name, one["present"])
         rows.append([
-            name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _told(one["present"]),
-            _told(tuned), f"{max(scores) - tuning.best.mean:.3f}",
+            name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _text(one["present"]),
+            _text(tuned), f"{max(scores) - tuning.best.mean:.3f}",
         ])  # fmt: skip
     return headings, rows
 
@@ -48,5 +48,5 @@ def tuning_tables(tuning: Tuning) -> list[TextTable]:
     ]
 
 
-def _told(value: Any) -> str:
+def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else "by itself"

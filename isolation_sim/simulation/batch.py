@@ -194,24 +194,17 @@ def run_cases(
         raise InputError(f"threads is {threads}; expected: 1 or more")
     clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
 
+    options: dict[str, Any] = {
+        "driver": driver, "sensors": sensors, "computation_delay": computation_delay,
+        "tolerance": tolerance, "current_outside": current_outside,
+    }  # fmt: skip
+
     def alone_with(case: Case, controller: Control) -> Run:
-        return simulate(
-            case.isolated,
-            case.ground,
-            controller,
-            nominal=case.nominal,
-            driver=driver,
-            sensors=sensors,
-            computation_delay=computation_delay,
-            tolerance=tolerance,
-            current_outside=current_outside,
-        )
+        return simulate(case.isolated, case.ground, controller, nominal=case.nominal, **options)
 
     def lane_of(case: Case) -> Lane:
-        trial = partial(alone_with, case)
-        return prepared(
-            case.isolated, case.ground, case.controller, case.nominal, driver, delays, trial
-        )
+        given = case.isolated, case.ground, case.controller, case.nominal
+        return prepared(*given, driver, delays, partial(alone_with, case))
 
     # where few structures fill them, blocks are of one each and share its coefficients
     n_plants = len({id(case.isolated) for case in cases})
@@ -274,10 +267,8 @@ def run_cases(
 def _blocks(
     lanes: Iterable[Lane], alone: list[int], alike: bool
 ) -> Iterator[list[tuple[int, Lane]]]:
-    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot.
-
-    ``alike``: a block is of one structure.
-    """
+    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot."""
+    # ``alike``: a block is of one structure.
     waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:

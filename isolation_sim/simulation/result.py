@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 
 _KEPT = (
-    "isolated", "records", "controller", "clamped", "steps", "unresolved", "reached", "outputs",
-    "values", "states", "current", "command", "criteria", "energy", "peaks", "reached_of_tests",
-    "implausible",
+    "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
+    "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
+    "reached_of_tests", "implausible",
 )  # fmt: skip
 """What of a run is saved and pickled."""
 
@@ -49,6 +49,8 @@ class Run(Printed, Trajectory):
         Ground motion, one per direction.
     controller : str
         Name of the controller.
+    source : str
+        Where the controller comes from, to be cited.
     clamped : int
         Commands that were clamped to the driver's limits.
     steps : int
@@ -59,6 +61,8 @@ class Run(Printed, Trajectory):
     reached : float
         Tolerance that all steps meet: the target unless some are unresolved.
     """
+
+    source = ""  # runs saved by older versions have none
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything that a report shows, without the simulation's working memory."""

@@ -7,7 +7,7 @@ import warnings
 from collections import namedtuple
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -48,24 +48,12 @@ def simulate(
     driver, sensors = check_actuation(driver, sensors)
     check_options(tolerance, current_outside, computation_delay)
 
-    def trial(other: Control) -> Run:
-        return simulate(
-            isolated,
-            ground,
-            other,
-            nominal=nominal,
-            driver=driver,
-            sensors=sensors,
-            computation_delay=computation_delay,
-            tolerance=tolerance,
-            current_outside=current_outside,
-        )
-
-    delays = sensors.delay, computation_delay
+    trial = partial(
+        simulate, isolated, ground, nominal=nominal, driver=driver, sensors=sensors,
+        computation_delay=computation_delay, tolerance=tolerance, current_outside=current_outside,
+    )  # fmt: skip
     e = unit_element(traceable(isolated))
-    if e is None:
-        lane = prepared(isolated, ground, controller, nominal, driver, delays, trial)
-    else:
+    if e is not None:
         if nominal is None:
             raise InputError(
                 f"{isolated.elements[e].device.law.unit}: nobody can tell a controller what a unit "
@@ -73,7 +61,8 @@ def simulate(
             )
         check_limits(isolated.elements[e], driver)
         controller = at_every_sample(controller, one_per_direction(ground)[0].dt)
-        lane = _told(isolated, ground, controller, nominal, driver, delays, trial)
+    delays = sensors.delay, computation_delay
+    lane = prepared(isolated, ground, controller, nominal, driver, delays, trial, alone=True)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.context)
@@ -86,6 +75,7 @@ def simulate(
     if failure is not None:
         raise failure
     run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
+    run.source = getattr(controller, "source", "")
     if run.unresolved:
         warnings.warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "
@@ -108,7 +98,9 @@ def fixed_base_run(
 class NoControl:
     """No command: for a structure without coils."""
 
-    name, period, preview_time = FIXED_BASE, None, 0.0
+    name = FIXED_BASE
+    period: float | None = None
+    preview_time = 0.0
 
     def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
@@ -117,7 +109,7 @@ class NoControl:
         """Nothing to measure."""
         return ()
 
-    def schedule(self, context: RunContext) -> Schedule:
+    def schedule(self, context: RunContext) -> Schedule | None:
         """One instant, no coil."""
         return Schedule(np.zeros(1), np.zeros((1, len(context.low))))
 
@@ -156,22 +148,13 @@ def prepared(
     nominal: IsolatedStructure | None,
     driver: CoilDriver,
     delays: tuple[float, float],
-    trial,
+    trial: Callable[[Control], Run] | None,
+    alone: bool = False,
 ) -> Lane:
     """Tell a controller its run context and ask for its commands or its compiled decision."""
-    refuse_unit(traceable(isolated))
-    return _told(isolated, ground, controller, nominal, driver, delays, trial)
-
-
-def _told(
-    isolated: IsolatedStructure,
-    ground: Record | Sequence[Record],
-    controller: Control,
-    nominal: IsolatedStructure | None,
-    driver: CoilDriver,
-    delays: tuple[float, float],
-    trial,
-) -> Lane:
+    traceable(isolated)
+    if not alone:
+        refuse_unit(isolated)
     if nominal is not None:
         traceable(nominal)
     if not isolated.elements:

@@ -23,26 +23,13 @@ _STATE = "tuning.json"
 
 @dataclass(frozen=True)
 class Judgement:
-    """Scores under one set of motions, one number per motion.
+    """Scores under one set of motions, one number per motion."""
 
-    Attributes
-    ----------
-    name : str
-        Of the set.
-    motions : list of str
-        Names of its motions.
-    current : list of float, A
-        Best constant current of each.
-    constant : list of float
-        Weighted sum of criteria under it, each over that without current.
-    before, after : list of float
-        That sum minus the best constant current's, before and after the tuning.
-    """
-
-    name: str
-    motions: list[str]
-    current: list[float]
-    constant: list[float]
+    name: str  # Of the set
+    motions: list[str]  # Names of its motions
+    current: list[float]  # Best constant current of each, A
+    constant: list[float]  # Weighted sum of criteria under it, each over that without current
+    # before, after: That sum minus the best constant current's, before and after the tuning
     before: list[float]
     after: list[float]
 
@@ -108,7 +95,7 @@ class Tuning(Printed):
             first = "No candidate did better than the controller as it was."
         else:
             first = f"Tuned on {self.judged[0].name}, in {len(self.trials)} trials."
-        return [first, *map(_told, self.judged)]
+        return [first, *map(_sentences, self.judged)]
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()
@@ -301,7 +288,7 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     return new
 
 
-def _told(evaluated: Judgement) -> str:
+def _sentences(evaluated: Judgement) -> str:
     """What one set of motions says, in one or two sentences."""
     before, after, gain = evaluated.means.values()
     if after.high < 0:

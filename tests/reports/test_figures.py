@@ -16,6 +16,7 @@ from matplotlib.image import imread
 import isolation_sim as iso
 from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
+from isolation_sim.reports.drawing import structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops
 from isolation_sim.reports.names import as_written
 from isolation_sim.reports.style import (
@@ -27,7 +28,7 @@ from isolation_sim.reports.style import (
 )
 from isolation_sim.simulation.ledger import Ledger
 from isolation_sim.simulation.outputs import output_names
-from isolation_sim.structures import IsolatedStructure
+from isolation_sim.structures import IsolatedStructure, plan_building
 
 UNIT = re.compile(r"\((s|m/s²|mm|A|kN|kJ|-)\)$")
 
@@ -297,6 +298,16 @@ def test_drawing_libraries_are_loaded_when_used():
     code += "; import sys; print({'matplotlib', 'rich', 'xarray'} & set(sys.modules))"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "set()"
+
+
+def test_the_building_from_above_has_every_floor_and_isolator():
+    building = plan_building([2e5] * 3, [3e8] * 3, [3e8] * 3, base_mass=3e5, plan=(20.0, 12.0))
+    drawn = structure_drawing(building.on(iso.law("strain_stiffening"), biaxial=True))
+    side, plan, space = drawn.axes
+    assert (side.get_title(loc="left"), plan.get_xlabel()) == ("from the side", "x (m)")
+    (floors,) = space.collections
+    assert len(floors._faces) == 4
+    assert len(space.lines) == 4 + len(building.isolator_positions)  # columns and isolators
 
 
 @pytest.mark.parametrize("name", ["time_histories", "floor_envelopes"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,14 @@ from .budget import Budget, BudgetSpent
 
 # one line per method: a function of the budgeted objective and a random generator
 _METHODS: dict[str, Callable[..., None]] = {
-    "fruit_fly": fruit_fly.adaptive_step,
-    "fruit_fly_fixed": fruit_fly.fixed_step,
+    "fruit_fly": fruit_fly.fruit_fly,
+    "fruit_fly_fixed": partial(fruit_fly.fruit_fly, adaptive=False),
     "fish_swarm": fish_swarm.fish_swarm,
     "genetic": library.genetic,
     "particle_swarm": library.particle_swarm,
     "cma_es": library.cma_es,
 }
-_GIVEN = ("evaluate", "rng")
+_GIVEN = ("evaluate", "rng", "adaptive")
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ...criteria import is_gain
 from ..names import as_written
 from ..style import light_shades
-from ..sweep_tables import heading, told
+from ..sweep_tables import heading, value_text
 from ..units import unit_of
 from .charts import layout, looks
 from .page import Chart, Explorer
@@ -90,7 +90,7 @@ def _field(column: pandas.Series) -> dict[str, Any]:
     if number:
         values.sort()
     if len(values) <= _MOST_VALUES or not number:
-        word = as_written if column.name == "controller" else told
+        word = as_written if column.name == "controller" else value_text
         groups = [word(value) for value in values]
         places = {value: place for place, value in enumerate(values)}
         codes = column.map(places).to_numpy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -164,6 +164,12 @@ def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
     yield Facts(facts)
     if scenario:
         yield Listing("The scenario, to run it again", scenario)
+
+
+def code_facts(files: Mapping[str, str]) -> dict[str, str]:
+    """Files of one's own that were run, each with its digest."""
+    said = "; ".join(f"{path}, SHA-256 {digest}" for path, digest in files.items())
+    return {"Code": said} if said else {}
 
 
 def versions() -> str:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..names import as_written
-from ..suite_figures import SPOKEN
-from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
+from ..suite_figures import COMBINATIONS
+from ..suite_tables import HEADINGS, motions_text, records_rows, statistics_rows, verdict
 from ..sweep_tables import heading
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table, text_rows
 from .run_report import versions
 from .text import capital
 
@@ -28,7 +28,7 @@ _CHANGES = {
 
 def suite_report(suite: Suite, picture: Path) -> Page:
     """Report of a suite."""
-    combined = SPOKEN[suite.index["spectra"]["combination"]]
+    combined = COMBINATIONS[suite.index["spectra"]["combination"]]
     statistics: list[Block] = [_statistics(suite, label) for label in suite.controllers]
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
@@ -40,7 +40,7 @@ def suite_report(suite: Suite, picture: Path) -> Page:
         ("What was run", [
             Facts({
                 "Suite": suite.name,
-                "Motions": told_of(suite),
+                "Motions": motions_text(suite),
                 "Rule": f"{suite.rule.name}: {suite.rule.clause}; {suite.rule.response_clause}",
                 "Scaling": suite.index["scaling"],
                 "Controllers": ", ".join(map(as_written, suite.controllers)),
@@ -50,15 +50,12 @@ def suite_report(suite: Suite, picture: Path) -> Page:
         ]),
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
-    return Page(f"Suite: {suite.name}", told_of(suite), sections)
+    return Page(f"Suite: {suite.name}", motions_text(suite), sections)
 
 
 def _statistics(suite: Suite, label: str) -> Table:
     first, *rest = (capital(name) for name in HEADINGS)
-    rows = tuple(
-        Row(name, tuple(Cell(text) for text in cells))
-        for name, *cells in statistics_rows(suite, label)
-    )
+    rows = text_rows(statistics_rows(suite, label))
     return Table(as_written(label), (first, *rest), rows)
 
 

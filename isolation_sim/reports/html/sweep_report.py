@@ -9,11 +9,11 @@ from ...criteria import is_gain
 from ...errors import InputError
 from ..names import as_written
 from ..sweep_figures import title_of
-from ..sweep_tables import heading, median_rows, told
+from ..sweep_tables import heading, median_rows, value_text
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
-from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table, text_rows
 from .run_report import versions
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     place = good[criterion].idxmax() if is_gain(criterion) else good[criterion].idxmin()
     best = good.loc[place]
     unit, factor = unit_of(criterion)
-    varied = ", ".join(f"{name} {told(best[name])}" for name in sweep.parameters)
+    varied = ", ".join(f"{name} {value_text(best[name])}" for name in sweep.parameters)
     printed = good[criterion].mul(factor).map("{:.4g}".format)
     alike = (good["case"] == best["case"]) & (printed == printed[place])
     return first, (
@@ -104,8 +104,8 @@ def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
             # the rest of the report is as good without
             yield Prose((f"No sensitivity of {as_written(label)}: {error}.",), "warning")
             continue
-        rows = tuple(
-            Row(str(quantity), tuple(Cell(f"{value:.3g}") for value in values))
+        rows = text_rows(
+            (str(quantity), *(f"{value:.3g}" for value in values))
             for quantity, values in zip(result.index, result.to_numpy(), strict=True)
         )
         columns = tuple(name.replace("_conf", " ±") for name in result.columns)
@@ -122,8 +122,8 @@ def _failed(sweep: Sweep) -> Iterator[Block]:
         return
     names = ["controller", "status", "reason", *sweep.parameters]
     shown = failed.head(_MOST_FAILED)
-    rows = tuple(
-        Row(str(case), (Cell(as_written(controller)), *(Cell(told(value)) for value in values)))
+    rows = text_rows(
+        (str(case), as_written(controller), *map(value_text, values))
         for case, (controller, *values) in zip(
             shown["case"], shown[names].astype(object).to_numpy(), strict=True
         )

@@ -13,7 +13,6 @@ from ..tuning_tables import gains_texts, settings_texts
 from .charts import Look, layout, numbers
 from .page import (
     Block,
-    Cell,
     Chart,
     Facts,
     Gallery,
@@ -21,9 +20,9 @@ from .page import (
     Listing,
     Page,
     Prose,
-    Row,
     Section,
     Table,
+    text_rows,
 )
 from .run_report import versions
 from .text import capital
@@ -79,18 +78,17 @@ def tuning_report(tuning: Tuning) -> Page:
 
 
 def _texts(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    lines = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
-    return Table(caption, tuple(map(capital, headings)), lines)
+    return Table(caption, tuple(map(capital, headings)), text_rows(rows))
 
 
 def _by_motion(evaluated: Judgement) -> Table:
     columns = (evaluated.current, evaluated.constant, evaluated.before, evaluated.after)
-    rows = tuple(
-        Row(name, tuple(Cell(f"{value:.3f}") for value in values))
+    rows = (
+        (name, *(f"{value:.3f}" for value in values))
         for name, *values in zip(evaluated.motions, *columns, strict=True)
     )
     headings = ("Motion", "Best constant current, A", "Its J", "Score before", "Score, tuned")
-    return Table(capital(evaluated.name), headings, rows)
+    return Table(capital(evaluated.name), headings, text_rows(rows))
 
 
 def _progress(tuning: Tuning) -> Chart:
