@@ -49,7 +49,7 @@ class Plant(NamedTuple):
     isolated : IsolatedStructure
         Structure and devices.
     records : tuple of Record
-        Ground motion, one a direction.
+        Ground motion, one per direction.
     driver : CoilDriver
         Of the coils.
     """

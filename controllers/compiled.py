@@ -72,7 +72,7 @@ class Decision:
     """A controller's decision, ready to be called or compiled."""
 
     # ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
-    # writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
+    # writes ``command`` (A, one per coil) and what it must remember into ``memory``. Arguments
     # annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is named
     # after. It and the functions and numbers of its module that it uses must be what Numba
     # compiles, in a file; of modules, they may use ``math`` and ``np``

@@ -227,7 +227,7 @@ class Controller:
         Returns
         -------
         float or array_like, shape (n_channels,), A
-            One current for all coils, or one a coil.
+            One current for all coils, or one per coil.
         """
         raise NotImplementedError(f"{self.name} has no method current(t, measurement)")
 

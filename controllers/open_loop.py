@@ -75,7 +75,7 @@ class Held(OpenLoop):
 
     @abstractmethod
     def held(self, context: RunContext) -> Any:
-        """Return the current to hold: one for all coils or one a coil, A."""
+        """Return the current to hold: one for all coils or one per coil, A."""
 
     def commands(self, context: RunContext) -> tuple[NDArray, NDArray]:
         """One command, from the start."""

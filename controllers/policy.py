@@ -22,7 +22,7 @@ class Policy(Controller):
     Parameters
     ----------
     act : callable
-        ``act(observation)``: coil current, or one a coil, A; the observation, an array of float32,
+        ``act(observation)``: coil current, or one per coil, A; the observation, a float32 array,
         holds what is measured, then the coil currents, as in `isolation_sim.environments`.
         What it gives is clamped to the supply's limits.
     measures : sequence of str

@@ -143,7 +143,7 @@ class Comparison(Printed):
         Returns
         -------
         list of str
-            A line a run: its name, the time and the cause.
+            A line per run: its name, the time and the cause.
         """
         return [f"{name} has no result: {error}" for name, error in self.diverged.items()]
 
@@ -188,7 +188,7 @@ class Comparison(Printed):
         Returns
         -------
         list of dict
-            One a run: ``controller``, its criteria and ``energy_`` with each energy, SI units.
+            One per run: ``controller``, its criteria and ``energy_`` with each energy, SI units.
         """
         return [
             {"controller": name}

@@ -106,7 +106,7 @@ class _Task:
         )
 
     def observation(self, measured: NDArray) -> NDArray:
-        """What is observed of measurements, one a row."""
+        """What is observed of measurements, one per row."""
         coils = measured[..., len(self.measures) :]
         return np.concatenate([measured[..., : self.n_observed], coils], axis=-1, dtype=np.float32)
 

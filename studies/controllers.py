@@ -100,7 +100,7 @@ def ranking(result: Judgement, case: str) -> Rows:
     Returns
     -------
     list of dict
-        A row a controller, the best first: medians of the peaks over all motions, mean J over the
+        A row per controller, the best first: medians of the peaks over all motions, mean J over the
         random ones and its excess over the best constant current's with 95 % bounds; mean share of
         the clairvoyant gap closed, with 95 % bounds, over the motions whose bound, which is that of
         the papers' rule, is known; then medians of field work, mean squared current and time a

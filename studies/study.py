@@ -99,7 +99,7 @@ class Outcome:
     Attributes
     ----------
     table : sequence of mapping
-        A row a case; a heading ends in the SI unit; None for what did not happen.
+        A row per case; a heading ends in the SI unit; None for what did not happen.
     finding : str
         What the numbers say, a paragraph a line.
     figures : dict of str to matplotlib.figure.Figure

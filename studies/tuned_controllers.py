@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 TITLE = "Classical controllers, as published and as tuned"
 TUNED = Path(__file__).with_name("tuned")
-"""Scenario sections that ``isolation-sim tune`` wrote, one a controller, and the plant."""
+"""Scenario sections that ``isolation-sim tune`` wrote, one per controller, and the plant."""
 PGA_G = 0.33
 """Peak to which recorded components are scaled, g."""
 UNSEEN_SEED = 1

@@ -47,7 +47,7 @@ from ground_motions import Record
 
 
 def read_v2(path, dt=0.02):
-    """Read accelerations in mg, one a line."""
+    """Read accelerations in mg, one per line."""
     return Record(np.loadtxt(path) * 9.80665e-3, dt, name="mine")
 '''
 
@@ -389,7 +389,7 @@ def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, cap
 def test_the_list_shows_an_installed_package_s_parts(package, capsys):
     for subject, name, told in (
         ("laws", "cubic", "k3 (N/m^3)"), ("effects", "slack", "gap (m)"),
-        ("controllers", "outwards", "full_speed (m/s)"), ("readers", "v2", "mg, one a line"),
+        ("controllers", "outwards", "full_speed (m/s)"), ("readers", "v2", "mg, one per line"),
         ("studies", "soft", "How soft may isolation be?"),
     ):  # fmt: skip
         command(["list", subject, "--json"])

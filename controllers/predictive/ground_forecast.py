@@ -1,4 +1,4 @@
-"""The ground motion ahead: known as far as the warning goes, then expected."""
+"""The ground motion ahead: known for the preview time, forecast after it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class GroundForecast:
     # order: Of the autoregressive model; 0 for none.
     # settling: Time in which the velocity comes back; None for never, s.
     # fading: Time in which the forecast of the autoregressive model fades; None for never, s.
-    # records: What a warning tells, one a direction; None without one.
+    # records: Record within the preview time, one per direction; None without preview.
 
     def __init__(
         self, prediction: Prediction, coils: NDArray, step: float, n_steps: int, order: int,

@@ -119,7 +119,7 @@ def settings(kind: type[Controller]) -> str:
     str
         MyST text, empty without settings.
     """
-    # a column a preset, and one for the search ranges, where there are any
+    # a column per preset, and one for the search ranges, where there are any
     presets = {preset: dict(values) for preset, values in kind.presets.items()}
     searched = any(s.search for s in kind.settings.values())
     headings = ("setting", "meaning", "unit", "default", *presets, "accepts")

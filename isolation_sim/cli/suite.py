@@ -41,7 +41,7 @@ def suite(
         bool, typer.Option("--resume", help="Go on with what was begun there.")
     ] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Processes of this machine; one a processor by default.")
+        int | None, typer.Option(help="Processes of this machine; one per processor by default.")
     ] = None,
     criterion: Annotated[
         str, typer.Option(help="Criterion of the table with one row per motion.")

@@ -136,7 +136,7 @@ def run_plan(
         bool, typer.Option("--resume", help="Go on with what was begun there; run errors again.")
     ] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Processes of this machine; one a processor by default.")
+        int | None, typer.Option(help="Processes of this machine; one per processor by default.")
     ] = None,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler that runs it instead.")

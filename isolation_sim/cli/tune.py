@@ -74,7 +74,7 @@ def tune(
         bool, typer.Option("--resume", help="Go on with what was begun in the folder.")
     ] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Threads or processes; one a processor by default.")
+        int | None, typer.Option(help="Threads or processes; one per processor by default.")
     ] = None,
     overwrite: Overwrite = False,
     export: Export = None,

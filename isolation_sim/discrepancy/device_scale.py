@@ -60,10 +60,10 @@ def carrying(device: Device, structure: Structure, ground: Sequence[Record]) -> 
     return Scale(
         length,
         float(force),
-        f"The device was scaled to the building: its largest tested deformation, "
-        f"{1e3 * tested:.3g} mm, stands for {1e3 * displacement:.3g} mm, what the motion's "
-        f"spectrum gives at {ISOLATED_PERIOD:g} s and its damping ratio of {damping:.2g}; its "
-        f"force is multiplied by {force:.4g}, with which its effective stiffness there"
-        + (f" and at {current:.3g} A" if device.depends_on_current else "")
-        + " gives the whole mass that period.",
+        f"The device was scaled to the building. Its largest tested deformation of "
+        f"{1e3 * tested:.3g} mm becomes {1e3 * displacement:.3g} mm, the spectral displacement "
+        f"of the ground motion at {ISOLATED_PERIOD:g} s and a damping ratio of {damping:.2g}. Its "
+        f"force is multiplied by {force:.4g}, so that the effective stiffness at that deformation"
+        + (f" and {current:.3g} A" if device.depends_on_current else "")
+        + f" gives the whole mass a period of {ISOLATED_PERIOD:g} s.",
     )

@@ -16,7 +16,7 @@ from ..laws.device import Device
 from ..simulation.substructure import DeviceSimulator
 
 SAMPLES = 60
-"""Steps a cycle: the materials' own integration, as in an analysis, takes one a step."""
+"""Steps per cycle: the materials' own integration, as in an analysis, takes one per step."""
 RISING, STEADY = 4, 2
 """Cycles over which the amplitude rises, and cycles at it."""
 Command = tuple[Any, ...]

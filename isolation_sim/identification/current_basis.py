@@ -14,7 +14,7 @@ from .run_table import TestRun
 
 
 def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None) -> NDArray:
-    """Choose the currents at which polynomials are reported, one a coefficient."""
+    """Choose the currents at which polynomials are reported, one per coefficient."""
     seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
     if degree is None:
         degree = min(len(seen) - 1, 2)

@@ -99,7 +99,7 @@ def centre_line(time: np.ndarray, y: np.ndarray, period: float) -> np.ndarray:
 def whole_cycles(
     time: np.ndarray, displacement: np.ndarray, frequency: float, skip: int
 ) -> np.ndarray:
-    """Return the times at which the displacement peaks, one a whole cycle."""
+    """Return the times at which the displacement peaks, one per whole cycle."""
     period = 1.0 / frequency
     coefficients = harmonics(time, displacement, frequency, time[0], 1)
     peak = float(np.angle(coefficients[0])) / (2 * np.pi) * period

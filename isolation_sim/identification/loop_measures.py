@@ -40,7 +40,7 @@ _HARMONICS_FITTED, _HARMONICS = 15, 5
 
 @dataclass(frozen=True, eq=False)
 class Measure:
-    """A number measured once a cycle.
+    """A number measured once per cycle.
 
     Attributes
     ----------

@@ -127,7 +127,7 @@ class Ends(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """A curve, and the phases relative to its centre (rad) between which it stands for the loop."""
+    """A curve, and the phases relative to its centre (rad) between which it replaces the loop."""
 
     curve: CornerCurve
     low: float

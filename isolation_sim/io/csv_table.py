@@ -50,8 +50,8 @@ class CsvTable:
             place = f"{self.path}, line {line}"
             if len(row) != len(self.names):
                 raise InputError(
-                    f"{place}: {len(row)} cells; expected: {len(self.names)}, one a column of the "
-                    "header"
+                    f"{place}: {len(row)} cells; expected: {len(self.names)}, one per column of "
+                    "the header"
                 )
             for k in used:
                 parse_number(row[k], f"{place}, column {self.names[k]}")

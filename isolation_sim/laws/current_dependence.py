@@ -17,7 +17,7 @@ from ..errors import InputError, unknown_name
 @checked
 @dataclass(frozen=True, eq=False)
 class CurrentDependence:
-    """Piecewise polynomials of the current, one a parameter.
+    """Piecewise polynomials of the current, one per parameter.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
             axes.errorbar(
                 at, middle, bars, label=as_written(label), elinewidth=0.8, capsize=1.5, **look
             )
-        # a word a line: names stand side by side
+        # a word per line: names stand side by side
         axes.set_xticks(range(len(target)), [title_of(name).replace(" ", "\n") for name in target])
         axes.set_ylabel(
             f"over {as_written(UNCONTROLLED)}" if uncontrolled else "over the median of all runs"

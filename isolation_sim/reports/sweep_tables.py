@@ -27,7 +27,7 @@ def controllers_table(sweep: Sweep) -> WideTable:
     def part(shown: Sequence[str]) -> Table:
         table = _table(title, "", "unit")
         for label in shown:
-            # a word a line
+            # a word per line
             table.add_column("\n".join(as_written(label).split()), justify="right", no_wrap=True)
         if len(labels) > 1:
             table.caption, table.caption_justify = "* best of the row", "left"

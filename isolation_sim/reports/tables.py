@@ -230,7 +230,7 @@ def _criteria_columns(
     )
     table.add_column("", no_wrap=True)
     for name in shown:
-        # a word a line: left alone, rich shares the width by whole names and breaks words
+        # a word per line: left alone, rich shares the width by whole names and breaks words
         header = Text("\n".join(as_written(name).split()))
         table.add_column(header, justify="right", no_wrap=True, overflow="fold", vertical="bottom")
     for group, lines in criteria_lines(criteria, energy, baseline, optima).items():

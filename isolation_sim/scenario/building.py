@@ -40,7 +40,7 @@ class ShearBuilding(Section):
         Literal["rayleigh", "modal"], Field(description="rayleigh, modal; on a held base")
     ] = "rayleigh"
     damping_ratio: Annotated[
-        _Ratio | list[_Ratio], Field(description="with modal damping also one a mode")
+        _Ratio | list[_Ratio], Field(description="with modal damping also one per mode")
     ] = 0.02
     rayleigh_modes: Annotated[
         list[int], Field(min_length=2, max_length=2, description="the two with the ratio, from 1")
@@ -115,7 +115,7 @@ class MatricesFile(Section):
             "isolator_positions_m"
         ),
     ]
-    dof_names: Annotated[list[str] | None, Field(description="one a row of the matrices")] = None
+    dof_names: Annotated[list[str] | None, Field(description="one per row of the matrices")] = None
     directions: Annotated[
         list[str] | None, Field(description="directions of ground motion; one [[ground]] each")
     ] = None

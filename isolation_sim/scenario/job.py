@@ -26,7 +26,7 @@ class Job:
     isolated : IsolatedStructure
         The plant.
     records : tuple of Record
-        Ground motion, one a direction.
+        Ground motion, one per direction.
     controllers : dict of str to Control
         By the name to print.
     options : dict of str to object

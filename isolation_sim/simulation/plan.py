@@ -114,7 +114,7 @@ class Lane:
     """One run, before it starts."""
 
     isolated: IsolatedStructure  # The plant
-    records: tuple[Record, ...]  # Ground motion, one a direction
+    records: tuple[Record, ...]  # Ground motion, one per direction
     # (n_channels, 6): Lag (s), slew (A/s), lowest current, highest current, step and initial
     # current (A) of each coil
     coils: NDArray

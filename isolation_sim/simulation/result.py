@@ -46,7 +46,7 @@ class Run(Printed, Trajectory):
     isolated : IsolatedStructure
         The plant.
     records : tuple of Record
-        Ground motion, one a direction.
+        Ground motion, one per direction.
     controller : str
         Name of the controller.
     source : str

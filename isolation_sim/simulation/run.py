@@ -310,7 +310,7 @@ def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[
         if currents.shape not in ((width,), (1,)):
             raise InputError(
                 f"{controller.name}: current() gave {currents.size} numbers at t = "
-                f"{times[k]:.4g} s; expected: 1 for all coils, or {width}, one a coil"
+                f"{times[k]:.4g} s; expected: 1 for all coils, or {width}, one per coil"
             )
         work.chosen[k, 0, :width] = currents
         if advance() != decide:

@@ -215,7 +215,7 @@ class Simulator:
         Parameters
         ----------
         current : float or array_like, shape (n_channels,), A
-            Command from now on: one current for all coils, or one a coil.
+            Command from now on: one current for all coils, or one per coil.
         ground_acceleration : float or array_like, optional, m/s^2
             Without a record: at the step's end, shape (n_directions,), or at all samples of the
             ground motion after its start, shape (n_samples, n_directions). It is linear between.
@@ -239,7 +239,7 @@ class Simulator:
             work.chosen[k, 0, : self._width] = current
         except (TypeError, ValueError):
             raise InputError(
-                f"current is {current!r} A; expected: one number, or {self._width}, one a coil"
+                f"current is {current!r} A; expected: one number, or {self._width}, one per coil"
             ) from None
         if self._given_ground:
             self._put_ground(ground_acceleration)
@@ -289,7 +289,7 @@ class Simulator:
         if rows.size != n_samples * n_directions or not np.isfinite(rows).all():
             raise InputError(
                 f"ground_acceleration is {given!r}; expected: finite numbers, shape ({n_samples}, "
-                f"{n_directions}): one a sample and direction, m/s^2"
+                f"{n_directions}): one per sample and direction, m/s^2"
             )
         return rows.reshape(n_samples, n_directions)
 
@@ -352,7 +352,7 @@ class Simulator:
 def still_ground(
     isolated: IsolatedStructure, period: float | None, duration: float | None, dt: float | None
 ) -> tuple[Record, ...]:
-    """Records at rest, one a direction, whose place a caller's ground acceleration takes."""
+    """Records at rest, one per direction, whose place a caller's ground acceleration takes."""
     for name, value in (("period", period), ("duration", duration)):
         if value is None or not 0 < value < np.inf:
             raise InputError(f"{name} is {value}; expected without a record: a time above 0 s")

@@ -57,11 +57,11 @@ def from_matrices(
         Rows that turn displacements into storey drifts. By default differences between
         neighbouring floors where the base is the first dofs and every floor has as many; else none.
     storeys : sequence of str, optional
-        Names of the storeys, one a drift row.
+        Names of the storeys, one per drift row.
     directions : sequence of str, optional
         Names of the directions of ground motion; ``x``, ``y``, ``z``, … by default.
     heights : array_like, shape (n_storeys,), optional, m
-        Storey heights, one a drift row.
+        Storey heights, one per drift row.
     isolator_positions : array_like, shape (n_isolators, 2), optional, m
         Plan positions x, y of the isolators from the point of the slab that the base's dofs move:
         for a base of three dofs, along x, along y and in rotation from x to y.

@@ -77,7 +77,7 @@ def plan_building(
     n = m.size
     for what, row in (("stiffnesses_x", k_x), ("stiffnesses_y", k_y)):
         if row.size != n:
-            raise InputError(f"{what} has {row.size} numbers; expected: {n}, one a storey")
+            raise InputError(f"{what} has {row.size} numbers; expected: {n}, one per storey")
     if sides.size != 2:
         raise InputError(f"plan has {sides.size} numbers; expected: the sides along x and y, in m")
     if isolator_positions is None:

@@ -44,7 +44,7 @@ def shear_building(
     base_mass : float, kg
         Mass of the base slab.
     damping_ratio : float or sequence of float, shape (n_storeys,), default 0.02
-        Ratio of critical damping; one a mode only with ``damping="modal"``.
+        Ratio of critical damping; one per mode only with ``damping="modal"``.
     damping : {"rayleigh", "modal"}
         Mass and stiffness proportional, with the ratio at two modes, or the ratio at every mode.
     rayleigh_modes : tuple of int, default (1, 2)
@@ -93,7 +93,7 @@ def _ratios(given: Any, n: int, damping: str) -> np.ndarray:
     sizes = (1, n) if damping == "modal" else (1,)
     if ratio.ndim != 1 or ratio.size not in sizes or not np.all((ratio >= 0) & (ratio < 1)):
         accepted = "a number from 0 to 1"
-        accepted += f", or {n} of them" if damping == "modal" else ' (one a mode needs "modal")'
+        accepted += f", or {n} of them" if damping == "modal" else ' (one per mode needs "modal")'
         raise InputError(f"damping_ratio is {given!r}; expected: {accepted}")
     return np.broadcast_to(ratio, (n,))
 

@@ -48,11 +48,11 @@ class Structure:
     drift_rows : numpy.ndarray, shape (n_storeys, n)
         ``drift_rows @ q`` are the storey drifts.
     storeys : tuple of str
-        Storeys, one a drift row.
+        Storeys, one per drift row.
     directions : tuple of str
-        Directions of ground motion, one a column of ``influence``.
+        Directions of ground motion, one per column of ``influence``.
     heights : numpy.ndarray or None, shape (n_storeys,), m
-        Storey heights, one a drift row, where they are known.
+        Storey heights, one per drift row, where they are known.
     isolator_positions : numpy.ndarray or None, shape (n_isolators, 2), m
         Plan positions x, y of the isolators, from the point of the slab that the base's dofs move,
         where they are known.
@@ -320,8 +320,8 @@ class Structure:
             Period of the first mode for small vibrations, with the current in the middle of those
             that the device was tested at: the device's force is scaled to it.
         design_displacement_m : float, optional, m
-            Deformation of the isolators that stands for the largest tested one of the device:
-            its deformation is scaled to it. By default 0.04 m for each second of the target
+            Deformation of the isolators to which the largest tested deformation of the device is
+            scaled. By default 0.04 m for each second of the target
             period where the device is not scaled yet (80 mm at 2 s, as the reference isolators).
         damping : float, optional, dimensionless
             Damping ratio of the first mode; a linear dashpot beside the isolators adds what they
@@ -481,7 +481,7 @@ class IsolatedStructure:
 
     @cached_property
     def groups(self) -> tuple[tuple[int, ...], ...]:
-        """Elements of each device, by number: one, or one a direction in which it acts."""
+        """Elements of each device, by number: one, or one per direction in which it acts."""
         result: list[list[int]] = []
         for e, element in enumerate(self.elements):
             if element.follows and result:

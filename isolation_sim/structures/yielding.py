@@ -45,7 +45,7 @@ def yielding_storeys(
     isolated : IsolatedStructure
         A shear building with or without isolators.
     yield_shear : float or sequence of float, N
-        Shear at which the storeys yield, one for all or one a storey from below.
+        Shear at which the storeys yield, one for all or one per storey from below.
     hardening_ratio : float, default 0.05
         Stiffness after yielding over that before.
     smoothness : float, default 5

@@ -62,7 +62,7 @@ class Sweep(Printed):
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """A row a run that is finished.
+        """A row per run that is finished.
 
         ``case``, the varied quantities, ``controller``, ``status``, ``reason``, ``clamped``,
         ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests

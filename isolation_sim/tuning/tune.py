@@ -62,7 +62,7 @@ def tune(
         used, its ground motion only where it is asked for.
     motions : str, pathlib.Path or sequence of Record, default "mixture"
         What to tune on: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
-        ``"scenario"``; a folder of records; or records, each one a direction.
+        ``"scenario"``; a folder of records; or records, each one per direction.
     unseen : as ``motions``, or a mapping of names to such
         Motions of the evaluation. A mixture has another seed than that of ``motions``.
     criteria : mapping of str to float, optional

@@ -164,7 +164,7 @@ def test_a_diagnosis_is_carried_into_a_scenario(diagnosed):
 
 
 def test_the_reports_show_it(diagnosed, capsys):
-    row = next(row for row in consequence_rows(diagnosed.consequence) if row[0] == "passive_on")
+    row = next(row for row in consequence_rows(diagnosed.consequence) if row[0] == "passive on")
     assert len(row) == len(HEADINGS)
     assert float(row[3]) == pytest.approx(100 * (float(row[1]) / float(row[2]) - 1), abs=1)
     diagnosed.report()

@@ -10,6 +10,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.reports.html.explorer import explorer
 from isolation_sim.reports.html.study_report import study_report
 from isolation_sim.reports.html.sweep_report import sweep_report
+from isolation_sim.reports.names import as_written
 from isolation_sim.sweeps import Sweep, sweep
 
 MOST = 6_000_000
@@ -61,7 +62,9 @@ def test_the_explorer_holds_the_runs_that_ended_well(swept):
     assert len(good) == 8
     for field, name in zip(data["fields"], ("controller", "scale", "isolators"), strict=True):
         shown = [field["groups"][code] for code in codes(field)]
-        expected = good[name] if name == "controller" else good[name].map("{:.5g}".format)
+        expected = (
+            good[name].map(as_written) if name == "controller" else good[name].map("{:.5g}".format)
+        )
         assert shown == list(expected)
     chosen = data["criteria"][data["criterion"]]
     assert chosen["name"] == "peak floor acceleration, m/s²" and not chosen["more"]
@@ -78,7 +81,7 @@ def test_the_report_says_what_came_of_the_sweep(swept):
     for told in (
         "12 runs: 6 cases under 2 controllers; 4 failed.",
         f"The lowest rms drift, {1e3 * best['rms_drift_m']:.4g} mm, is that of "
-        f"{best['controller']} in case {best['case']} (scale {best['scale']:.5g}",
+        f"{as_written(best['controller'])} in case {best['case']} (scale {best['scale']:.5g}",
         "diverged", "table.npz", "--csv",
     ):  # fmt: skip
         assert told in text, told
@@ -120,7 +123,7 @@ def test_ten_thousand_runs_stay_small_and_the_best_are_among_them(large, tmp_pat
     cases = floats(data["cases"])
     assert 5000 < len(cases) < len(large.table)
     for code, label in enumerate(data["fields"][0]["groups"]):
-        own = large.table.loc[large.table["controller"] == label, FLOOR]
+        own = large.table.loc[large.table["controller"].map(as_written) == label, FLOOR]
         found = np.sort(values[controller == code])[:12]
         np.testing.assert_allclose(found, np.sort(own)[:12], rtol=1e-6)
     # a quantity with many values is chosen by intervals, which hold them
@@ -145,7 +148,9 @@ def test_the_report_is_operated(swept, opened, until, tmp_path, cut_off):
 
     # a map is of one controller, the best run's if the reader does not choose
     title = page.locator(".explorer figcaption").last
-    assert title.inner_text().endswith(f"over scale and isolators, {ordered['controller'].iloc[0]}")
+    assert title.inner_text().endswith(
+        "over scale and isolators, " + as_written(ordered["controller"].iloc[0])
+    )
     page.locator(".explorer [data-field='0']").select_option("on off")
     assert title.inner_text().endswith("over scale and isolators, on off")
     assert page.locator(".explorer output").inner_text() == "4 of 8 runs"

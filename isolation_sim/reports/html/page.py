@@ -66,7 +66,7 @@ class Row:
     """Row of a table."""
 
     label: str  # Its heading
-    cells: tuple[Cell, ...] = ()  # One a column; none for a heading of the rows that follow
+    cells: tuple[Cell, ...] = ()  # One per column; none for a heading of the rows that follow
 
 
 def text_rows(rows: Iterable[Sequence[str]]) -> tuple[Row, ...]:

@@ -184,7 +184,7 @@ def _shaking(
     if len(directions) != len(record.components):
         raise InputError(
             f"record {record.name} has {len(record.components)} horizontal components; expected: "
-            f"{len(directions)}, one a direction of the structure ({', '.join(directions)})"
+            f"{len(directions)}, one per direction of the structure ({', '.join(directions)})"
         )
     return [(record.name, record.components)]
 

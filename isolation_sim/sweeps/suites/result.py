@@ -86,7 +86,7 @@ class Suite(Printed):
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """A row a run: ``motion``, ``record``, ``controller``, ``status``, criteria in SI units."""
+        """Row per run: ``motion``, ``record``, ``controller``, ``status``, criteria in SI units."""
         table = self.sweep.table.drop(columns="case")
         record = {each["name"]: each["record"] for each in self.index["motions"]}
         table.insert(1, "record", table["motion"].map(record))
