@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 from isolation_sim.errors import Diverged, InputError
 from isolation_sim.simulation.control import CoilDriver, RunContext
 from isolation_sim.structures import IsolatedStructure
@@ -94,6 +95,7 @@ class Bound:
         return max(abs(self.certified[q] / p - 1.0) for q, p in self.predicted.items())
 
 
+@checked
 def bound(
     plant: Plant, weights: Mapping[str, float] = EQUALLY, period: float | None = None,
     starts: int = 2, roughness: float = 1e-3, iterations: int = 300,
@@ -146,6 +148,7 @@ def _bound(
     return min(result, key=lambda one: one.score)
 
 
+@checked
 def pareto(
     plant: Plant, n: int = 7, period: float | None = None, starts: int = 2, roughness: float = 1e-3
 ) -> list[Bound]:
@@ -211,6 +214,7 @@ def pareto(
     return list(front.values())
 
 
+@checked
 def share_of_gap(score: float, constant: float, clairvoyant: float) -> float:
     """Share of the gap between the best constant current and the clairvoyant bound that is closed.
 

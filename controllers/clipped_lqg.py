@@ -37,11 +37,9 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from a Kalman filter's estimate, then the currents nearest to them.
-
-    Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
-    ``kalman_update``.
-    """
+    """Wanted forces from a Kalman filter's estimate, then the currents nearest to them."""
+    # Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
+    # ``kalman_update``.
     observer = settings[int(settings[OBSERVER]) :]
     kalman_update(t, measured, observer, memory, combined_force, state_rates)
     devices = memory[kalman_memory(observer) :]
@@ -54,11 +52,9 @@ def _decide_extended(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, tangent: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from an extended Kalman filter's estimate, then the nearest currents.
-
-    Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
-    ``extended_update``, then that of the force tracking.
-    """
+    """Wanted forces from an extended Kalman filter's estimate, then the nearest currents."""
+    # Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
+    # ``extended_update``, then that of the force tracking.
     observer = settings[int(settings[OBSERVER]) :]
     extended_update(t, measured, observer, memory, tangent)
     n, m = int(observer[N_DOFS]), int(observer[N_ELEMENTS])

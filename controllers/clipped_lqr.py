@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions import STANDARD_GRAVITY
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure, Structure
@@ -27,19 +28,15 @@ from .settings import Number, Optional, SearchRange, setting
 
 # settings: these, the gains, the elements' directions, then those of the force tracking
 N_DOFS, N_ELEMENTS, HEAD = range(3)
-STANDARD_GRAVITY = 9.80665
-"""m/s^2."""
 
 
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from the state, then the currents that come nearest to them.
-
-    Measured: displacements (m), velocities (m/s) and coil currents (A). Memory: that of the force
-    tracking.
-    """
+    """Wanted forces from the state, then the currents that come nearest to them."""
+    # Measured: displacements (m), velocities (m/s) and coil currents (A). Memory: that of the force
+    # tracking.
     n, m = int(settings[N_DOFS]), int(settings[N_ELEMENTS])
     gains = settings[HEAD : HEAD + 2 * n * m]
     directions = settings[HEAD + 2 * n * m : HEAD + 3 * n * m]

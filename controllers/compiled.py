@@ -2,7 +2,9 @@
 
 The source of one module contains the function, the functions and constants of its module that it
 uses, and the nominal laws. Numba compiles the module and caches it on disk. Its name is a hash of
-its content, so that nothing is compiled twice and no stale code is used.
+its content, so that nothing is compiled twice and no stale code is used. What works with the laws
+and stands in another file, such as an observer or the current map, is a module of its own: it is
+compiled once for all controllers.
 """
 
 from __future__ import annotations
@@ -10,11 +12,12 @@ from __future__ import annotations
 import ast
 import inspect
 import math
+import re
 import textwrap
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -22,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.generated import load_text
+from isolation_sim.generated import load_text, module_name
 from isolation_sim.laws.law import Law
 from isolation_sim.simulation.control import CompiledDecision, RunContext
 
@@ -34,12 +37,14 @@ _HEADER = '''"""Written by controllers.compiled; do not edit."""
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 from numba import carray, cfunc, njit, types
 
 OPTIONS = dict(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(**OPTIONS)
+kept = njit(cache=True, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
 
 _ENTRY = """@cfunc(
@@ -58,30 +63,23 @@ def entry(t, measured, settings, memory, command, sizes):
     )"""
 
 
+Model = Any
+"""Class of device models; mypy takes no class for hashable, as caches of functions need it."""
+
+
 @dataclass(frozen=True)
 class Decision:
-    """A controller's decision, ready to be called or compiled.
+    """A controller's decision, ready to be called or compiled."""
 
-    Attributes
-    ----------
-    function : callable
-        ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
-        writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
-        annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is
-        named after. It and the functions and numbers of its module that it uses must be what Numba
-        compiles, in a file; of modules, they may use ``math`` and ``np``.
-    settings : numpy.ndarray, shape (n_settings,)
-        Constants of the controller.
-    memory : numpy.ndarray, shape (n_memory,)
-        What it keeps between decisions; its value at the start.
-    devices : DeviceModel or None
-        Devices whose laws the decision uses.
-    """
-
+    # ``decide(t, measured, settings, memory, command)``: float64 arrays but for the time in s;
+    # writes ``command`` (A, one a coil) and what it must remember into ``memory``. Arguments
+    # annotated as ``Callable`` may follow: each is given the method of ``devices`` that it is named
+    # after. It and the functions and numbers of its module that it uses must be what Numba
+    # compiles, in a file; of modules, they may use ``math`` and ``np``
     function: Callable[..., None]
-    settings: NDArray
-    memory: NDArray
-    devices: DeviceModel | None = None
+    settings: NDArray  # (n_settings,): Constants of the controller
+    memory: NDArray  # (n_memory,): What it keeps between decisions; its value at the start
+    devices: DeviceModel | None = None  # Devices whose laws the decision uses
 
     @property
     def methods(self) -> list[Callable]:
@@ -143,38 +141,81 @@ def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
     """Compile a decision, or load it from the cache folder."""
     devices = decision.devices
     model: Any = type(devices) if devices else None
-    module = _module(decision.function, model, devices.laws if devices else (), n_channels)
-    return CompiledDecision(module.entry.address, decision.settings, decision.memory, module)
+    given = decision.function, model, devices.laws if devices else (), n_channels
+    module = _module(*given)
+    return CompiledDecision(
+        module.entry.address, decision.settings, decision.memory, module, partial(_text, *given)
+    )
 
 
 @lru_cache(maxsize=64)
 def _module(
-    function: Callable, model: type[DeviceModel] | None, laws: tuple[Law, ...], n_channels: int
+    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int
 ) -> ModuleType:
-    parts: dict[str, str] = {}
-    given = _taken(function)
-    collect(function, parts, given)
-    if model is not None:
-        collect(first_coefficient, parts)
-        collect(polynomial, parts)
-        parts["devices"] = model.text(laws)
-    if model is not None and "combined_range" in given:
-        ranges = model.range_text(laws)
-        for needed in RANGE_FUNCTIONS:
-            if f"{needed.__name__}(" in ranges:
-                collect(needed, parts)
-        parts["ranges"] = ranges
-    entry = _ENTRY.format(function=function.__name__, n_channels=n_channels)
-    text = "\n\n\n".join([_HEADER, *parts.values(), entry]) + "\n"
+    text = _text(function, model, laws, n_channels, partial(_shared, model, laws))
     notice = "compiling the controller for this law (once; about 4 s) ..." if laws else ""
     return load_text("decision", text, notice)
 
 
-def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()) -> None:
+@lru_cache(maxsize=256)
+def _shared(model: Model, laws: tuple[Law, ...], function: Callable, given: tuple[str, ...]) -> str:
+    """Statement that takes a function, given some of the devices', from its own module."""
+    parts: dict[str, str] = {}
+    collect(function, parts, given, partial(_shared, model, laws))
+    name = function.__name__
+    parts[name] = parts[name].replace("@plain", "@kept", 1)
+    text = _joined(parts, model, laws)
+    load_text("shared", text)
+    return f"{name} = sys.modules[{module_name('shared', text)!r}].{name}"
+
+
+def _text(
+    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int,
+    shared: Callable[..., str] | None = None,
+) -> str:  # fmt: skip
+    """Source of a decision: whole, or with what controllers share in modules of its own."""
+    parts: dict[str, str] = {}
+    collect(function, parts, _taken(function), shared)
+    parts["entry"] = _ENTRY.format(function=function.__name__, n_channels=n_channels)
+    return _joined(parts, model, laws)
+
+
+def _joined(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]) -> str:
+    """Source of a module, with the functions of the devices that it calls."""
+    before: dict[str, str] = {}
+    called = set(re.findall(r"\w+(?=\()", "\n".join(parts.values())))
+    if model is not None:
+        devices = _devices(model, laws)
+        if called & set(re.findall(r"(?<=def )\w+", devices)):
+            collect(first_coefficient, before)
+            collect(polynomial, before)
+            before["devices"] = devices
+        if "combined_range" in called:
+            collect(first_coefficient, before)
+            ranges = model.range_text(laws)
+            for needed in RANGE_FUNCTIONS:
+                if f"{needed.__name__}(" in ranges:
+                    collect(needed, before)
+            before["ranges"] = ranges
+    return "\n\n\n".join([_HEADER, *({**before, **parts}).values()]) + "\n"
+
+
+@lru_cache(maxsize=64)
+def _devices(model: Model, laws: tuple[Law, ...]) -> str:
+    """Source of the devices' functions."""
+    text: str = model.text(laws)
+    return text
+
+
+def collect(
+    function: Callable, parts: dict[str, str], given: Sequence[str] = (),
+    shared: Callable[..., str] | None = None,
+) -> None:  # fmt: skip
     """Gather the source of a function and of all that it uses, what is used first.
 
     Functions that a function takes as arguments are written into its text by their names: compiled
     code that passes functions on takes ten times as long to compile, and cannot be kept on disk.
+    ``shared`` says where a function of another file that takes some is found; none: it is gathered.
     """
     name = function.__name__
     try:
@@ -186,7 +227,11 @@ def collect(function: Callable, parts: dict[str, str], given: Sequence[str] = ()
     text = ast.unparse(writer.visit(ast.parse(source)))
     for needed, value in used.items():
         if isinstance(value, FunctionType):
-            collect(value, parts, writer.passed.get(value.__name__, ()))
+            passed = writer.passed.get(value.__name__, ())
+            if shared and passed and value.__module__ != function.__module__:
+                _put(parts, needed, shared(value, passed))
+            else:
+                collect(value, parts, passed, shared)
         elif isinstance(value, (bool, int, float, tuple)):
             _put(parts, needed, f"{needed} = {value!r}")
         elif value is not np and value is not math:
@@ -203,23 +248,11 @@ def _taken(function: Callable) -> list[str]:
 
 
 class _Given(ast.NodeTransformer):
-    """Writes the functions that a function is given into its text.
-
-    Parameters
-    ----------
-    given : mapping of str to str
-        Name of the function that an argument stands for.
-    used : mapping of str to object
-        What else the text uses.
-
-    Attributes
-    ----------
-    passed : dict of str to tuple of str
-        By the name of a function that it calls: the functions that it gives on.
-    """
+    """Writes the functions that a function is given into its text."""
 
     def __init__(self, given: Mapping[str, str], used: Mapping[str, Any]):
         self.given, self.used = given, used
+        # By the name of a function that it calls: the functions that it gives on
         self.passed: dict[str, tuple[str, ...]] = {}
 
     def visit_arguments(self, node: ast.arguments) -> ast.arguments:

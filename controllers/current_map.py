@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
 
@@ -223,6 +224,7 @@ class MappedCurrent(NamedTuple):
     saturated: bool
 
 
+@checked
 @dataclass(frozen=True)
 class CurrentMap:
     """Inverse of a device's force in the current.

@@ -135,14 +135,7 @@ class DeviceModel:
 
     def combined_force(self, current: float, arguments: tuple) -> float:
         """Weighted sum of the devices' forces at one current."""
-        weights, x, v, states, _ = arguments
-        total = 0.0
-        for e, device in enumerate(self.devices):
-            if weights[e] != 0.0:
-                own = states[e * self.n_states :][: len(device.law.states)]
-                force = device.force(float(x[e]), float(v[e]), own.tolist(), current)
-                total += float(weights[e] * force)
-        return total
+        return float(_in_python(self.laws)["combined_force"](current, arguments))
 
     @staticmethod
     def range_text(laws: Sequence[Law]) -> str:
@@ -171,7 +164,7 @@ class DeviceModel:
 
     def combined_range(self, low: float, high: float, arguments: tuple) -> Range:
         """Bounds on the weighted sum of the devices' forces over an interval of the current."""
-        bounds: Range = _range_function(self.laws)(low, high, arguments)
+        bounds: Range = _in_python(self.laws)["combined_range"](low, high, arguments)
         return bounds
 
     def state_rates(
@@ -179,9 +172,7 @@ class DeviceModel:
         out: NDArray,
     ) -> None:  # fmt: skip
         """Time derivatives of a device's internal states."""
-        device = self.devices[e]
-        n = len(device.law.states)
-        out[:n] = device.rates(float(x), float(v), states[:n].tolist(), current)
+        _in_python(self.laws)["state_rates"](e, x, v, states, current, row, out)
 
 
 def loaded(
@@ -243,10 +234,10 @@ RANGE_FUNCTIONS: tuple[Callable[..., Range], ...] = (
 
 
 @lru_cache(maxsize=64)
-def _range_function(laws: tuple[Law, ...]) -> Callable[..., Range]:
-    """``combined_range`` of some laws in plain Python: its text, without the compiler."""
+def _in_python(laws: tuple[Law, ...]) -> dict[str, Any]:
+    """Functions of both texts without the compiler: the same operations in the same order."""
     names: dict[str, Any] = {function.__name__: function for function in RANGE_FUNCTIONS}
-    names |= {"first_coefficient": first_coefficient, "math": math, "plain": lambda f: f}
-    exec(DeviceModel.range_text(laws), names)
-    result: Callable[..., Range] = names["combined_range"]
-    return result
+    names |= {"first_coefficient": first_coefficient, "polynomial": polynomial}
+    names |= {"math": math, "plain": lambda f: f}
+    exec(DeviceModel.text(laws) + "\n\n" + DeviceModel.range_text(laws), names)
+    return names

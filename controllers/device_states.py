@@ -53,13 +53,11 @@ def follow_states(
     e: int, start: tuple, end: tuple, h: float, states: NDArray, current: float, row: NDArray,
     work: NDArray, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Integrate a device's states over an interval, in place.
-
-    Between its ends the deformation is the cubic that has the measured deformations and velocities
-    there: its velocity adds up to the change in deformation, so that noise in the velocity does not
-    make a state drift. The steps of the classical Runge-Kutta method are as short as
-    the fastest state asks for.
-    """
+    """Integrate a device's states over an interval, in place."""
+    # Between its ends the deformation is the cubic that has the measured deformations and
+    # velocities there: its velocity adds up to the change in deformation, so that noise in the
+    # velocity does not make a state drift. The steps of the classical Runge-Kutta method are as
+    # short as the fastest state asks for.
     n = int(row[N_STATES])
     if n == 0 or h <= 0.0:
         return

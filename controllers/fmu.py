@@ -19,12 +19,11 @@ from .settings import NamesByName, setting
 
 
 class UnitController(Controller):
-    """Commands from a functional mock-up unit (FMI 2.0 or 3.0, co-simulation), through FMPy.
+    """Commands from a functional mock-up unit (FMI 2.0 or 3.0, co-simulation), through FMPy."""
 
-    At each decision the unit is given what is measured and steps on by the period; its outputs then
-    are the commands. A unit that decides at the start of its step, as those that isolation-sim
-    exports, so adds no delay; one that integrates over the step adds a period.
-    """
+    # At each decision the unit is given what is measured and steps on by the period; its outputs
+    # then are the commands. A unit that decides at the start of its step, as those that isolation-
+    # sim exports, so adds no delay; one that integrates over the step adds a period.
 
     file: ClassVar[str]
     title = "Functional mock-up unit"

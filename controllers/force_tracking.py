@@ -108,24 +108,14 @@ def nearest_currents(
 
 @dataclass(frozen=True)
 class ForceTracking:
-    """Devices, limits and room for what the functions of this file keep.
+    """Devices, limits and room for what the functions of this file keep."""
 
-    Attributes
-    ----------
-    elements : tuple of Element
-        The devices' elements.
-    model : DeviceModel
-        Their laws.
-    low, high : numpy.ndarray, shape (n_channels,), A
-        Range of each coil's current.
-    settings, memory : numpy.ndarray
-        As the functions of this file read them.
-    """
-
-    elements: tuple[Element, ...]
-    model: DeviceModel
+    elements: tuple[Element, ...]  # The devices' elements
+    model: DeviceModel  # Their laws
+    # low, high: (n_channels,), A: Range of each coil's current
     low: NDArray
     high: NDArray
+    # settings, memory: As the functions of this file read them
     settings: NDArray
     memory: NDArray
 

@@ -39,10 +39,8 @@ def dominant_frequency(cosine: float, decay: float, h: float) -> float:
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
-    """Follow the ground's frequency, and look the current up.
-
-    Measured: ground acceleration (m/s^2), then the coil currents (A).
-    """
+    """Follow the ground's frequency, and look the current up."""
+    # Measured: ground acceleration (m/s^2), then the coil currents (A).
     h = t - memory[LAST]
     memory[LAST] = t
     if h > 0.0:

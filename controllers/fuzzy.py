@@ -42,10 +42,8 @@ def share(deformation: float, velocity: float) -> float:
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
-    """Give each coil the largest current that its elements ask for.
-
-    Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A).
-    """
+    """Give each coil the largest current that its elements ask for."""
+    # Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A).
     for c in range(len(command)):
         most = 0.0
         for e in range((len(measured) - len(command)) // 2):

@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions import STANDARD_GRAVITY
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
-from .clipped_lqr import STANDARD_GRAVITY, designing, regulator_gain
+from .clipped_lqr import designing, regulator_gain
 from .compiled import CompiledController, Decision
 from .force_tracking import (
     MOTION,
@@ -35,11 +36,9 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from accelerations, then the currents nearest to them.
-
-    Measured: accelerations (m/s^2), each element's deformation (m) and velocity (m/s), coil
-    currents (A). Memory: the controller's state and scratch, then that of the force tracking.
-    """
+    """Wanted forces from accelerations, then the currents nearest to them."""
+    # Measured: accelerations (m/s^2), each element's deformation (m) and velocity (m/s), coil
+    # currents (A). Memory: the controller's state and scratch, then that of the force tracking.
     n, n_x, m = int(settings[N_DOFS]), int(settings[N_X]), int(settings[N_U])
     at = OWN
     a, b = settings[at : at + n_x * n_x], settings[at + n_x * n_x : at + n_x * (n_x + n)]
@@ -73,26 +72,17 @@ def _decide(
 
 @dataclass(frozen=True)
 class WeightedPlant:
-    """What an H2 controller is designed on: unit white noise to scaled outputs.
+    """What an H2 controller is designed on: unit white noise to scaled outputs."""
 
-    Attributes
-    ----------
-    a : numpy.ndarray, shape (n, n)
-        Dynamics.
-    b1, b2 : numpy.ndarray, shape (n, n_w), (n, n_u)
-        Of the noise and of the controls.
-    c1, d12 : numpy.ndarray, shape (n_z, n), (n_z, n_u)
-        Outputs to keep small, from state and controls.
-    c2, d21, d22 : numpy.ndarray, shape (n_y, n), (n_y, n_w), (n_y, n_u)
-        Measurements, from state, noise and controls; no noise acts on state and measurements both,
-        b1 d21' = 0.
-    """
-
-    a: NDArray
+    a: NDArray  # (n, n): Dynamics
+    # b1, b2: (n, n_w), (n, n_u): Of the noise and of the controls
     b1: NDArray
     b2: NDArray
+    # c1, d12: (n_z, n), (n_z, n_u): Outputs to keep small, from state and controls
     c1: NDArray
     d12: NDArray
+    # c2, d21, d22: (n_y, n), (n_y, n_w), (n_y, n_u): Measurements, from state, noise and controls;
+    # no noise acts on state and measurements both, b1 d21' = 0
     c2: NDArray
     d21: NDArray
     d22: NDArray

@@ -28,11 +28,9 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Currents by what they do to the energy: the lowest where more would make it rise.
-
-    Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
-    ``kalman_update``.
-    """
+    """Currents by what they do to the energy: the lowest where more would make it rise."""
+    # Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
+    # ``kalman_update``.
     observer = settings[int(settings[START]) :]
     kalman_update(t, measured, observer, memory, combined_force, state_rates)
     z, devices = memory[1:], memory[kalman_memory(observer) :]

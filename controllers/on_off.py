@@ -35,11 +35,9 @@ ON, OFF, BAND, KIND, WASH_OUT, COILS = range(6)
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
-    """Switch each coil by the products of its elements, added.
-
-    Measured: both factors of each element, then the coil currents. Memory: last instant (s), last
-    commands (A), and each element's last acceleration (m/s^2) and velocity (m/s).
-    """
+    """Switch each coil by the products of its elements, added."""
+    # Measured: both factors of each element, then the coil currents. Memory: last instant (s), last
+    # commands (A), and each element's last acceleration (m/s^2) and velocity (m/s).
     n_coils = len(command)
     n_elements = (len(measured) - n_coils) // 2
     h = t - memory[0]

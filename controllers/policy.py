@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ground_motions.argument_types import checked
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Controller
 
 
+@checked
 class Policy(Controller):
     """A function from what is measured to the currents.
 

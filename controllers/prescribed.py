@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
+from isolation_sim.io.csv_table import read_csv_table
 from isolation_sim.simulation.control import RunContext
 
 from .open_loop import OpenLoop
@@ -54,7 +54,7 @@ class Prescribed(OpenLoop):
             current = np.array(self.amperes).reshape(len(self.amperes or ()), -1)
         else:
             where = f"prescribed: {self.file}"
-            time, current = _read(Path(self.file), where)
+            time, current = _read(Path(self.file))
         if len(time) != len(current):
             raise InputError(f"{where}: {len(time)} instants for {len(current)} commands")
         if time[0] != 0:
@@ -79,30 +79,17 @@ class Prescribed(OpenLoop):
         return time[within], np.repeat(current[within], n_channels // current.shape[1], axis=1)
 
 
-def _read(path: Path, where: str) -> tuple[NDArray, NDArray]:
-    with path.open(newline="", encoding="utf-8-sig") as lines:
-        rows = csv.reader(lines)
-        header = [cell.strip() for cell in next(rows, [])]
-        coils = [f"coil{k}_current_A" for k in range(len(header) - 1)]
-        wanted = ["time_s", *(["current_A"] if "current_A" in header else coils)]
-        if len(wanted) < 2 or not set(wanted) <= set(header):
-            raise InputError(
-                f"{where}: columns are {', '.join(header) or 'missing'}; expected: time_s and "
-                "current_A, or time_s and coil0_current_A, coil1_current_A, ..."
-            )
-        columns = [header.index(name) for name in wanted]
-        values = []
-        for row in filter(None, rows):
-            try:
-                numbers = [float(row[k]) for k in columns]
-            except (ValueError, IndexError):
-                numbers = [np.nan]
-            if not np.all(np.isfinite(numbers)):
-                raise InputError(
-                    f"{where}, line {rows.line_num}: {','.join(row)!r}; expected: finite numbers"
-                )
-            values.append(numbers)
-    if not values:
-        raise InputError(f"{where}: no rows below the header")
-    table = np.array(values)
+def _read(path: Path) -> tuple[NDArray, NDArray]:
+    cells = read_csv_table(path)
+    coils = [f"coil{k}_current_A" for k in range(len(cells.names) - 1)]
+    needed = ["time_s", *(["current_A"] if "current_A" in cells.names else coils)]
+    if len(needed) < 2 or not set(needed) <= set(cells.names):
+        raise InputError(
+            f"{cells.head}: columns are {', '.join(cells.names)}; expected: time_s and current_A, "
+            "or time_s and coil0_current_A, coil1_current_A, ..."
+        )
+    if not cells.rows:
+        raise InputError(f"{cells.head}: no rows below the header")
+    columns = [cells.names.index(name) for name in needed]
+    table = cells.numbers(columns)[:, columns]
     return table[:, 0], table[:, 1:]

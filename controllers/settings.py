@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from isolation_sim.errors import InputError
 from isolation_sim.search_range import SearchRange
 
@@ -59,6 +60,7 @@ class Setting:
         return replace(self, default=self.checked(owner, name, value))
 
 
+@checked
 def setting(
     default: Any,
     meaning: str,
@@ -107,10 +109,8 @@ class Number:
     above: float = -np.inf
     infinite: bool = False
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return float
+    kind = float
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> float:
         """Return the number, or raise ValueError or TypeError."""
@@ -144,10 +144,8 @@ class Integer:
 
     at_least: int
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return int
+    kind = int
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> int:
         """Return the number, or raise ValueError or TypeError."""
@@ -223,10 +221,8 @@ class Numbers:
 
     n_axes: tuple[int, ...] = (1,)
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return tuple
+    kind = tuple
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> tuple:
         """Return the numbers, or raise ValueError or TypeError."""
@@ -257,10 +253,8 @@ class NamesByName:
 class ExistingFile:
     """Accepts the path of a file that exists."""
 
-    @property
-    def kind(self) -> Any:
-        """Type of what it accepts."""
-        return str
+    kind = str
+    """Type of what it accepts."""
 
     def __call__(self, value: Any) -> str:
         """Return the path as text, or raise ValueError or TypeError."""

@@ -30,11 +30,9 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Forces that lead each isolator to its surface, then the currents nearest to them.
-
-    Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A). Memory:
-    that of the force tracking.
-    """
+    """Forces that lead each isolator to its surface, then the currents nearest to them."""
+    # Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A).
+    # Memory: that of the force tracking.
     m = (len(measured) - len(command)) // 2
     tracking = settings[MASSES + m :]
     h = t - memory[0]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, exactly_one, positive, sample_count, within
 from ground_motions.errors import InputError
 from ground_motions.record import Record
 from ground_motions.synthesis import frequencies, random_phases
 
 
+@checked
 def band_limited_series(
     low_hz: float,
     high_hz: float,
@@ -90,6 +92,7 @@ def band_limited_series(
     return series / present * size
 
 
+@checked
 def band_limited_noise(
     low_hz: float,
     high_hz: float,

@@ -5,10 +5,12 @@ from __future__ import annotations
 import secrets
 from pathlib import Path
 
+from ground_motions.argument_types import checked
 from ground_motions.errors import InputError
 from ground_motions.record import Record
 
 
+@checked
 def write_csv(record: Record, path: str | Path) -> Path:
     """Write a record as ``time_s, ground_acceleration_m_s2`` with every digit.
 

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, choice, finite_row, positive, within
 from ground_motions.errors import InputError
 from ground_motions.units import STANDARD_GRAVITY
@@ -24,6 +25,7 @@ _NEVER_ZERO = 1e-9  # s; branches that divide by the period are not taken there
 Level = Literal["design", "mce_r"]
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class DesignSpectrum:
     """Elastic pseudo-acceleration spectrum of a code at 5 % damping.
@@ -79,6 +81,7 @@ class DesignSpectrum:
         return np.asarray(self.ordinates(target), dtype=float)
 
 
+@checked
 def asce7_22_two_period(
     s_ds: float, s_d1: float, t_l: float, level: Level = "design"
 ) -> DesignSpectrum:
@@ -121,6 +124,7 @@ def asce7_22_two_period(
     return DesignSpectrum(f"ASCE 7-22 two-period, {level}", "ASCE 7-22, 11.4.5.2", ordinates)
 
 
+@checked
 def asce7_22_multi_period(
     periods: npt.ArrayLike, mce_r: npt.ArrayLike, t_l: float, level: Level = "design"
 ) -> DesignSpectrum:
@@ -183,6 +187,7 @@ _EN_2004_T_E = {"A": 4.5, "B": 5.0, "C": 6.0, "D": 6.0, "E": 6.0}
 _EN_2004_T_F = 10.0
 
 
+@checked
 def en1998_1_2004(a_g: float, ground: str, spectrum_type: int = 1) -> DesignSpectrum:
     """Return the horizontal elastic response spectrum of EN 1998-1:2004, 3.2.2.2.
 
@@ -239,6 +244,7 @@ def en1998_1_2004(a_g: float, ground: str, spectrum_type: int = 1) -> DesignSpec
     )
 
 
+@checked
 def en1998_1_1_2022(
     s_alpha_rp: float,
     s_beta_rp: float,
@@ -311,6 +317,7 @@ _NZS = {
 _NZS_NEAR_FAULT = ((1.5, 2.0, 3.0, 4.0, 5.0), (1.0, 1.12, 1.36, 1.60, 1.72))
 
 
+@checked
 def nzs1170_5(
     z: float, r: float, subsoil: str, fault_distance_km: float | None = None
 ) -> DesignSpectrum:
@@ -369,6 +376,7 @@ def nzs1170_5(
     )
 
 
+@checked
 def table_spectrum(
     periods: npt.ArrayLike, psa: npt.ArrayLike, name: str = "table"
 ) -> DesignSpectrum:

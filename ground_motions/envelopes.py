@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, number, positive, within
 from ground_motions.errors import InputError
 
@@ -43,6 +44,7 @@ def _require_order(**times: float) -> None:
         )
 
 
+@checked
 @dataclass(frozen=True)
 class Trapezoid:
     """Straight rise, plateau, straight decay to zero.
@@ -76,6 +78,7 @@ class Trapezoid:
         )
 
 
+@checked
 @dataclass(frozen=True)
 class AminAng:
     """Parabolic rise, plateau, exponential decay.
@@ -120,6 +123,7 @@ JENNINGS_HOUSNER_B = AminAng(rise_end=4.0, decay_start=15.0, decay_rate=0.0992)
 """Their type B (magnitude about 7, as El Centro 1940), without its last, parabolic part."""
 
 
+@checked
 @dataclass(frozen=True)
 class SaragoniHart:
     """Gamma function: a smooth rise to 1 and a longer decay.

@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, choice, exactly_one, positive, sample_count
 from ground_motions.envelopes import JENNINGS_HOUSNER_B, Envelope
 from ground_motions.errors import InputError
@@ -16,6 +17,7 @@ from ground_motions.record import Record
 from ground_motions.synthesis import frequencies, random_phases
 
 
+@checked
 @dataclass(frozen=True)
 class Soil:
     """Parameters of the ground filter and of the filter that takes out low frequencies.
@@ -58,6 +60,7 @@ SOILS = MappingProxyType(
 (1992) 713-740."""
 
 
+@checked
 def kanai_tajimi_psd(frequency: npt.ArrayLike, soil: Soil, intensity: float = 1.0) -> FloatArray:
     """Return the Kanai-Tajimi power spectral density of ground acceleration.
 
@@ -87,6 +90,7 @@ def kanai_tajimi_psd(frequency: npt.ArrayLike, soil: Soil, intensity: float = 1.
     return psd
 
 
+@checked
 def clough_penzien_psd(frequency: npt.ArrayLike, soil: Soil, intensity: float = 1.0) -> FloatArray:
     """Return the Clough-Penzien power spectral density of ground acceleration.
 
@@ -116,6 +120,7 @@ def clough_penzien_psd(frequency: npt.ArrayLike, soil: Soil, intensity: float = 
     return psd
 
 
+@checked
 def kanai_tajimi_motion(
     soil: str | Soil = "firm",
     duration: float = 30.0,
@@ -162,6 +167,7 @@ def kanai_tajimi_motion(
     )
 
 
+@checked
 def clough_penzien_motion(
     soil: str | Soil = "firm",
     duration: float = 30.0,

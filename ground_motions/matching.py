@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, positive, within
 from ground_motions.design_spectra import DesignSpectrum
 from ground_motions.errors import InputError
@@ -68,6 +69,7 @@ class MatchedRecord:
         return float(np.max(np.abs(self.ratio - 1.0)))
 
 
+@checked
 def match_spectrum(
     record: Record,
     target: DesignSpectrum,

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray
 from ground_motions.errors import InputError
 from ground_motions.kanai_tajimi import SOILS, clough_penzien_motion, kanai_tajimi_motion
@@ -25,6 +26,7 @@ _PULSE_CYCLES = (1.2, 2.5)
 """The pulse's period, s, and its length in periods."""
 
 
+@checked
 def motion_mixture(count: int, seed: int = 0) -> tuple[Record, ...]:
     """Draw motions of four kinds in turn, all on the same samples.
 

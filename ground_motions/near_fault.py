@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, choice, number, positive, sample_count, within
 from ground_motions.errors import InputError
 from ground_motions.record import Record
@@ -21,6 +22,7 @@ MAKRIS_KINDS = ("A", "B", "C1", "C2")
 """Kinds of `makris_pulse`."""
 
 
+@checked
 def mavroeidis_papageorgiou_pulse(
     peak_velocity: float,
     pulse_period: float,
@@ -97,6 +99,7 @@ def mavroeidis_papageorgiou_pulse(
     )
 
 
+@checked
 def makris_pulse(
     kind: str,
     peak_velocity: float,
@@ -177,6 +180,7 @@ def _type_c_phase(cycles: int) -> float:
     return float(brentq(left_over, 0.0, 0.25 * math.pi, xtol=1e-15))
 
 
+@checked
 def ricker_pulse(
     peak_velocity: float,
     pulse_period: float,

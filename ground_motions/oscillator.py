@@ -36,11 +36,9 @@ def response_history(acceleration, propagator, damping):
 
 @njit(cache=True, nogil=True)
 def _extremum(p, q, r, s, damping, frequency, angle):
-    """Return |x| where x = exp(-z t)(p cos wt + q sin wt) + r + s t turns, 0 < t < angle.
-
-    The caller has seen the derivative change sign, so Newton's method is held in a bracket. The
-    place needs only half the digits: x is flat there.
-    """
+    """Return |x| where x = exp(-z t)(p cos wt + q sin wt) + r + s t turns, 0 < t < angle."""
+    # The caller has seen the derivative change sign, so Newton's method is held in a bracket. The
+    # place needs only half the digits: x is flat there.
     p1, q1 = -damping * p + frequency * q, -damping * q - frequency * p
     p2, q2 = -damping * p1 + frequency * q1, -damping * q1 - frequency * p1
     low, high = 0.0, angle

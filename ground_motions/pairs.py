@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, choice
 from ground_motions.errors import InputError
 from ground_motions.record import Record
@@ -28,6 +29,7 @@ COMBINATIONS = (*_OF_ORDINATES, "rotd100")
 _STEPS_A_PERIOD = 40
 
 
+@checked
 def combined_spectrum(
     components: tuple[Record, ...],
     periods: npt.ArrayLike,

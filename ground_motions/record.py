@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ground_motions import checks, integration
+from ground_motions.argument_types import checked
 from ground_motions.baseline import corrected
 from ground_motions.checks import FloatArray
 from ground_motions.errors import InputError
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ground_motions.spectra import ResponseSpectrum
 
 
+@checked
 @dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """Ground acceleration in one direction, linear between samples, starting from rest.
@@ -142,6 +144,7 @@ class Record:
         """
         return float(math.pi / (2.0 * STANDARD_GRAVITY) * self._energy[-1])
 
+    @checked
     def significant_duration(self, low: float = 0.05, high: float = 0.95) -> float:
         """Return the time in which Arias intensity grows from one share to another.
 
@@ -174,6 +177,7 @@ class Record:
         start, end = np.interp([low * energy[-1], high * energy[-1]], energy, self.time)
         return float(end - start)
 
+    @checked
     def resampled(self, dt: float) -> Record:
         """Return the motion at another sampling step.
 
@@ -204,6 +208,7 @@ class Record:
         samples = resample(self.acceleration, self.dt, dt)
         return self._derived(samples, f"resampled from {self.dt:g} s to {dt:g} s", dt=dt)
 
+    @checked
     def scaled(self, factor: float) -> Record:
         """Return the motion times a factor.
 
@@ -220,6 +225,7 @@ class Record:
         factor = checks.number("factor", factor, "a finite number")
         return self._derived(self.acceleration * factor, f"scaled by {factor:.6g}")
 
+    @checked
     def scaled_to_pga(self, pga: float) -> Record:
         """Return the motion scaled to a peak ground acceleration.
 
@@ -243,6 +249,7 @@ class Record:
         # Dividing first makes the peak sample exactly one, so that it then hits the target exactly.
         return self._derived(self.acceleration / self.pga * pga, f"scaled to pga {pga:g} m/s2")
 
+    @checked
     def scaled_to_sa(self, sa: float, period: float, damping: float = 0.05) -> Record:
         """Return the motion scaled to a pseudo-acceleration at one period.
 
@@ -273,6 +280,7 @@ class Record:
             f"scaled to sa {sa:g} m/s2 at {period:g} s, damping {damping:g}",
         )
 
+    @checked
     def baseline_corrected(self, order: int = 1, highpass_hz: float | None = None) -> Record:
         """Return the motion without drift: it ends with zero velocity.
 
@@ -306,6 +314,7 @@ class Record:
         step = f"order {order}" + (f", high-pass {highpass_hz:g} Hz" if highpass_hz else "")
         return self._derived(samples, f"baseline corrected ({step})")
 
+    @checked
     def padded(self, before: float = 0.0, after: float = 0.0) -> Record:
         """Return the motion with quiet ground before and after it.
 
@@ -331,6 +340,7 @@ class Record:
         samples = np.pad(self.acceleration, counts)
         return self._derived(samples, f"padded by {before:g} s and {after:g} s")
 
+    @checked
     def cut(self, start: float = 0.0, stop: float | None = None) -> Record:
         """Return the part of the motion between two times; its own time starts at zero.
 
@@ -364,6 +374,7 @@ class Record:
             )
         return self._derived(self.acceleration[first : last + 1], f"cut to {start:g}-{stop:g} s")
 
+    @checked
     def spectrum(self, periods: npt.ArrayLike, damping: float = 0.05) -> ResponseSpectrum:
         """Return the response spectrum; see `ground_motions.spectra.response_spectrum`.
 

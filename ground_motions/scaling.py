@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, positive
 from ground_motions.errors import InputError
 from ground_motions.pairs import Combination
@@ -16,6 +17,7 @@ POINTS = 100
 """Periods at which a suite is compared with its target."""
 
 
+@checked
 @dataclass(frozen=True)
 class SuiteRule:
     """What a code asks of a suite of records.
@@ -157,6 +159,7 @@ def best_factors(
     return np.exp(logarithm), misfit
 
 
+@checked
 def select_best(
     spectra: FloatArray, target: FloatArray, count: int, limits: tuple[float, float]
 ) -> npt.NDArray[np.int64]:
@@ -189,6 +192,7 @@ def select_best(
     return np.argsort(misfit, kind="stable")[:count]
 
 
+@checked
 def scale_suite(
     spectra: FloatArray, target: FloatArray, floors: FloatArray, limits: tuple[float, float]
 ) -> SuiteScaling:

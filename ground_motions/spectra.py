@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, positive, read_only, within
 from ground_motions.errors import InputError
 
@@ -90,6 +91,7 @@ class OscillatorResponse:
     absolute_acceleration: FloatArray
 
 
+@checked
 def response_spectrum(
     record: Motion,
     periods: npt.ArrayLike,
@@ -153,6 +155,7 @@ def response_spectrum(
     )
 
 
+@checked
 def oscillator_response(record: Motion, period: float, damping: float = 0.05) -> OscillatorResponse:
     """Return the response history of one oscillator, from rest, at the record's samples.
 

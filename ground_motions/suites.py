@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from ground_motions.argument_types import checked
 from ground_motions.errors import InputError
 from ground_motions.readers import READERS, read
 from ground_motions.readers.csv_file import acceleration_columns
@@ -22,6 +23,7 @@ _HORIZONTAL = ("Horizontal-1 Acc. Filename", "Horizontal-2 Acc. Filename")
 _VERTICAL = "Vertical Acc. Filename"
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class SuiteRecord:
     """A ground motion of a suite: one or two horizontal components of one recording.
@@ -60,6 +62,7 @@ class SuiteRecord:
         return SuiteRecord(self.name, scaled, vertical, self.scale_factor)
 
 
+@checked
 def read_folder(folder: str | Path) -> list[SuiteRecord]:
     """Read every record in a folder.
 
@@ -92,6 +95,7 @@ def read_folder(folder: str | Path) -> list[SuiteRecord]:
     return read_files(files)
 
 
+@checked
 def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[SuiteRecord]:
     """Read a list of records.
 
@@ -125,6 +129,7 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
     return records
 
 
+@checked
 def read_peer(path: str | Path) -> list[SuiteRecord]:
     """Read a download of the PEER NGA-West2 ground motion database.
 

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from .errors import InputError, PlausibilityWarning, TestedRangeWarning
 from .registry import controller as named_controller
 from .simulation.control import CoilDriver, Control, Sensors
-from .simulation.inputs import checked_controller
 from .simulation.result import Run
 from .simulation.tested_range import of_runs
 from .structures import IsolatedStructure
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .tuning.tuning import Tuning
 
 
+@checked
 def simulate(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
@@ -98,6 +99,7 @@ def simulate(
     return result
 
 
+@checked
 def compare(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
@@ -154,10 +156,6 @@ def compare(
     if isinstance(controllers, Mapping):
         named = {name: _controller(each) for name, each in controllers.items()}
     else:
-        if isinstance(controllers, str) or not isinstance(controllers, Sequence):
-            raise InputError(
-                f"controllers is {controllers!r}; expected: a list of names or controllers"
-            )
         built = [_controller(each) for each in controllers]
         named = {each.name: each for each in built}
         if len(named) < len(built):
@@ -179,6 +177,7 @@ def compare(
     return result
 
 
+@checked
 def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite | Tuning:
     """Read a saved result as what it was.
 
@@ -203,8 +202,6 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
     from .sweeps.suites.result import Suite
     from .tuning.tuning import Tuning
 
-    if not isinstance(path, str | Path):
-        raise InputError(f"path is {path!r}; expected: the path of a saved result")
     folder = Path(path)
     if folder.is_file():
         return load_archive(folder)
@@ -218,6 +215,7 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
     raise InputError(f"{path}: no saved result; expected: a folder with {FILE}, {', '.join(kinds)}")
 
 
+@checked
 def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     """Run all controllers of a scenario.
 
@@ -250,6 +248,7 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     return result
 
 
+@checked
 def diagnose(
     data: Campaign | str | Path | Sequence[str | Path],
     law: str | Law = "strain_stiffening",
@@ -361,6 +360,7 @@ def diagnose(
     return with_consequence(result, scenario, progress)
 
 
+@checked
 def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEvaluation:
     """Compute the errors of a law on measured runs; nothing is fitted.
 
@@ -394,7 +394,7 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
 
 
 def _controller(given: str | Control) -> Control:
-    return checked_controller(named_controller(given) if isinstance(given, str) else given)
+    return named_controller(given) if isinstance(given, str) else given
 
 
 def _warn(implausible: Sequence[str], beyond: Sequence[str]) -> None:

@@ -1,11 +1,13 @@
 """Results as one file of plain data: a tree in JSON and arrays, in a NumPy ``.npz`` file.
 
 Nothing in such a file is run when it is read: it names classes of this project, whose fields it
-gives, and laws and effects by their registered names. The same reductions serve ``pickle``.
+gives, and laws and effects by their registered names. The one exception is a law that a diagnosis
+has written, whose text may hold nothing but such a law. The same reductions serve ``pickle``.
 """
 
 from __future__ import annotations
 
+import ast
 import copyreg
 import json
 import zipfile
@@ -22,6 +24,7 @@ from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
 from .errors import Diverged, InputError
+from .generated import cache_folder, load_text
 from .io.atomic_write import atomic_write
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
@@ -32,6 +35,11 @@ from .version import __version__
 
 FILE = "result.npz"
 """Name of the file in a folder of results."""
+_LAW = "LAW"
+_LAW_MODULES = {"typing", "numpy", "isolation_sim.laws", "isolation_sim.laws.law"}
+_LAW_CALLS = {"Law", "Quantity", "len", "zip", "enumerate", "tuple", "limited", "learned"}
+_LAW_NUMPY = {"abs", "cosh", "exp", "fabs", "log", "log1p", "max", "min", "sign", "sinh", "sqrt",
+          "tanh", "where"}  # fmt: skip
 _TREE = "tree.json"
 _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {"Diverged": Diverged, "InputError": InputError}
@@ -174,6 +182,8 @@ def _law_recipe(law: Law) -> tuple:
         return "unit", law.unit, dict(law.unit_variables)
     own = law.name if law.name in LAWS and LAWS[law.name] is law else ""
     name = LAWS.called(law, own)
+    if text := text_of(law):
+        return "text", text
     if not name:
         raise InputError(
             f"law {law.name!r} has no name by which it is found again; expected: "
@@ -186,9 +196,50 @@ def law_of_recipe(kind: str, *parts: Any) -> Law:
     """Find or make a law by what `_law_recipe` returned."""
     makers: dict[str, Callable[..., Law]] = {
         "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
-        "unit": of_file,
+        "unit": of_file, "text": law_of_saved,
     }  # fmt: skip
     return makers[kind](*parts)
+
+
+def law_of(text: str) -> Law:
+    """Load a law from the text of its file, which is kept in the cache folder."""
+    module = load_text("law", text)
+    return LAWS[f"{module.__file__}:{_LAW}"]
+
+
+def text_of(law: Law) -> str:
+    """Return the text of a law that ``law_of`` has loaded; empty for any other law."""
+    file, _, name = LAWS.called(law, "").rpartition(":")
+    path = Path(file)
+    return path.read_text() if name == _LAW and path.parent == cache_folder().resolve() else ""
+
+
+def law_of_saved(text: str) -> Law:
+    """Load a law from the text in a saved result, if the text does nothing but describe a law."""
+    for node in ast.walk(ast.parse(text)):
+        if not _describes(node):
+            raise InputError(
+                f"the text of a saved law, line {getattr(node, 'lineno', 1)}, is not as the "
+                "program writes it; expected: the law as a file of its own"
+            )
+    return law_of(text)
+
+
+def _describes(node: ast.AST) -> bool:
+    """Whether a part of a text is arithmetic, or names what a law is made of."""
+    if isinstance(node, ast.Import):
+        return all(one.name in _LAW_MODULES for one in node.names)
+    if isinstance(node, ast.ImportFrom):
+        return node.level == 0 and node.module in _LAW_MODULES
+    if isinstance(node, ast.Attribute):
+        of_numpy = isinstance(node.value, ast.Name) and node.value.id == "np"
+        return node.attr in _LAW_NUMPY if of_numpy else not node.attr.startswith("_")
+    if isinstance(node, ast.Call):
+        called = node.func
+        return isinstance(called, ast.Attribute) or (
+            isinstance(called, ast.Name) and called.id in _LAW_CALLS
+        )
+    return not isinstance(node, ast.With | ast.Try | ast.Raise | ast.ClassDef | ast.Lambda)
 
 
 def _reduced_law(law: Law) -> tuple:

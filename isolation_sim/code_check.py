@@ -34,83 +34,47 @@ MEMORY = "clauses and limits from memory: look them up before use"
 
 @dataclass(frozen=True)
 class CheckSettings:
-    """What a check needs to know beside the scenario.
+    """What a check needs to know beside the scenario."""
 
-    Attributes
-    ----------
-    spectral_acceleration : float
-        S_M1, spectral acceleration at 1 s of the maximum considered earthquake, m/s^2.
-    upper, lower : float or mapping of str to float
-        Factors λ of the upper and lower bound properties: on the isolators' force, or on some
-        parameters of their law.
-    capacity : float or None
-        Largest displacement of the isolators, m; the gap of a moat wall or none if not given.
-    quiet : float
-        Time after the ground motion until the residual displacement is read, s.
-    """
-
+    # S_M1, spectral acceleration at 1 s of the maximum considered earthquake, m/s^2
     spectral_acceleration: float
+    # upper, lower: Factors λ of the upper and lower bound properties: on the isolators' force, or
+    # on some parameters of their law
     upper: float | Mapping[str, float] = 1.3
     lower: float | Mapping[str, float] = 0.85
+    # Largest displacement of the isolators, m; the gap of a moat wall or none if not given
     capacity: float | None = None
-    quiet: float = 20.0
+    quiet: float = 20.0  # Time after the ground motion until the residual displacement is read, s
 
 
 class EffectiveProperties(NamedTuple):
-    """Equivalent linear isolation at its design displacement.
+    """Equivalent linear isolation at its design displacement."""
 
-    ``D_M = S_M1 T_M / (4 pi^2 B_M)`` with S_M1 in m/s^2 and T_M in s, k_M = (F+ - F-) / (2 D_M) and
-    β_M = loop area / (2 pi k_M D_M^2).
+    # ``D_M = S_M1 T_M / (4 pi^2 B_M)`` with S_M1 in m/s^2 and T_M in s, k_M = (F+ - F-) / (2 D_M)
+    # and β_M = loop area / (2 pi k_M D_M^2).
 
-    Attributes
-    ----------
-    displacement : float, m
-        D_M.
-    period : float, s
-        T_M.
-    damping : float, dimensionless
-        β_M.
-    stiffness : float, N/m
-        k_M.
-    shear : float, N
-        V_b = k_M D_M.
-    restoring : float, dimensionless
-        Force at D_M less that at half of it in a slow cycle, over the weight.
-    softening : float, dimensionless
-        k_M over the effective stiffness at a fifth of D_M.
-    """
-
-    displacement: float
-    period: float
-    damping: float
-    stiffness: float
-    shear: float
+    displacement: float  # D_M, m
+    period: float  # T_M, s
+    damping: float  # β_M, dimensionless
+    stiffness: float  # k_M, N/m
+    shear: float  # V_b = k_M D_M, N
+    # Force at D_M less that at half of it in a slow cycle, over the weight, dimensionless
     restoring: float
-    softening: float
+    softening: float  # k_M over the effective stiffness at a fifth of D_M, dimensionless
 
 
 class CheckRow(NamedTuple):
-    """One line of the table.
+    """One line of the table."""
 
-    Attributes
-    ----------
-    group, subject, case : str
-        Which kind of check, of what, and for which properties or failure.
-    clause : str
-        Where it stands; empty where no code asks for it.
-    value, limit : str
-        With units; the limit is empty where there is none.
-    passes : bool or None
-        None where nothing is required.
-    """
-
+    # group, subject, case: Which kind of check, of what, and for which properties or failure
     group: str
     subject: str
     case: str
-    clause: str
+    clause: str  # Where it stands; empty where no code asks for it
+    # value, limit: With units; the limit is empty where there is none
     value: str
     limit: str = ""
-    passes: bool | None = None
+    passes: bool | None = None  # None where nothing is required
 
 
 def isolation_elements(isolated: IsolatedStructure) -> list[int]:
@@ -383,10 +347,8 @@ def peak_displacement(run: Run) -> float:
 
 
 def residual_displacement(run: Run) -> float:
-    """Displacement of the isolators about which the end of a run moves, m.
-
-    The mean over the last quarter of the still time, or of the run where there is none.
-    """
+    """Displacement of the isolators about which the end of a run moves, m."""
+    # The mean over the last quarter of the still time, or of the run where there is none.
     moving = np.flatnonzero(np.any([r.acceleration != 0 for r in run.records], axis=0))
     motion = base_motion(run)
     still = len(motion) - moving[-1] if moving.size else len(motion)

@@ -7,6 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ground_motions.argument_types import checked
+
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
 from .named_values import Criteria
@@ -38,6 +40,7 @@ _FIGURES = {
 """Function of ``isolation_sim.reports.figures`` by the kind of figure."""
 
 
+@checked
 class Comparison(Printed):
     """Results of several controllers on one plant under one ground motion.
 
@@ -78,8 +81,6 @@ class Comparison(Printed):
         diverged: Mapping[str, Diverged] | None = None,
         fixed_base: Run | None = None,
     ):
-        if not isinstance(runs, Mapping):
-            raise InputError(f"runs are {runs!r}; expected: a mapping of names to runs")
         if not runs:
             raise InputError("a comparison needs one run or more; none given")
         if reference is not None and reference not in runs:
@@ -196,6 +197,7 @@ class Comparison(Printed):
             for name in self.runs
         ]
 
+    @checked
     def plot(
         self,
         kind: str = "time_histories",
@@ -228,6 +230,7 @@ class Comparison(Printed):
         chosen = [given[kind]] if kind in given else []
         return render(f"figures:{_FIGURES[kind]}", self.runs, *chosen)
 
+    @checked
     def to_html(self, path: str | Path, scenario: str = "") -> Path:
         """Write a report that opens in any browser: tables, linked charts, an animation.
 
@@ -252,6 +255,7 @@ class Comparison(Printed):
         yield from (f"{key}: {value}" for key, value in isolated.facts().items())
         yield from (f"warning: {each}" for each in self.warnings())
 
+    @checked
     def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
         """Write everything; ``isolation_sim.load`` gives the comparison back.
 
@@ -327,6 +331,7 @@ def simulated(
     return Comparison(runs, diverged=diverged, fixed_base=fixed_base())
 
 
+@checked
 def json_report(comparison: Comparison) -> dict[str, Any]:
     """Report of a comparison that JSON can hold.
 

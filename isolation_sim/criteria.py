@@ -44,6 +44,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ground_motions.argument_types import checked
+
 from .errors import InputError
 from .simulation.quantities import quantity_rows
 
@@ -66,8 +68,24 @@ _RATIOS = {
 }
 """Criteria whose ratio to the uncontrolled structure's is taken: the first that both have."""
 
+QUANTITIES = {
+    "base_displacement": "base_displacement_m",
+    "floor_acceleration": "floor_acceleration_m_s2",
+    "superstructure_acceleration": "superstructure_acceleration_m_s2",
+    "drift": "drift_m",
+    "base_shear": "base_shear_N",
+    "structural_shear": "structural_shear_N",
+    "isolator_force": "isolator_force_N",
+    "isolator_displacement": "isolator_displacement_m",
+    "drift_ratio": "drift_ratio",
+}
+"""Quantities by their attribute of `Response`, with their unit as criteria name them."""
+
 GEOMETRIC = ("isolator_displacement_m", "drift_ratio")
 """Quantities of a structure whose isolator positions or storey heights are known."""
+
+_RESULTANTS = ("base_shear", "structural_shear", "isolator_force")
+"""Attributes of one column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,17 +139,8 @@ class Response:
         n = len(self.time)
         if n < 2:
             raise InputError(f"criteria need two samples or more; {n} given")
-        for name, axis in (
-            ("base_displacement", -2),
-            ("floor_acceleration", -2),
-            ("superstructure_acceleration", -2),
-            ("drift", -2),
-            ("base_shear", -1),
-            ("structural_shear", -1),
-            ("isolator_force", -1),
-            ("isolator_displacement", -2),
-            ("drift_ratio", -2),
-        ):
+        for name in QUANTITIES:
+            axis = -1 if name in _RESULTANTS else -2
             if getattr(self, name) is None:
                 continue
             shape = np.shape(getattr(self, name))
@@ -139,6 +148,7 @@ class Response:
                 raise InputError(f"{name} has shape {shape}; expected: {n} samples on axis {axis}")
 
 
+@checked
 def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     """Criteria of a run.
 
@@ -181,6 +191,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     return values | {key: float(value) for key, value in ratios.items()}
 
 
+@checked
 def response_criteria(response: Response) -> dict[str, NDArray]:
     """Peaks and RMS values of arrays.
 
@@ -199,29 +210,22 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
     -----
     The mean square is the trapezoidal rule's integral of the square over the duration.
     """
-    quantities = {
-        "base_displacement_m": response.base_displacement,
-        "floor_acceleration_m_s2": response.floor_acceleration,
-        "superstructure_acceleration_m_s2": response.superstructure_acceleration,
-        "drift_m": response.drift,
-        "base_shear_N": np.asarray(response.base_shear)[..., np.newaxis],
-        "structural_shear_N": np.asarray(response.structural_shear)[..., np.newaxis],
-        "isolator_force_N": np.asarray(response.isolator_force)[..., np.newaxis],
-        "isolator_displacement_m": response.isolator_displacement,
-        "drift_ratio": response.drift_ratio,
-    }
     time = np.asarray(response.time)
     duration = time[-1] - time[0]
     peaks, rms = {}, {}
-    for key, values in quantities.items():
+    for name, key in QUANTITIES.items():
+        values = getattr(response, name)
         if values is None:
             continue
+        if name in _RESULTANTS:
+            values = np.asarray(values)[..., np.newaxis]
         peaks[f"peak_{key}"] = np.max(np.abs(values), axis=(-2, -1), initial=0.0)
         mean_square = np.trapezoid(np.square(values), time, axis=-2) / duration
         rms[f"rms_{key}"] = np.sqrt(np.max(mean_square, axis=-1, initial=0.0))
     return peaks | rms
 
 
+@checked
 def benchmark_criteria(
     controlled: Mapping[str, ArrayLike],
     uncontrolled: Mapping[str, ArrayLike],
@@ -259,6 +263,7 @@ def benchmark_criteria(
     return {key: result[key] for key in sorted(result)}
 
 
+@checked
 def is_gain(criterion: str) -> bool:
     """Whether more of a criterion is better: of those of the energy that the devices take out.
 
@@ -274,6 +279,7 @@ def is_gain(criterion: str) -> bool:
     return criterion in ("J9", "normalised_device_dissipation")
 
 
+@checked
 def response_of(run: Run) -> Response:
     """Arrays of a run that the criteria are computed from; see `quantity_rows`.
 
@@ -291,20 +297,15 @@ def response_of(run: Run) -> Response:
         name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
         for name, rows in quantity_rows(run.isolated, names).items()
     }
-    return Response(
-        time=run.time,
-        base_displacement=moved["base_displacement_m"],
-        floor_acceleration=moved["floor_acceleration_m_s2"],
-        superstructure_acceleration=moved["superstructure_acceleration_m_s2"],
-        drift=moved["drift_m"],
-        base_shear=moved["base_shear_N"][:, 0],
-        structural_shear=moved["structural_shear_N"][:, 0],
-        isolator_force=moved["isolator_force_N"][:, 0],
-        isolator_displacement=moved.get("isolator_displacement_m"),
-        drift_ratio=moved.get("drift_ratio"),
-    )
+    given = {
+        name: moved[key][:, 0] if name in _RESULTANTS else moved[key]
+        for name, key in QUANTITIES.items()
+        if key in moved
+    }
+    return Response(time=run.time, **given)
 
 
+@checked
 def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     """One quantity of several dofs, storeys or elements of a run.
 

@@ -27,6 +27,7 @@ from .io.atomic_write import atomic_write
 UNUSED_DAYS = 60.0
 """Days without use after which a generated module is removed."""
 _PACKAGE = Path(__file__).parent
+_PREFIX = "isolation_sim_"
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
 # in code and in text that a writer holds as a string alike
 _IMPORTS = re.compile(
@@ -82,11 +83,15 @@ def load_text(kind: str, text: str, notice: str = "") -> ModuleType:
 
 
 def load_written(kind: str, content: object, write: Callable[[], str]) -> ModuleType:
-    """Load a module by what its text is written from; the text is made only if it is not there.
-
-    ``content``: what ``write`` depends on besides source files; equal contents have equal ``repr``.
-    """
+    """Load a module by what its text is written from; the text is made only if it is not there."""
+    # ``content``: what ``write`` depends on besides source files; equal contents have equal
+    # ``repr``.
     return _load(name_of_content(kind, content, write), write)
+
+
+def module_name(kind: str, text: str) -> str:
+    """Name under which Python knows a module that was loaded by its text."""
+    return f"{_PREFIX}{name_of_text(kind, text)}"
 
 
 def name_of_text(kind: str, text: str) -> str:
@@ -190,7 +195,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def _import(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"isolation_sim_{path.stem}", path)
+    spec = importlib.util.spec_from_file_location(f"{_PREFIX}{path.stem}", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module

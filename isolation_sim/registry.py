@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
+from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def available_controllers() -> tuple[str, ...]:
     return tuple(CONTROLLERS)
 
 
+@checked
 def controller(name: str, **settings: Any) -> Control:
     """Build a controller from its name.
 
@@ -84,6 +86,7 @@ def controller(name: str, **settings: Any) -> Control:
     return CONTROLLERS[name](**settings)
 
 
+@checked
 def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
     """Give a law, an effect, a controller, a study or a reader of your own a name.
 

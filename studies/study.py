@@ -15,11 +15,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ground_motions.registry import code_files
 from isolation_sim.errors import InputError
 from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
+from isolation_sim.reports.names import as_written
 from isolation_sim.reports.sweep_tables import heading
 from isolation_sim.reports.tables import TextTable
 from isolation_sim.reports.units import unit_of
@@ -125,7 +127,10 @@ def perform(
         step("preparing", 1.0)  # from -1, where the progress begins, to 0
         result: Outcome = study.outcome(folder.unfinished, short, step)
         write_table(result.table, folder.unfinished / "table.csv")
-        write_text(f"{study.TITLE}\n\n{result.finding}\n", folder.unfinished / "finding.txt")
+        code = code_files([name])
+        told = [study.TITLE, result.finding]
+        told += [f"code: {path}, SHA-256 {digest}" for path, digest in code.items()]
+        write_text("\n\n".join(told) + "\n", folder.unfinished / "finding.txt")
         drawn = [
             save(figure, folder.unfinished / "figures", stem)
             for stem, figure in result.figures.items()
@@ -133,7 +138,7 @@ def perform(
         study_report(
             study.TITLE, result.finding.splitlines(), {"What was found": texts(result.table)},
             [svg for svg, _ in drawn], about(name),
-            f"isolation-sim study {name}{' --short' * short}",
+            f"isolation-sim study {name}{' --short' * short}", code,
         ).write(folder.unfinished / "report.html")  # fmt: skip
         write_contents(folder.unfinished, study.TITLE)
     return result, folder.path
@@ -195,6 +200,8 @@ def _keys(records: Records) -> list[str]:
 def _printed(key: str, value: Any) -> str:
     if value is None:
         return "never"
+    if key == "controller":
+        return as_written(value)
     if isinstance(value, float):
         return f"{value * unit_of(key)[1]:.3g}"
     return str(value)

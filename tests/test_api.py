@@ -102,7 +102,7 @@ def test_compare_names_its_runs(isolated, shake):
 def test_compare_refuses_shared_names_and_a_bare_name(isolated, shake):
     with pytest.raises(InputError, match="different names"):
         iso.compare(isolated, shake, ["passive_on", "passive_on"])
-    with pytest.raises(InputError, match="a list of names"):
+    with pytest.raises(InputError, match="expected: a list, each text"):
         iso.compare(isolated, shake, "passive_on")
 
 

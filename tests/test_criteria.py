@@ -20,6 +20,12 @@ from isolation_sim.simulation.quantities import level_dofs, storey_rows
 RATIOS_TO_REFERENCE = ("J1", "J2", "J3", "J4", "J5", "J7", "J8")
 
 
+class Given(SimpleNamespace):
+    """What the criteria need of a run."""
+
+    __class__ = iso.Run
+
+
 @pytest.fixture(scope="module")
 def runs():
     isolated = iso.reference_building().on(iso.reference_isolators())
@@ -44,7 +50,7 @@ def response(time, **given):
 
 def stub_run(isolated, records, values):
     """What criteria read of a run, with outputs of our own choosing."""
-    return SimpleNamespace(
+    return Given(
         isolated=isolated,
         records=records,
         time=records[0].time,
@@ -358,6 +364,6 @@ def test_isolator_force_leaves_out_what_no_coil_drives():
 
 def test_a_reference_under_another_ground_motion_is_refused(runs):
     run = runs["passive_off"]
-    other = SimpleNamespace(records=(el_centro_1940().cut(0, 5),), controller="other")
+    other = Given(records=(el_centro_1940().cut(0, 5),), controller="other")
     with pytest.raises(iso.InputError, match="the reference 'other' had another ground motion"):
         criteria(run, other)

@@ -97,6 +97,22 @@ def _documented(thing: griffe.Object, kind: str) -> dict[str, str]:
     return found
 
 
+def _noted(kind: griffe.Class) -> dict[str, str]:
+    """Fields of a class that is not exported, with the comment beside or above them."""
+    found, above = {}, ""
+    for line in kind.source.splitlines():
+        if comment := re.fullmatch(r"    # (.*)", line):
+            above += comment[1] + " "
+        elif field := re.match(r"    (\w+): (.*?)(?:  # (.*))?$", line):
+            # a comment above may name several fields that follow each other
+            names = re.match(r"(\w+(?:, \w+)*): ", above)
+            for name in {field[1], *(names[1].split(", ") if names else ())}:
+                if text := field[3] or above:
+                    found.setdefault(name, f"{field[2]} {text}")
+            above = ""
+    return found
+
+
 def _taken(function: griffe.Function) -> dict[str, str]:
     """Parameters of a signature, with their annotation as text."""
     return {
@@ -175,6 +191,8 @@ def test_fields_of_dataclasses_are_documented(path):
     # a class tells of its own fields; what it inherits is told where it is declared
     told = [name for one in (kind, *kind.mro()) for what in ("parameters", "attributes")
             for name in _documented(one, what)]  # fmt: skip
+    if path not in _offered_classes():
+        told += [name for one in (kind, *kind.mro()) for name in _noted(one)]
     assert set(_taken(made)) <= set(told)
 
 
@@ -190,9 +208,12 @@ def test_parameters_of_classes_are_those_of_their_constructor(path):
 @pytest.mark.parametrize("path", sorted({*DETAILED, *CLASSES}))
 def test_physical_numbers_have_units(path):
     thing = DETAILED.get(path) or CLASSES[path]
-    for kind in ("parameters", "attributes"):
-        for name, text in _documented(thing, kind).items():
-            if PHYSICAL.search(name) and re.search(r"float|array", text):
+    told = [_documented(thing, kind) for kind in ("parameters", "attributes")]
+    if isinstance(thing, griffe.Class):
+        told.append(_noted(thing))
+    for texts in told:
+        for name, text in texts.items():
+            if PHYSICAL.search(name) and re.search(r"float|array|NDArray", text):
                 assert UNITS.search(text), f"{name}: {text}"
 
 
@@ -203,6 +224,7 @@ def test_every_key_of_a_scenario_is_explained():
                 assert value.description or key in ("kind", "settings"), f"{section}: {key}"
 
 
+@cache
 def _offered_classes() -> set[str]:
     """Paths of the classes that are offered, and of their bases."""
     kinds = OFFERED.values()

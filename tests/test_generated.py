@@ -53,6 +53,8 @@ def name(monkeypatch):
 
     def named(kind):
         kernel._loaded.clear()
+        controllers.compiled._shared.cache_clear()
+        controllers.compiled._devices.cache_clear()
         return GENERATORS[kind]()
 
     return named

@@ -11,8 +11,10 @@ import isolation_sim as iso
 from ground_motions.csv_writer import write_csv
 from isolation_sim.cli import app, main
 from isolation_sim.effects import device_section
+from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.io.results_folder import replaced, write_contents
 
 JOB = '[ground]\nstop_s = 0.5\n[[controller]]\nname = "passive_off"\n'
 SUITE = '[ground]\nfiles = ["motion.csv"]\n[[controller]]\nname = "passive_off"\n'
@@ -33,6 +35,10 @@ COMMANDS = (
     "run job.toml --no-figures --quiet --out other --overwrite",
     "sweep run plan.toml --workers 1 --quiet", "sweep plan.toml --workers 1 --quiet --out out",
     "sweep plan.toml --workers 1 --quiet --out done --resume",
+    "sweep plan.toml --workers 1 --quiet --out other --overwrite",
+    "suite suite.toml --workers 1 --quiet --out other --overwrite",
+    "tune constant --scenario job.toml --motions scenario --unseen mixture:1 --evaluations 2 "
+    "--workers 1 --quiet --out other --overwrite",
     "sweep show done --no-draw", "sweep show done --csv out.csv --figures figs --no-draw",
     "suite suite.toml --workers 1 --quiet --out out", "suite suite.toml --workers 1 --quiet",
     "fit tests --law kelvin_voigt --starts 1 --quiet --out out.toml",
@@ -142,3 +148,26 @@ def test_whatever_exists_stays_as_it_is(desk, tmp_path, monkeypatch, number):
         assert code in (0, 2)
         hidden = [path for path in set(after) - set(before) if path.name.startswith(".")]
         assert all(path.name == ".lock" for path in hidden)
+
+
+def test_earlier_results_are_replaced_by_complete_ones_alone(tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "old.csv").write_text("1")
+    write_contents(folder, "Sweep")
+    with pytest.raises(KeyboardInterrupt), replaced(folder, overwrite=True, resume=False):
+        folder.mkdir()
+        (folder / "half.csv").write_text("2")
+        raise KeyboardInterrupt
+    assert sorted(path.name for path in folder.iterdir()) == ["README.txt", "old.csv"]
+    with replaced(folder, overwrite=True, resume=False):
+        folder.mkdir()
+        (folder / "new.csv").write_text("3")
+    assert [path.name for path in folder.iterdir()] == ["new.csv"]
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    with pytest.raises(InputError, match="something other than results"):
+        with replaced(folder, overwrite=True, resume=False):
+            pass
+    with pytest.raises(InputError, match="one of them at most"):
+        with replaced(folder, overwrite=True, resume=True):
+            pass

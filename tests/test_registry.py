@@ -15,16 +15,16 @@ import sys
 import tomllib
 from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import ground_motions.registry as mechanism
 import isolation_sim as iso
-from ground_motions import read
+from ground_motions import Record, read
 from ground_motions.readers import READERS
 from ground_motions.registry import Registry
-from isolation_sim import workers
 from isolation_sim.cli import main
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
@@ -32,7 +32,6 @@ from isolation_sim.laws import LAWS
 from isolation_sim.registry import COMMANDS, CONTROLLERS, STUDIES
 from isolation_sim.sweeps.design import Design
 from isolation_sim.sweeps.plan import SweepPlan
-from isolation_sim.sweeps.run import chunk_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
@@ -60,6 +59,18 @@ from isolation_sim.laws.kelvin_voigt import LAW as KELVIN_VOIGT
 LAW = replace(KELVIN_VOIGT, name="my_bearing")
 '''
 
+STUDY = '''"""A study of one's own."""
+
+from studies.study import Outcome
+
+TITLE = "Nothing is varied"
+
+
+def outcome(folder, short, step):
+    """Return one row."""
+    return Outcome([{"case": "only", "peak_m": 1.0}], "One case.", {})
+'''
+
 ENTRY_POINTS = """
 [isolation_sim.laws]
 my_bearing = guide_parts.bearing:LAW
@@ -70,6 +81,7 @@ slack = guide_parts.slack:FORMS
 outwards = guide_parts.outwards:Outwards
 [isolation_sim.studies]
 soft = guide_parts.soft
+still = guide_parts.still
 [ground_motions.readers]
 v2 = guide_parts.reader:read_v2
 """
@@ -90,8 +102,12 @@ def parts(tmp_path) -> Path:
     folder.mkdir()
     for name in ("cubic", "slack", "outwards", "soft"):
         shutil.copy(ROOT / "docs" / "examples" / f"{name}.py", folder)
+    text = (folder / "outwards.py").read_text()
+    cited = text.replace("    period = 0.02\n", '    period = 0.02\n    source = "a folk rule"\n')
+    (folder / "outwards.py").write_text(cited)
     (folder / "reader.py").write_text(READER)
     (folder / "bearing.py").write_text(BEARING)
+    (folder / "still.py").write_text(STUDY)
     return folder
 
 
@@ -138,35 +154,47 @@ SCENARIO = """
 file = "motion.v2"
 {reader}
 [isolator]
-law = "{law}"
+law = "{cubic}"
 parameters = {{ k = [3e6, 2e6], k3 = 1e8, c = [4e5, 1e5] }}
 current_range_A = [0.0, 3.0]
 length_scale = 1.0
 force_scale = 1.0
 [[isolator.effect]]
-name = "{effect}"
+name = "{slack}"
 gap = 2e-4
 [[controller]]
-name = "{controller}"
+name = "{outwards}"
 full_speed = 0.2
 """
 
+INSIDE = {"cubic": "LAW", "bearing": "LAW", "slack": "FORMS", "outwards": "Outwards",
+          "reader": "read_v2"}  # fmt: skip
+KINDS = {"cubic": "law", "bearing": "law", "slack": "effect", "outwards": "controller",
+         "reader": "reader", "still": "study"}  # fmt: skip
+WAYS = ("package", "file", "module", "registered")
 
-def scenario_text(installed: bool) -> str:
-    """By names of the package, or by paths of files."""
-    if installed:
-        return SCENARIO.format(reader="", law="cubic", effect="slack", controller="outwards")
-    return SCENARIO.format(
-        reader='reader = "parts/reader.py:read_v2"', law="parts/cubic.py:LAW",
-        effect="parts/slack.py:FORMS", controller="parts/outwards.py:Outwards",
-    )  # fmt: skip
+
+def names(way: str) -> dict[str, str]:
+    """What each part is called if it enters in some way."""
+    if way == "file":
+        return {part: f"parts/{part}.py:{inside}" for part, inside in INSIDE.items()}
+    if way == "module":
+        return {part: f"guide_parts.{part}:{inside}" for part, inside in INSIDE.items()}
+    return {part: part for part in INSIDE} | {"bearing": "my_bearing", "reader": "v2"}
+
+
+def scenario_text(way: str) -> str:
+    """The scenario of all four parts; a package's reader goes by the suffix of the file."""
+    own = names(way)
+    reader = "" if way == "package" else f'reader = "{own["reader"]}"'
+    return SCENARIO.format(**own | {"reader": reader})
 
 
 @pytest.fixture
 def desk(tmp_path, parts, monkeypatch) -> Path:
-    """A folder with both scenarios, away from the process's own."""
-    for installed in (True, False):
-        (tmp_path / f"{installed}.toml").write_text(scenario_text(installed))
+    """A folder with a scenario for each way, outside the checkout, and the process in another."""
+    for way in WAYS:
+        (tmp_path / f"{way}.toml").write_text(scenario_text(way))
     np.savetxt(tmp_path / "motion.v2", MOTION)
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
@@ -174,24 +202,109 @@ def desk(tmp_path, parts, monkeypatch) -> Path:
     return tmp_path
 
 
-def test_a_run_takes_the_parts_of_a_package_and_of_files_alike(desk, package, capsys):
-    command(["run", str(desk / "True.toml"), "--out", "package", "--no-figures", "--quiet"])
-    command(["run", str(desk / "False.toml"), "--out", "files", "--no-figures", "--quiet"])
-    capsys.readouterr()
-    histories = [iso.read_run(Path(out) / name) for out, name in (
-        ("package", "outwards.nc"), ("files", "Outwards.nc"))]  # fmt: skip
-    np.testing.assert_array_equal(*(h["displacement"] for h in histories))
-    assert float(abs(histories[0]["displacement"]).max()) > 1e-3
-    assert float(histories[0]["current"].max()) > 0.1
+@pytest.fixture(params=WAYS)
+def way(request, desk, site, parts) -> str:
+    """One of the ways in which the parts of one's own enter."""
+    if request.param in ("package", "module"):
+        request.getfixturevalue("package")
+    if request.param == "module":
+        shutil.rmtree(site / "guide_parts-1.0.dist-info")
+        forget()
+    if request.param == "registered":
+        for part, kind in KINDS.items():
+            scope = {"__name__": f"guide_parts_{part}"}
+            exec((parts / f"{part}.py").read_text(), scope)
+            thing = SimpleNamespace(**scope) if kind == "study" else scope[INSIDE[part]]
+            own = {"study": "still", "reader": "v2"}.get(kind)
+            iso.register(kind, thing, own)
+    return str(request.param)
+
+
+def digest_line(desk: Path, part: str) -> str:
+    """How results name the code of a file."""
+    code = desk / "parts" / f"{part}.py"
+    return f"{code}, SHA-256 {hashlib.sha256(code.read_bytes()).hexdigest()}"
+
+
+def test_run_report_and_cite(way, desk, capsys):
+    """The same run each way, by separately written steps; sources are told, files by their hash."""
+    command(["run", str(desk / f"{way}.toml"), "--out", "out", "--no-figures", "--quiet"])
+    (file,) = Path("out").glob("*.nc")
+    history = iso.read_run(file)
+    assert float(abs(history["displacement"]).max()) > 1e-3
+    assert float(history["current"].max()) > 0.1
+    registries = {each.kind: each for each in REGISTRIES}
+    own = {part: registries[kind][str(desk / f"parts/{part}.py:{INSIDE[part]}")]
+           for part, kind in KINDS.items() if part in INSIDE}  # fmt: skip
+    numbers = iso.laws.CurrentDependence.polynomial({"k": [3e6, 2e6], "k3": [1e8], "c": [4e5, 1e5]})
+    device = iso.Device(
+        own["cubic"], numbers, current_range=(0.0, 3.0), length=1.0, force_scale=1.0
+    )
+    device = iso.effects.extend(device, [(own["slack"][0], {"gap": 2e-4})])
+    record = Record(MOTION * 9.80665e-3, 0.02, name="mine")
+    isolated = iso.reference_building().on(device)
+    run = iso.simulate(isolated, record, own["outwards"](full_speed=0.2))
+    np.testing.assert_array_equal(run.history["displacement"], history["displacement"])
     # the results say which code was run, and run again from anywhere
-    kept = Path("files/scenario.toml").read_text()
-    for name in ("cubic", "slack", "outwards", "reader"):
-        code = desk / "parts" / f"{name}.py"
-        assert f"# code: {code}, SHA-256 {hashlib.sha256(code.read_bytes()).hexdigest()}" in kept
-    assert iso.Scenario.from_toml(kept) == iso.Scenario.read(desk / "False.toml")
-    assert "code:" not in Path("package/scenario.toml").read_text()
-    command(["cite", "files"])
-    assert "Duffing" in capsys.readouterr().out
+    kept, page = Path("out/scenario.toml").read_text(), Path("out/report.html").read_text()
+    for part in ("cubic", "slack", "outwards", "reader"):
+        for text in (kept, page):
+            assert (digest_line(desk, part) in text) == (way == "file")
+    assert iso.Scenario.from_toml(kept) == iso.Scenario.read(desk / f"{way}.toml")
+    for subject in ("out", str(desk / f"{way}.toml")):
+        capsys.readouterr()
+        command(["cite", subject, "--json"])
+        said = capsys.readouterr().out
+        for source in ("Duffing", "geometry", "a folk rule"):
+            assert source in said and source in page
+
+
+def test_tune_takes_a_controller_of_one_s_own(way, desk):
+    name = names(way)["outwards"].replace("parts/", f"{desk}/parts/")
+    command(["tune", name, "--scenario", str(desk / f"{way}.toml"), "--motions", "scenario",
+             "--unseen", "mixture:1", "--evaluations", "2", "--workers", "1", "--out", "tuned",
+             "--quiet"])  # fmt: skip
+    kept = Path("tuned/controller.toml").read_text()
+    assert f'name = "{name}"' in kept
+    assert (digest_line(desk, "outwards") in kept) == (way == "file")
+    state = Path("tuned/tuning.json").read_text()
+    for part in ("cubic", "slack", "outwards", "reader"):
+        assert (digest_line(desk, part).rpartition(" ")[2] in state) == (way == "file")
+    command(["run", "tuned/controller.toml", "--out", "again", "--no-figures", "--quiet"])
+
+
+def test_study_takes_one_of_one_s_own(way, desk):
+    if way == "module":
+        pytest.skip("a study is itself a module: it is named by its file or entry point")
+    name = f"{desk}/parts/still.py" if way == "file" else "still"
+    command(["study", name, "--out", "out", "--quiet"])
+    assert "One case." in Path("out/finding.txt").read_text()
+    for file in ("finding.txt", "report.html"):
+        assert (digest_line(desk, "still") in (Path("out") / file).read_text()) == (way == "file")
+
+
+def test_list_shows_what_has_a_name(way, capsys):
+    for subject, part in (("laws", "cubic"), ("effects", "slack"), ("controllers", "outwards"),
+                          ("readers", "v2"), ("studies", "still")):  # fmt: skip
+        command(["list", subject, "--json"])
+        rows = json.loads(capsys.readouterr().out)
+        found = [each for each in rows if part in each.values()]
+        assert len(found) == (way in ("package", "registered"))
+
+
+def test_sweep_takes_all_of_them(way, desk):
+    """In two worker processes, which refuse what is registered in this process alone."""
+    vary = [{"field": "controller.full_speed", "values": [0.1, 0.4]}]
+    described = plan(desk, way, vary=vary)
+    if way == "registered":
+        with pytest.raises(iso.InputError, match=r"was registered in this process.*py:NAM"):
+            iso.sweep(described, desk / "sweep", workers=2)
+    result = iso.sweep(described, desk / "sweep", workers=1 if way == "registered" else 2)
+    assert result.table["status"].tolist() == ["ok", "ok"]
+    kept = (result.folder / "manifest.json").read_text()
+    for part in ("cubic", "slack", "outwards", "reader"):
+        digest = digest_line(desk, part).rpartition(" ")[2]
+        assert (digest in kept) == (way == "file")
 
 
 def test_the_verbs_in_python_take_places(desk):
@@ -209,42 +322,20 @@ def test_the_verbs_in_python_take_places(desk):
         "passive_off", "outwards"}  # fmt: skip
 
 
-def plan(desk: Path, **keys) -> SweepPlan:
-    scenario = tomllib.loads(scenario_text(False))
+def plan(desk: Path, way: str = "file", **keys) -> SweepPlan:
+    scenario = tomllib.loads(scenario_text(way))
     return SweepPlan.from_dict({"scenario": scenario, "energy": True, **keys}, desk)
 
 
-def test_worker_processes_of_a_sweep_find_both(desk, package):
-    described = plan(desk, vary=[{
-        "field": "controller", "values": ["parts/outwards.py:Outwards", "outwards"]}, {
-        "field": "isolator.law", "values": ["cubic", "parts/cubic.py:LAW"]}])  # fmt: skip
-    design = Design(described)
-    assert design.controllers == ("Outwards", "outwards")
-    chunks = [chunk_of(design, k, (k,)) for k in range(2)]
-    there = {each.number: each for each in workers.in_processes(iter(chunks), 2)}
-    assert [(each.n_runs, each.n_failed) for each in there.values()] == [(2, 0), (2, 0)]
-    files = design.content()["files"]
+def test_a_sweep_whose_code_has_changed_is_another_sweep(desk):
+    described = plan(desk)
+    files = Design(described).content()["files"]
     assert {Path(path).name for path in files} == {
         "motion.v2", "cubic.py", "slack.py", "outwards.py", "reader.py"}  # fmt: skip
-    # other code is another plan: nothing is mixed with what was run before
     (desk / "parts" / "outwards.py").write_text(
         (desk / "parts" / "outwards.py").read_text().replace("setting(3.0", "setting(2.0")
     )
     assert Design(described).content()["files"] != files
-
-
-def test_a_sweep_refuses_what_its_workers_cannot_know(desk, site):
-    scope: dict = {}
-    exec((desk / "parts" / "cubic.py").read_text(), scope)
-    iso.register("law", scope["LAW"])
-    described = plan(desk)
-    changed = described.scenario.isolator.model_copy(update={"law": "cubic"})
-    described = described.model_copy(
-        update={"scenario": described.scenario.model_copy(update={"isolator": changed})}
-    )
-    with pytest.raises(iso.InputError, match=r"law 'cubic' was registered in this process.*py:NAM"):
-        iso.sweep(described, desk / "sweep", workers=2)
-    assert iso.sweep(described, desk / "sweep", workers=1).table["status"].tolist() == ["ok"]
 
 
 @pytest.fixture(scope="module")
@@ -259,23 +350,28 @@ def loops() -> Campaign:
     return Campaign("made-up device", "test_registry", tuple(runs))
 
 
-@pytest.mark.parametrize("installed", [True, False])
-def test_fit_and_diagnose_take_a_law_of_one_s_own(installed, desk, package, loops, capsys):
+def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, capsys):
     write_campaign(loops, desk / "tests")
     place = str(desk / "parts/bearing.py:LAW")
-    law = "my_bearing" if installed else place
+    law = place if way == "file" else names(way)["bearing"]
     words = ["--law", law, "--quiet"]
     command(["fit", str(desk / "tests"), *words, "--starts", "2", "--out", "fitted.toml"])
     text = Path("fitted.toml").read_text()
     fitted = iso.Scenario.from_toml(text).isolator
     assert fitted.law == law
-    digest = hashlib.sha256((desk / "parts/bearing.py").read_bytes()).hexdigest()
-    assert (f"# code: {place.removesuffix(':LAW')}, SHA-256 {digest}" in text) != installed
+    assert (f"# code: {digest_line(desk, 'bearing')}" in text) == (way == "file")
     assert fitted.scaled().parameters_at(1.0)[0] == pytest.approx(3e4, rel=0.02)
     capsys.readouterr()
     command(["diagnose", str(desk / "tests"), *words, "--parameters", "fitted.toml", "--json",
              "--out", "diagnosis", "--no-consequence"])  # fmt: skip
     assert json.loads(capsys.readouterr().out)["verdict"] == "adequate"
+    kept = [path.read_text() for path in Path("diagnosis").iterdir() if path.is_file()
+            and path.suffix in (".json", ".html")]  # fmt: skip
+    digest = digest_line(desk, "bearing").rpartition(" ")[2]
+    assert any(digest in text for text in kept) == (way == "file")
+    command(["evaluate", "fitted.toml", str(desk / "tests"), "--json", "--report", "errors.html"])
+    assert json.loads(capsys.readouterr().out)["error"] < 0.05
+    assert (digest in Path("errors.html").read_text()) == (way == "file")
 
 
 def test_the_list_shows_an_installed_package_s_parts(package, capsys):

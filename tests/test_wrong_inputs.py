@@ -4,6 +4,11 @@ The table is the specification: what a user may get wrong, and the part of the a
 it. Nothing of it reaches a simulation.
 """
 
+import runpy
+from importlib import import_module
+from inspect import isfunction, signature
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -240,9 +245,15 @@ LISTED = Law("listed", "Listed", (Quantity("k", "N/m", "stiffness"),), listed)
 
 # a call in Python, and what the answer says
 CALLS = [
-    (lambda: iso.simulate(iso.reference_building(), MOTION), "without isolators; expected: struct"),
+    (
+        lambda: iso.simulate(iso.reference_building(), MOTION),
+        "is of type Structure; expected: an IsolatedStructure, such as structure.on",
+    ),
     (lambda: iso.simulate(None, MOTION), "isolated is None; expected: an IsolatedStructure"),
-    (lambda: iso.simulate(isolated(), "motion.csv"), "ground is the path 'motion.csv'; expected"),
+    (
+        lambda: iso.simulate(isolated(), "motion.csv"),
+        "ground is 'motion.csv'; expected: a Record, such as read_record",
+    ),
     (lambda: iso.simulate(isolated(), 3.0), "ground is 3.0; expected: a Record"),
     (lambda: iso.simulate(isolated(), [1.0, 2.0]), "ground[0] is 1.0; expected: a Record"),
     (lambda: iso.simulate(isolated(), [MOTION, MOTION]), "takes 1 ground motions"),
@@ -258,7 +269,7 @@ CALLS = [
     (lambda: iso.simulate(isolated(), MOTION, sensors=CoilDriver()), "sensors is of type Coil"),
     (
         lambda: iso.simulate(isolated(), MOTION, nominal=iso.reference_building()),
-        "nominal is 'refe",
+        "nominal is of type Structure; expected: an IsolatedStructure",
     ),
     (
         lambda: iso.simulate(iso.reference_building().on(iso.law(BRANCH, {"k": 1.0})), MOTION),
@@ -268,17 +279,20 @@ CALLS = [
         lambda: iso.simulate(iso.reference_building().on(iso.law(LISTED, {"k": 1.0})), MOTION),
         "return [p[0] * x]' cannot be traced in force; expected: one expression",
     ),
-    (lambda: iso.compare(isolated(), MOTION, "on_off"), "expected: a list of names"),
-    (lambda: iso.load(3), "path is 3; expected: the path of a saved result"),
+    (
+        lambda: iso.compare(isolated(), MOTION, "on_off"),
+        "controllers is 'on_off'; expected: a list, each text or controller(name)",
+    ),
+    (lambda: iso.load(3), "path is 3; expected: text or a path"),
     (lambda: iso.run_scenario(3), "scenario is 3; expected: a Scenario"),
     (lambda: iso.run_suite(3), "scenario is 3; expected: a Scenario"),
-    (lambda: iso.evaluate(3, "tests"), "scenario is 3; expected: a Scenario"),
-    (lambda: iso.sweep([1]), "plan is [1]; expected: a SweepPlan"),
-    (lambda: iso.law(3), "law is 3; expected: a name, or a place"),
-    (lambda: iso.controller(3), "controller is 3; expected: a name, or a place"),
-    (lambda: iso.fit("tests", 3), "law is 3; expected: a name, or a place"),
-    (lambda: iso.diagnose("tests", 3), "law is 3; expected: a name, or a place"),
-    (lambda: iso.Comparison([1]), "runs are [1]; expected: a mapping"),
+    (lambda: iso.evaluate(3, "tests"), "law is 3; expected: a Device"),
+    (lambda: iso.sweep([1]), "plan is [1]; expected: a SweepPlan or a mapping or text or a path"),
+    (lambda: iso.law(3), "name is 3; expected: text or a Law"),
+    (lambda: iso.controller(3), "name is 3; expected: text"),
+    (lambda: iso.fit("tests", 3), "law is 3; expected: text or a Law"),
+    (lambda: iso.diagnose("tests", 3), "law is 3; expected: text or a Law"),
+    (lambda: iso.Comparison([1]), "runs is [1]; expected: a mapping"),
     (
         lambda: iso.simulate(isolated(), MOTION).criteria["peak_drift"],
         "unknown criterion 'peak_drift'; did you mean 'peak_drift_m'?",
@@ -287,10 +301,16 @@ CALLS = [
     (lambda: iso.compare(isolated(), MOTION, ["on_off", "on_off"]), "different names"),
     (lambda: iso.compare(isolated(), MOTION, []), "a comparison needs one run or more"),
     (lambda: iso.Case(isolated(), MOTION, "on_off"), "controller is 'on_off'; expected: contr"),
-    (lambda: iso.Case(iso.reference_building(), MOTION, iso.controller("on_off")), "without isol"),
+    (
+        lambda: iso.Case(iso.reference_building(), MOTION, iso.controller("on_off")),
+        "isolated is of type Structure",
+    ),
     (lambda: iso.simulate_many([isolated()]), "cases[0] is of type IsolatedStructure"),
     (lambda: iso.simulate_many([], threads=0), "threads is 0; expected: 1 or more"),
-    (lambda: iso.reference_building().on("bouc_wen"), "needs a Device"),
+    (
+        lambda: iso.reference_building().on("bouc_wen"),
+        "device is 'bouc_wen'; expected: a Device, such as law(name)",
+    ),
     (lambda: iso.reference_building().on(iso.law("strain_stiffening"), count=0), "force is 0"),
     (lambda: iso.shear_building([1e5], [1e8], base_mass=0.0), "base_mass[0] is 0 kg; expected"),
     (lambda: iso.shear_building([1e5], [1e8], base_mass=1.0, damping="none"), "unknown damping"),
@@ -315,6 +335,107 @@ CALLS = [
     (lambda: CoilDriver(lag=-1.0), "lag"),
     (lambda: Sensors(dropout=2.0), "dropout is 2.0; expected: 0 or more, below 1"),
 ]
+
+DEVICE, A_CLASS, A_PATH = iso.law("strain_stiffening"), iso.Device, Path("motion.csv")
+
+# an exported name, one argument of a wrong type, and what the answer says
+TYPES = [
+    ("Case", {"isolated": DEVICE}, "isolated is of type Device; expected: an IsolatedStructure"),
+    ("Case", {"ground": A_PATH}, "ground is the path 'motion.csv'; expected: a Record"),
+    ("CoilDriver", {"lag": "slow"}, "lag is 'slow'; expected: a number"),
+    ("CoilDriver", {"slew": None}, "slew is None; expected: a number"),
+    ("CoilDriver", {"low": "0"}, "low is '0'; expected: a number or None"),
+    ("CoilDriver", {"step": True}, "step is True; expected: a number"),
+    ("Comparison", {"runs": 3}, "runs is 3; expected: a mapping"),
+    ("Comparison", {"fixed_base": "yes"}, "fixed_base is 'yes'; expected: a Run or None"),
+    ("Device", {"law": "bouc_wen"}, "law is 'bouc_wen'; expected: a Law"),
+    ("Device", {"length": "10"}, "length is '10'; expected: a number"),
+    ("DeviceSimulator", {"device": "bouc_wen"}, "device is 'bouc_wen'; expected: a Device"),
+    ("DeviceSimulator", {"period": "fast"}, "period is 'fast'; expected: a number"),
+    ("Record", {"acceleration": "motion.csv"}, "expected: an array of numbers"),
+    ("Record", {"acceleration": None}, "acceleration is None; expected: an array of numbers"),
+    ("Record", {"dt": "0.1"}, "dt is '0.1'; expected: a number"),
+    ("Record", {"name": 3}, "name is 3; expected: text"),
+    ("Scenario", {"name": 3}, "name is 3; expected: text"),
+    ("Scenario", {"ground": 3}, "ground is 3; expected: a table"),
+    ("Scenario", {"driver": A_CLASS}, "driver is <class"),
+    ("Sensors", {"noise": 0.1}, "noise is 0.1; expected: a mapping"),
+    ("Sensors", {"seed": 1.5}, "seed is 1.5; expected: a whole number"),
+    ("Sensors", {"delay": "short"}, "delay is 'short'; expected: a number"),
+    ("Simulator", {"isolated": 3}, "isolated is 3; expected: an IsolatedStructure"),
+    ("Simulator", {"ground": "motion.csv"}, "ground is 'motion.csv'; expected: a Record"),
+    ("Simulator", {"period": "1"}, "period is '1'; expected: a number or None"),
+    ("Simulator", {"measures": "current_A"}, "measures is 'current_A'; expected: a list"),
+    ("Suite", {"folder": 3}, "folder is 3; expected: text or a path"),
+    ("Sweep", {"folder": None}, "folder is None; expected: text or a path"),
+    ("SweepPlan", {"vary": 3}, "vary is 3; expected: a list"),
+    ("VectorSimulator", {"n": 1.5}, "n is 1.5; expected: a whole number"),
+    ("available_sets", {"name": 3}, "name is 3; expected: text"),
+    ("available_conditions", {"name": None}, "name is None; expected: text"),
+    ("compare", {"isolated": A_CLASS}, "isolated is the class Device; expected: an IsolatedStruct"),
+    ("compare", {"controllers": 3}, "controllers is 3; expected: a list"),
+    ("compare", {"controllers": ["on_off", 3]}, "controllers[1] is 3; expected: text or contr"),
+    ("compare", {"fixed_base": "no"}, "fixed_base is 'no'; expected: True or False"),
+    ("controller", {"name": None}, "name is None; expected: text"),
+    ("diagnose", {"data": 3}, "data is 3; expected: a Campaign or text or a path"),
+    ("diagnose", {"scenario": 3}, "scenario is 3; expected: a Scenario"),
+    ("diagnose", {"seed": "one"}, "seed is 'one'; expected: a whole number"),
+    ("evaluate", {"campaign": None}, "campaign is None; expected: a Campaign"),
+    ("export_results", {"folder": 3}, "folder is 3; expected: text or a path"),
+    ("export_results", {"form": None}, "form is None; expected: text"),
+    ("fit", {"campaign": 3}, "campaign is 3; expected: a Campaign or text or a path"),
+    ("fit", {"fixed": ["n"]}, "fixed is ['n']; expected: a mapping or None"),
+    ("fit", {"starts": 2.5}, "starts is 2.5; expected: a whole number"),
+    ("fit", {"progress": 3}, "progress is 3; expected: a function or None"),
+    ("from_fixed_base", {"mass": "heavy"}, "mass is 'heavy'; expected: an array of numbers"),
+    ("from_matrices", {"mass": None}, "mass is None; expected: an array of numbers"),
+    ("from_matrices", {"stiffness": "M.npy"}, "stiffness is 'M.npy'; expected: an array"),
+    ("from_matrices", {"names": "floor"}, "names is 'floor'; expected: a list, each text or None"),
+    ("from_opensees", {"base": "1"}, "base is '1'; expected: a whole number"),
+    ("json_report", {"comparison": 3}, "comparison is 3; expected: a Comparison"),
+    ("json_report", {"comparison": iso.Comparison}, "is the class Comparison; expected: a Comp"),
+    ("law", {"name": DEVICE}, "name is of type Device; expected: text or a Law"),
+    ("law", {"parameters": 3}, "parameters is 3; expected: text or a mapping or None"),
+    ("law", {"current_range": 3.0}, "current_range is 3.0; expected: a list, each a number"),
+    ("load", {"path": None}, "path is None; expected: text or a path"),
+    ("loop_curves", {"time": "t"}, "time is 't'; expected: an array of numbers"),
+    ("loop_measures", {"force": ["a"]}, "force is ['a']; expected: an array of numbers"),
+    ("opensees_material", {"device": "bouc_wen"}, "device is 'bouc_wen'; expected: a Device"),
+    ("passive", {"device": 3}, "device is 3; expected: a Device"),
+    ("passive", {"device": A_CLASS}, "device is the class Device; expected: a Device"),
+    ("passive", {"field_lag": "5 ms"}, "field_lag is '5 ms'; expected: a number"),
+    ("read_campaign", {"folder": 3}, "folder is 3; expected: text or a path"),
+    ("read_matrices", {"path": None}, "path is None; expected: text or a path"),
+    ("read_record", {"path": 3}, "path is 3; expected: text or a path"),
+    ("read_record", {"dt": "0.01"}, "dt is '0.01'; expected: a number or None"),
+    ("read_run", {"path": 3}, "path is 3; expected: text or a path"),
+    ("reference_isolators", {"device": "bouc_wen"}, "device is 'bouc_wen'; expected: a Device"),
+    ("run_scenario", {"scenario": DEVICE}, "scenario is of type Device; expected: a Scenario"),
+    ("run_suite", {"workers": "two"}, "workers is 'two'; expected: a whole number or None"),
+    ("shear_building", {"masses": 3}, "masses is 3; expected: a list, each a number"),
+    ("shear_building", {"masses": ["3 t"]}, "masses[0] is '3 t'; expected: a number"),
+    ("shear_building", {"base_mass": "3 t"}, "base_mass is '3 t'; expected: a number"),
+    ("simulate", {"isolated": A_PATH}, "isolated is the path 'motion.csv'; expected"),
+    ("simulate", {"ground": A_CLASS}, "ground is the class Device; expected: a Record"),
+    ("simulate", {"driver": 3}, "driver is 3; expected: a CoilDriver or None"),
+    ("simulate", {"sensors": "good"}, "sensors is 'good'; expected: a Sensors or None"),
+    ("simulate_many", {"cases": 3}, "cases is 3; expected: a list, each a Case"),
+    ("sweep", {"plan": 3}, "plan is 3; expected: a SweepPlan"),
+    ("sweep", {"out": 3}, "out is 3; expected: text or a path or None"),
+    ("tune", {"name": 3}, "name is 3; expected: text"),
+    ("tune", {"evaluations": "many"}, "evaluations is 'many'; expected: a whole number"),
+    ("write_run", {"run": 3}, "run is 3; expected: a Run"),
+    ("write_run", {"path": 3}, "path is 3; expected: text or a path"),
+]
+
+API = runpy.run_path(str(Path(__file__).resolve().parents[1] / "docs/_ext/api_pages.py"))
+OFFERED = {
+    value: f"{module}.{name}"
+    for module in API["PACKAGES"]
+    for name in API["offered"](import_module(module))
+    for value in [getattr(import_module(module), name)]
+    if isfunction(value)
+}
 
 
 @pytest.fixture(scope="module")
@@ -388,5 +509,24 @@ def test_a_call(tmp_path, monkeypatch, call, told):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(("name", "argument", "told"), TYPES)
+def test_a_type(name, argument, told):
+    with pytest.raises(InputError) as caught:
+        getattr(iso, name)(**argument)
+    assert told in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("function", OFFERED, ids=OFFERED.values())
+def test_every_argument_of_every_exported_function(function):
+    for argument in signature(function).parameters.values():
+        # a value of any type is what these two take; what follows stars has no type of its own
+        if argument.kind in (argument.VAR_POSITIONAL, argument.VAR_KEYWORD) or argument.name in (
+            "thing", "default", "opensees",
+        ):  # fmt: skip
+            continue
+        with pytest.raises(InputError, match=f"^{argument.name} is of type object; expected: "):
+            function(**{argument.name: object()})
+
+
 def test_the_list_is_long_enough():
-    assert len(SCENARIOS) + len(PLANS) + len(COMMANDS) + len(CALLS) >= 150
+    assert sum(map(len, (SCENARIOS, PLANS, COMMANDS, CALLS, TYPES))) >= 300

@@ -9,6 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..compiled import Decision
 from ..force_tracking import COILS, coil_current
 from .nominal_linear_model import structure_and_ground
@@ -173,6 +175,7 @@ def extended_row(
         command[n_all + k] = memory[innovations + k]
 
 
+@checked
 class ExtendedKalmanFilter(Observer):
     """Extended Kalman filter on structure, ground and the devices' internal states.
 

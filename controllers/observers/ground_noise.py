@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
 from isolation_sim.errors import InputError
 
 
+@checked
 @dataclass(frozen=True)
 class GroundNoise:
     """White noise at bedrock, seen through the filter of Kanai and Tajimi.

@@ -8,6 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..compiled import Decision
 from ..force_tracking import MOTION, coil_current, device_force, follow_device
 from .nominal_linear_model import sampled, structure_and_ground
@@ -107,6 +109,7 @@ def kalman_row(
         command[n_z + n_states + k] = memory[1 + n_z + m + k]
 
 
+@checked
 class KalmanFilter(Observer):
     """Kalman filter of constant gain on the structure, the devices' forces as known inputs.
 

@@ -15,36 +15,19 @@ from .ground_noise import GroundNoise
 
 @dataclass(frozen=True)
 class NominalLinearModel:
-    """Linear equations z' = A z + B r + G w, with accelerations C z + D r.
+    """Linear equations z' = A z + B r + G w, with accelerations C z + D r."""
 
-    The state z holds displacements, velocities and the ground's filters. Each element is a spring
-    and a dashpot; r is what its force is more than theirs, and w white noise at bedrock.
+    # The state z holds displacements, velocities and the ground's filters. Each element is a spring
+    # and a dashpot; r is what its force is more than theirs, and w white noise at bedrock.
 
-    Attributes
-    ----------
-    a : numpy.ndarray, shape (n_z, n_z)
-        Dynamics.
-    b : numpy.ndarray, shape (n_z, n_elements), 1/kg
-        Of the elements' further forces.
-    g : numpy.ndarray, shape (n_z, n_directions)
-        Of the white noise.
-    c : numpy.ndarray, shape (n_dofs, n_z)
-        Absolute accelerations from the state.
-    d : numpy.ndarray, shape (n_dofs, n_elements), 1/kg
-        Absolute accelerations from the elements' further forces.
-    passive : numpy.ndarray, shape (n_elements, 2), N/m and N s/m
-        Springs and dashpots.
-    rows : numpy.ndarray, shape (n_elements, n_dofs)
-        Deformations from displacements.
-    """
-
-    a: NDArray
-    b: NDArray
-    g: NDArray
-    c: NDArray
+    a: NDArray  # (n_z, n_z): Dynamics
+    b: NDArray  # (n_z, n_elements), 1/kg: Of the elements' further forces
+    g: NDArray  # (n_z, n_directions): Of the white noise
+    c: NDArray  # (n_dofs, n_z): Absolute accelerations from the state
+    # (n_dofs, n_elements), 1/kg: Absolute accelerations from the elements' further forces
     d: NDArray
-    passive: NDArray
-    rows: NDArray
+    passive: NDArray  # (n_elements, 2), N/m and N s/m: Springs and dashpots
+    rows: NDArray  # (n_elements, n_dofs): Deformations from displacements
 
     @property
     def deformations(self) -> NDArray:

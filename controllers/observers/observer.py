@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ground_motions.argument_types import checked
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
@@ -23,6 +24,7 @@ from .ground_noise import GroundNoise
 N_DOFS, N_Z, N_Y, N_ELEMENTS = range(4)
 
 
+@checked
 @dataclass(frozen=True)
 class Noise:
     """Noise of sensors and devices in the model of an observer.
@@ -87,6 +89,7 @@ class Estimate:
     covariance: NDArray
 
 
+@checked
 class Observer(ABC):
     """Estimates the state from accelerometers and the isolators' displacement.
 

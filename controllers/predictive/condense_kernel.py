@@ -17,12 +17,10 @@ def condense(
     step: float, sizes: tuple, units: NDArray, levels: NDArray, margins: tuple, weights: NDArray,
     resting: NDArray, programme: tuple,
 ) -> int:  # fmt: skip
-    """Fill in the quadratic programme of one decision.
-
-    Unknown are the change of each block of commands, in ranges of its coil, and three excesses in
-    their units: of displacement and of acceleration over their levels, and of acceleration over the
-    peak without current (the regret).
-    """
+    """Fill in the quadratic programme of one decision."""
+    # Unknown are the change of each block of commands, in ranges of its coil, and three excesses in
+    # their units: of displacement and of acceleration over their levels, and of acceleration over
+    # the peak without current (the regret).
     y, dy, past, y_before, dy_before = prediction
     hessian, gradient, rows, upper, lower = programme
     n_displacements, n_accelerations = sizes

@@ -13,25 +13,13 @@ LOWEST, HIGHEST = 0.3, 3.0
 
 
 class ForceScale:
-    """One factor on all device forces, by least squares with forgetting.
+    """One factor on all device forces, by least squares with forgetting."""
 
-    The isolators carry what the inertia forces of all levels add up to: the sum of mass times
-    absolute acceleration, in each direction, is compared with the devices' forces by the law.
-
-    Parameters
-    ----------
-    nominal : IsolatedStructure
-        The model reasoned with.
-    step : float, s
-        Interval between decisions.
-    memory : float, s
-        Time after which what was seen counts 1/e.
-
-    Attributes
-    ----------
-    factor : float
-        Force over that of the nominal model, 0.3 to 3.
-    """
+    # The isolators carry what the inertia forces of all levels add up to: the sum of mass times
+    # absolute acceleration, in each direction, is compared with the devices' forces by the law.
+    # nominal: The model reasoned with.
+    # step: Interval between decisions, s.
+    # memory: Time after which what was seen counts 1/e, s.
 
     def __init__(self, nominal: IsolatedStructure, step: float, memory: float):
         along = nominal.structure.influence.T
@@ -41,7 +29,7 @@ class ForceScale:
         self._keep = float(np.exp(-step / memory))
         self._prior = CERTAIN**2 / step
         self._square = self._product = self._prior
-        self.factor = 1.0
+        self.factor = 1.0  # Force over that of the nominal model, 0.3 to 3
 
     def learn(self, acceleration: NDArray, force: NDArray) -> float:
         """Take one more instant into account."""

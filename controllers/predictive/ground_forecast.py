@@ -12,58 +12,38 @@ from .prediction import Prediction
 
 
 class GroundForecast:
-    """Ground acceleration over the horizon, and how far it may leave accelerations astray.
+    """Ground acceleration over the horizon, and how far it may leave accelerations astray."""
 
-    What drives the ground is an autoregressive model, learnt as the motion arrives; its velocity
-    comes back to zero (``ground_kernel``).
-
-    Parameters
-    ----------
-    prediction : Prediction
-        Of the structure, over the horizon.
-    coils : numpy.ndarray, shape (n_channels, 5)
-        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
-    step : float, s
-        From one sample to the next.
-    n_steps : int
-        Samples ahead.
-    order : int
-        Of the autoregressive model; 0 for none.
-    settling : float or None, s
-        Time in which the velocity comes back; None for never.
-    fading : float or None, s
-        Time in which the forecast of the autoregressive model fades; None for never.
-    records : tuple of Record or None
-        What a warning tells, one a direction; None without one.
-
-    Attributes
-    ----------
-    acceleration : numpy.ndarray, shape (n_steps + 1, n_directions), m/s^2
-        From the last measurement on.
-    known : int
-        Samples of it that are known.
-    path : numpy.ndarray, shape (n_steps * n_sub + 1, n_directions), m/s^2
-        The same at the ends of the prediction's substeps.
-    velocity : numpy.ndarray, shape (n_directions,), m/s
-        Of the ground, at the last of these samples.
-    strays : numpy.ndarray, shape (reach + 1, n_accelerations, 2), m/s^2
-        Standard deviations of the levels' accelerations, for what the ground does unforeseen, that
-        many samples behind what is known, at the coils' lowest and highest currents; as far as it
-        takes a coil to answer.
-    """
+    # What drives the ground is an autoregressive model, learnt as the motion arrives; its velocity
+    # comes back to zero (``ground_kernel``).
+    # prediction: Of the structure, over the horizon.
+    # coils: (n_channels, 5): Lag (s), slew (A/s), lowest, highest and initial current (A) of each
+    # coil.
+    # step: From one sample to the next, s.
+    # n_steps: Samples ahead.
+    # order: Of the autoregressive model; 0 for none.
+    # settling: Time in which the velocity comes back; None for never, s.
+    # fading: Time in which the forecast of the autoregressive model fades; None for never, s.
+    # records: What a warning tells, one a direction; None without one.
 
     def __init__(
         self, prediction: Prediction, coils: NDArray, step: float, n_steps: int, order: int,
         settling: float | None, fading: float | None, records: tuple[Record, ...] | None,
     ):  # fmt: skip
         n_directions = len(prediction.nominal.structure.directions)
+        # (n_steps + 1, n_directions), m/s^2: From the last measurement on
         self.acceleration = np.zeros((n_steps + 1, n_directions))
-        self.known = 1
+        self.known = 1  # Samples of it that are known
         self._records, self._forecast = records, prediction.module.forecast
         self._between, self._n_sub, self._step = prediction.between, prediction.n_sub, step
+        # (n_steps * n_sub + 1, n_directions), m/s^2: The same at the ends of the prediction's
+        # substeps
         self.path = self._between(self.acceleration)
         # until a coil has answered, a lag and a decision later
         reach = min(int(np.ceil(coils[:, 0].max() / step - 1e-9)) + 1, len(prediction.block))
+        # (reach + 1, n_accelerations, 2), m/s^2: Standard deviations of the levels' accelerations,
+        # for what the ground does unforeseen, that many samples behind what is known, at the coils'
+        # lowest and highest currents; as far as it takes a coil to answer
         self.strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
         pulses = [prediction.pulses(coils[:, k].copy(), reach) for k in (2, 3)]
         pull = 0.0 if settling is None else 1.0 / settling
@@ -71,6 +51,7 @@ class GroundForecast:
         past, coefficients = np.zeros((2, n_directions, order))
         covariance = np.tile(PRIOR * np.eye(order), (n_directions, 1, 1))
         end = np.zeros((n_directions, 2))
+        # (n_directions,), m/s: Of the ground, at the last of these samples
         self.velocity = end[:, 1]
         self._model = (
             np.zeros((n_directions, 2)), end, (pull, step, float(np.exp(-step / DRIFT)), faded),

@@ -15,23 +15,15 @@ _POINTS = 40
 
 @dataclass(frozen=True)
 class Propagator:
-    """Modes after a time t, from those at 0: z = decay z0 + force r + ground a.
+    """Modes after a time t, from those at 0: z = decay z0 + force r + ground a."""
 
-    The modes are in real form: all real parts, then all imaginary ones.
+    # The modes are in real form: all real parts, then all imaginary ones.
 
-    Attributes
-    ----------
-    decay : (n, n) array
-        From the modes.
-    force : (n, n_elements, n_nodes) array
-        From what each device's force (N, device scale) differs by from its reference spring and
-        dashpot, at equally spaced nodes of the interval.
-    ground : (n, n_directions, 2) array
-        From the ground acceleration (m/s^2) at the interval's two ends.
-    """
-
-    decay: NDArray
+    decay: NDArray  # (n, n): From the modes
+    # (n, n_elements, n_nodes): From what each device's force (N, device scale) differs by from its
+    # reference spring and dashpot, at equally spaced nodes of the interval
     force: NDArray
+    # (n, n_directions, 2): From the ground acceleration (m/s^2) at the interval's two ends
     ground: NDArray
 
 
@@ -54,11 +46,6 @@ def propagator(modes: Modes, h: float, t: float, n_nodes: int) -> Propagator:
         convolved(modes.force, n_nodes),
         convolved(modes.ground, 2),
     )
-
-
-def real_rows(rows: NDArray) -> NDArray:
-    """Rows over the modes' real parts and imaginary parts, from complex ones."""
-    return np.concatenate([rows.real, -rows.imag], axis=-1)
 
 
 def _lagrange(x: NDArray, n: int) -> NDArray:

@@ -19,10 +19,8 @@ _KNOTS = 13
 def spring_and_dashpot(
     nominal: IsolatedStructure, coils: NDArray, frequency: float
 ) -> IsolatedStructure:
-    """Linearise every device about rest, at every current.
-
-    The response is then linear at any fixed current, and bilinear with the current.
-    """
+    """Linearise every device about rest, at every current."""
+    # The response is then linear at any fixed current, and bilinear with the current.
     elements = []
     for element in nominal.elements:
         low, high = (0.0, 0.0) if element.channel is None else coils[element.channel, 2:4]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from isolation_sim.generated import load_text
 from isolation_sim.laws.law import Law
+from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.structures import IsolatedStructure
@@ -21,7 +22,7 @@ from ..device_states import follow_states
 from .condense_kernel import condense
 from .generated_jacobian import generated_jacobian
 from .ground_kernel import drive, extrapolate, forecast_deviation, learn
-from .interval import propagator, real_rows
+from .interval import propagator
 from .prediction_kernel import nominal_forces, predict
 
 _HEADER = '''"""Written by controllers.predictive.prediction; do not edit."""
@@ -85,46 +86,21 @@ STABLE = 0.8
 
 
 class Prediction:
-    """Structure, devices and coils as the prediction's compiled loop sees them.
+    """Structure, devices and coils as the prediction's compiled loop sees them."""
 
-    Parameters
-    ----------
-    nominal : IsolatedStructure
-        The model to predict with.
-    coils : numpy.ndarray, shape (n_channels, 5)
-        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
-    step : float, s
-        Length of a step of the horizon.
-    block : numpy.ndarray of int, shape (n_steps,)
-        Block of each step's command, from 0, not decreasing; commands of a block move together.
-    longest : float, s
-        Longest substep of the integration.
-
-    Attributes
-    ----------
-    n_sub : int
-        Substeps of a step.
-    y : numpy.ndarray, shape (n_steps + 1, n_outputs)
-        Outputs predicted last: the displacements of the bases (m), the absolute accelerations of
-        all levels (m/s^2), then the velocities of the bases (m/s).
-    dy : numpy.ndarray, shape (n_steps + 1, n_outputs, n_blocks * n_channels)
-        Their derivatives by the commands, per A.
-    past : numpy.ndarray, shape (n_steps, n_channels, n_blocks * n_channels + 1)
-        Derivatives of the coil currents at the steps' beginnings, and these currents (A).
-    results : tuple
-        ``y``, ``dy``, ``past``, and the first two just before the coils without lag take their
-        next commands, empty where there are none.
-    n_displacements, n_accelerations : int
-        Numbers of such outputs.
-    along : numpy.ndarray, shape (n_displacements, n_directions)
-        Displacements of the bases that move with the ground, per displacement of the ground.
-    strength : numpy.ndarray, shape (n_devices,)
-        Each device's force over that of the nominal model; 1 unless it is changed.
-    """
+    # nominal: The model to predict with.
+    # coils: (n_channels, 5): Lag (s), slew (A/s), lowest, highest and initial current (A) of each
+    # coil.
+    # step: Length of a step of the horizon, s.
+    # block: of int, shape (n_steps,): Block of each step's command, from 0, not decreasing;
+    # commands of a block move together.
+    # n_displacements, n_accelerations: Numbers of such outputs.
+    # along: (n_displacements, n_directions): Displacements of the bases that move with the ground,
+    # per displacement of the ground.
 
     def __init__(
         self, nominal: IsolatedStructure, coils: NDArray, step: float, block: NDArray,
-        longest: float = np.inf,
+        longest: float = np.inf,  # Longest substep of the integration, s
     ):  # fmt: skip
         self.nominal, self.block = nominal, np.ascontiguousarray(block, dtype=np.int64)
         modes, outputs = modes_for(nominal)
@@ -137,13 +113,14 @@ class Prediction:
         self.rows = np.ascontiguousarray(real_rows(modes.deformation))
         self._to_modes = np.linalg.inv(_square(real_rows(modes.shapes)))
         needed = max(step / longest - 1e-9, step * self._fastest() / STABLE)
-        self.n_sub = max(1, int(np.ceil(needed)))
+        self.n_sub = max(1, int(np.ceil(needed)))  # Substeps of a step
         h = step / self.n_sub
         carried = propagator(modes, h, h, 2)
         m = modes.eigenvalues.size
         grown = np.exp(modes.eigenvalues * h)
         decay = [np.exp(-h / lag) if lag > 0 else 0.0 for lag in coils[:, 0]]
         coil_decay = np.array([[k, self.n_sub, h] for k in decay])
+        # (n_devices,): Each device's force over that of the nominal model; 1 unless it is changed
         self.strength = np.ones(n_devices)
         self._references = references = np.stack([modes.stiffness, modes.damping], axis=1)
         self.plant = (
@@ -163,11 +140,18 @@ class Prediction:
             tuple(np.zeros((*shape, width)) for shape in shapes),
             np.zeros((n_states + 1) * (n_states + 4)),
         )
+        # (n_steps + 1, n_outputs): Outputs predicted last: the displacements of the bases (m), the
+        # absolute accelerations of all levels (m/s^2), then the velocities of the bases (m/s)
         self.y = np.zeros((n_steps + 1, n_outputs))
+        # (n_steps + 1, n_outputs, n_blocks * n_channels): Their derivatives by the commands, per A
         self.dy = np.zeros((n_steps + 1, n_outputs, width))
+        # (n_steps, n_channels, n_blocks * n_channels + 1): Derivatives of the coil currents at the
+        # steps' beginnings, and these currents (A)
         self.past = np.zeros((n_steps, len(coils), width + 1))
         n_before = n_steps + 1 if np.any(coils[:, 0] == 0) else 0
         before = np.zeros((n_before, n_outputs)), np.zeros((n_before, n_outputs, width))
+        # ``y``, ``dy``, ``past``, and the first two just before the coils without lag take their
+        # next commands, empty where there are none
         self.results = (self.y, self.dy, self.past, *before)
         self._scratch = np.zeros(5 * max(n_states, 1))
         self.module = _module(self.model.laws, n_states)

@@ -138,7 +138,14 @@ def predict(
     everything = dy.shape[2]
     n_sub = int(coil_decay[0, 1])
     h = coil_decay[0, 2]
-    za[:], sa[:], ia[:] = z, s, i
+    # element by element: the compiler takes seconds for an array assigned to an array
+    for m in range(2 * n_modes):
+        za[m] = z[m]
+    for e in range(n_devices):
+        for q in range(n_states):
+            sa[e, q] = s[e, q]
+    for c in range(n_channels):
+        ia[c] = i[c]
     # at both ends of a step: a block that begins must not find what the last call left behind
     dza[:], dsa[:], dia[:] = 0.0, 0.0, 0.0
     dzb[:], dsb[:], dib[:] = 0.0, 0.0, 0.0
@@ -152,7 +159,8 @@ def predict(
         for c in range(n_channels):
             coil_factor = coil_decay[c, 0]
             if k < n_steps:
-                past[k, c, :everything] = dia[c]
+                for j in range(everything):
+                    past[k, c, j] = dia[c, j]
                 past[k, c, everything] = ia[c]
             if coil_factor == 0.0:
                 ia[c] = commands[last, c]
@@ -200,5 +208,5 @@ def predict(
                     sb[e, q] += 0.5 * h * (r1[e, q] - r0[e, q])
                     for j in range(width):
                         dsb[e, q, j] += 0.5 * h * (dr1[e, q, j] - dr0[e, q, j])
-            za[:], sa[:], ia[:] = zb, sb, ib
-            dza[:], dsa[:], dia[:] = dzb, dsb, dib
+            za, zb, sa, sb, ia, ib = zb, za, sb, sa, ib, ia
+            dza, dzb, dsa, dsb, dia, dib = dzb, dza, dsb, dsa, dib, dia

@@ -7,26 +7,16 @@ from numpy.typing import NDArray
 
 
 class RunningPeaks:
-    """Largest displacement and acceleration so far, between the samples too.
+    """Largest displacement and acceleration so far, between the samples too."""
 
-    Between samples the response is taken to be the parabola through the last three. A change of
-    current breaks it off: both of its sides count, and a new parabola begins.
-
-    Parameters
-    ----------
-    n_displacements, n_accelerations : int
-        Numbers of outputs of either kind; displacements come first.
-
-    Attributes
-    ----------
-    peaks : numpy.ndarray, shape (2,)
-        Largest displacement (m) and acceleration (m/s^2).
-    """
+    # Between samples the response is taken to be the parabola through the last three. A change of
+    # current breaks it off: both of its sides count, and a new parabola begins.
+    # n_displacements, n_accelerations: Numbers of outputs of either kind; displacements come first.
 
     def __init__(self, n_displacements: int, n_accelerations: int):
         self._kinds = [0, n_displacements, n_displacements + n_accelerations]
         self._past: list[NDArray] = []
-        self.peaks = np.zeros(2)
+        self.peaks = np.zeros(2)  # (2,): Largest displacement (m) and acceleration (m/s^2)
 
     def follow(self, outputs: NDArray) -> None:
         """Go on to the next sample."""

@@ -18,23 +18,16 @@ FAST = 0.4
 
 
 class SlowGround:
-    """Whether all of the ground motion so far has been slow.
+    """Whether all of the ground motion so far has been slow."""
 
-    A building that is stiff for a ground motion follows it, with little deformation and no more
-    acceleration than the ground's. One that has become soft under it cannot be stiffened any more:
-    an isolator that stiffens while it is deformed jolts the building. So it starts stiff, and is
-    released for good as soon as the ground shows a short period.
-
-    The period of the motion is that of the sinusoid with its peaks: 2 pi times the peak
-    acceleration over the peak rate of acceleration.
-
-    Parameters
-    ----------
-    step : float, s
-        From one sample to the next.
-    limit : float, s
-        Shortest period that is slow.
-    """
+    # A building that is stiff for a ground motion follows it, with little deformation and no more
+    # acceleration than the ground's. One that has become soft under it cannot be stiffened any
+    # more: an isolator that stiffens while it is deformed jolts the building. So it starts stiff,
+    # and is released for good as soon as the ground shows a short period.
+    # The period of the motion is that of the sinusoid with its peaks: 2 pi times the peak
+    # acceleration over the peak rate of acceleration.
+    # step: From one sample to the next, s.
+    # limit: Shortest period that is slow, s.
 
     def __init__(self, step: float, limit: float):
         self._limit = limit

@@ -12,31 +12,17 @@ from .running_peaks import RunningPeaks
 
 
 class Uncontrolled:
-    """The nominal model at the lowest currents of its coils, under the measured ground motion.
+    """The nominal model at the lowest currents of its coils, under the measured ground motion."""
 
-    Parameters
-    ----------
-    nominal : IsolatedStructure
-        The model.
-    coils : numpy.ndarray, shape (n_channels, 5)
-        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
-    step : float, s
-        From one decision to the next.
-    longest : float, s
-        Longest substep of the integration.
-    n_ahead : int
-        Steps to forecast beyond the last known sample of the ground motion.
-
-    Attributes
-    ----------
-    course : numpy.ndarray, shape (n_known + n_ahead, 2)
-        Largest displacement of a base (m) and acceleration (m/s^2) from the motion's beginning up
-        to each step: the known samples from now on, then the forecast.
-    """
+    # nominal: The model.
+    # coils: (n_channels, 5): Lag (s), slew (A/s), lowest, highest and initial current (A) of each
+    # coil.
+    # step: From one decision to the next, s.
+    # longest: Longest substep of the integration, s.
 
     def __init__(
         self, nominal: IsolatedStructure, coils: NDArray, step: float, longest: float,
-        n_ahead: int = 0,
+        n_ahead: int = 0,  # Steps to forecast beyond the last known sample of the ground motion
     ):  # fmt: skip
         self._model = Prediction(nominal, coils, step, np.zeros(1, int), longest)
         self._ahead: Prediction | None = None
@@ -44,6 +30,8 @@ class Uncontrolled:
             self._ahead = Prediction(nominal, coils, step, np.zeros(n_ahead, int), longest)
         self._held = np.tile(coils[:, 2], (n_ahead, 1))
         self._past = [np.zeros(2)]
+        # (n_known + n_ahead, 2): Largest displacement of a base (m) and acceleration (m/s^2) from
+        # the motion's beginning up to each step: the known samples from now on, then the forecast
         self.course = np.zeros((1 + n_ahead, 2))
         self._low = coils[:, 2].copy()
         self._z: NDArray = np.zeros(self._model.rows.shape[-1])

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.laws.emit import symbols
+from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run
 
-from .interval import propagator, real_rows
+from .interval import propagator
 
 _MIDDLE, _END = (5 / 24, 8 / 24, -1 / 24), (4 / 24, 16 / 24, 4 / 24)
 """Lobatto IIIA: states at the middle and the end of an interval from rates at its three nodes."""
@@ -32,56 +33,33 @@ _VARIABLES = ("z", "s", "i", "u", "first", "middle", "last", "s_middle")
 
 @dataclass(frozen=True)
 class Optimum:
-    """Solution of the whole-record problem: a local optimum.
+    """Solution of the whole-record problem: a local optimum."""
 
-    Attributes
-    ----------
-    current : numpy.ndarray, shape (n_commands, n_channels), A
-        Commands.
-    peaks : dict of str to float
-        Peaks that the transcription predicts, by quantity, SI units.
-    objective : float
-        Weighted sum of the peaks.
-    iterations : int
-        Of the interior-point method.
-    status : str
-        Its own word on how it ended.
-    variables : numpy.ndarray
-        Solution, to start a neighbouring problem from.
-    """
-
-    current: NDArray
-    peaks: dict[str, float]
-    objective: float
-    iterations: int
-    status: str
-    variables: NDArray
+    current: NDArray  # (n_commands, n_channels), A: Commands
+    peaks: dict[str, float]  # Peaks that the transcription predicts, by quantity, SI units
+    objective: float  # Weighted sum of the peaks
+    iterations: int  # Of the interior-point method
+    status: str  # Its own word on how it ended
+    variables: NDArray  # Solution, to start a neighbouring problem from
 
 
 class WholeRecord:
-    """The response to a whole record as equations between one sample and the next.
+    """The response to a whole record as equations between one sample and the next."""
 
-    The modes are carried exactly from sample to sample, with each device's force a quadratic
-    through the ends and the middle of the interval; device states are collocated on the same
-    points (Lobatto IIIA, fourth order); coil currents follow their commands in closed form. Laws
-    are traced from their one definition. Peaks are taken on both sides of every change of current
-    and at three instants of every interval; what lies in between is left to the certificate.
-
-    Parameters
-    ----------
-    start : Run
-        A run of the structure under the ground motion, such as one of a constant current: it
-        gives the problem its structure, its scales and its first guess.
-    coils : numpy.ndarray, shape (n_channels, 5)
-        Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil.
-    every : int
-        Samples from one command to the next.
-    quantities : sequence of str
-        Whose peaks count, such as ``"base_displacement_m"``; see ``criteria.quantity_rows``.
-    roughness : float
-        Weight of the mean square change from command to command, relative to the coil's range,
-        against the weighted peaks: it settles the currents on which no peak depends.
-    """
+    # The modes are carried exactly from sample to sample, with each device's force a quadratic
+    # through the ends and the middle of the interval; device states are collocated on the same
+    # points (Lobatto IIIA, fourth order); coil currents follow their commands in closed form. Laws
+    # are traced from their one definition. Peaks are taken on both sides of every change of current
+    # and at three instants of every interval; what lies in between is left to the certificate.
+    # start: A run of the structure under the ground motion, such as one of a constant current: it
+    # gives the problem its structure, its scales and its first guess.
+    # coils: (n_channels, 5): Lag (s), slew (A/s), lowest, highest and initial current (A) of each
+    # coil.
+    # every: Samples from one command to the next.
+    # quantities: Whose peaks count, such as ``"base_displacement_m"``; see
+    # ``criteria.quantity_rows``.
+    # roughness: Weight of the mean square change from command to command, relative to the coil's
+    # range, against the weighted peaks: it settles the currents on which no peak depends.
 
     def __init__(
         self, start: Run, coils: NDArray, every: int, quantities: Sequence[str], roughness: float

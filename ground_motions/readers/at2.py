@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import parse_number, read_lines, require_two, shown
@@ -28,6 +29,7 @@ _KNOWN = re.compile(r"G(?:/10)?|GALS?|(?:MM|CM|M|IN|FT)/S.*", re.IGNORECASE)
 _OTHER_SERIES = re.compile(r"\b(?P<kind>VELOCITY|DISPLACEMENT)\s+TIME", re.IGNORECASE)
 
 
+@checked
 def read_at2(path: str | Path) -> Record:
     """Read a PEER acceleration file.
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import parse_number, require_two, shown, table_lines
 from ground_motions.readers.time_column import uniform_step
@@ -17,6 +18,7 @@ PREFERRED_QUANTITY = "ground_acceleration"
 _SUFFIXES = {"_m_s2": "m/s2", "_cm_s2": "cm/s2", "_mm_s2": "mm/s2", "_gal": "gal", "_g": "g"}
 
 
+@checked
 def read_csv(path: str | Path, column: str | None = None) -> Record:
     """Read one acceleration column of a CSV file.
 

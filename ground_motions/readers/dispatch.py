@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable
 from pathlib import Path
 
+from ground_motions.argument_types import checked
 from ground_motions.errors import InputError
 from ground_motions.readers.at2 import read_at2
 from ground_motions.record import Record
@@ -22,6 +23,7 @@ READERS: Registry[Callable[..., Record]] = Registry(
 _NO_ACCELERATIONS = {"vt2", "dt2"}  # PEER velocities and displacements: `read_at2` says why not
 
 
+@checked
 def read(
     path: str | Path,
     *,

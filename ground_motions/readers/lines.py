@@ -9,10 +9,8 @@ from ground_motions.errors import InputError
 
 
 def read_lines(path: str | Path) -> list[str]:
-    """Return the lines of a text file that holds something.
-
-    The text is UTF-8, or Latin-1 where it is not.
-    """
+    """Return the lines of a text file that holds something."""
+    # The text is UTF-8, or Latin-1 where it is not.
     accepted = "a file of UTF-8 text, or Latin-1"
     try:
         raw = Path(path).read_bytes()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import parse_number, read_lines, require_two
@@ -14,6 +15,7 @@ from ground_motions.record import Record
 from ground_motions.units import to_m_s2
 
 
+@checked
 def read_text(
     path: str | Path, unit: str, dt: float | None = None, *, skip_lines: int = 0
 ) -> Record:

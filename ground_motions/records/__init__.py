@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, nearest
 from ground_motions.record import Record
 from ground_motions.records.el_centro import el_centro_1940
@@ -25,6 +26,7 @@ def available_records() -> tuple[str, ...]:
     return tuple(RECORDS)
 
 
+@checked
 def load_record(name: str) -> Record:
     """Return a record that ships with the package.
 

@@ -71,6 +71,16 @@ def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None 
     print(f"results: {folder}", file=stream)
 
 
+def print_stopped(folder: Path, overwrite: bool) -> None:
+    """Print where the results stand that an interrupt ended."""
+    where = (
+        f"{folder} holds what it held before"
+        if overwrite
+        else (f"what is finished is in {folder}: --resume goes on")
+    )
+    print(f"stopped; {where}", file=sys.stderr)
+
+
 def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
     """Refuse a form of ``--export`` that is unknown or already in the folder, before the work."""
     from ..errors import InputError

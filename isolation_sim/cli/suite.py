@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .common_options import AsJson, Quiet, examples, print_results, print_warning, progress
+from .common_options import (
+    AsJson,
+    Overwrite,
+    Quiet,
+    examples,
+    print_results,
+    print_stopped,
+    print_warning,
+    progress,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
@@ -35,12 +43,15 @@ def suite(
     criterion: Annotated[
         str, typer.Option(help="Criterion of the table with one row per motion.")
     ] = "peak_base_displacement_m",
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Run all records of a suite under all controllers, with the statistics of codes."""
+    from ..io.results_folder import file_name, replaced
     from ..reports.console import standard_console
     from ..reports.suite_tables import records_table, statistics_table, verdict
+    from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite
 
     failures = 0
@@ -50,15 +61,17 @@ def suite(
         failures += failed
         step(f"running, {failures} failed" if failures else "running", done)
 
-    with progress(quiet, 100) as step:
-        try:
+    described = Scenario.read(scenario)
+    folder = out or Path("results") / file_name(described.name)
+    try:
+        with replaced(folder, overwrite, resume), progress(quiet, 100) as step:
             result = run_suite(
-                scenario, out, resume=resume, workers=workers,
+                described, folder, resume=resume, workers=workers,
                 step=lambda text: step(text, 0), progress=advance,
             )  # fmt: skip
-        except KeyboardInterrupt:
-            print("stopped; finished chunks are saved: continue with --resume", file=sys.stderr)
-            raise typer.Exit(130) from None
+    except KeyboardInterrupt:
+        print_stopped(folder, overwrite)
+        raise typer.Exit(130) from None
     result.check(criterion)
     if as_json:
         print(_json(result), end="")

@@ -18,10 +18,12 @@ from .common_options import (
     AsJson,
     Export,
     Force,
+    Overwrite,
     Quiet,
     check_exports,
     examples,
     print_results,
+    print_stopped,
     print_warning,
     progress,
     write_exports,
@@ -139,12 +141,13 @@ def run_plan(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler that runs it instead.")
     ] = None,
+    overwrite: Overwrite = False,
     export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Run a plan; the word run may be left out."""
-    from ..io.results_folder import write_contents
+    from ..io.results_folder import replaced, write_contents
     from ..reports.console import standard_console
     from ..reports.sweep_tables import controllers_table
     from ..sweeps.design import Design
@@ -153,7 +156,7 @@ def run_plan(
 
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
-    check_exports(export, folder)
+    check_exports(export, None if overwrite else folder)
     begun = time.perf_counter()
     failures = 0
 
@@ -167,14 +170,17 @@ def run_plan(
         step(f"running, {failures} failed" if failures else "running", done)
 
     try:
-        with progress(quiet, design.n_runs, alike=True) as step:
+        with (
+            replaced(folder, overwrite, resume),
+            progress(quiet, design.n_runs, alike=True) as step,
+        ):
             step("measuring")
             result = run_design(
                 design, folder, resume=resume, workers=workers, scheduler=scheduler,
                 announce=announce, progress=advance,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)
+        print_stopped(folder, overwrite)
         raise typer.Exit(130) from None
     except OSError as error:
         raise InputError(

@@ -10,7 +10,15 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
-from .common_options import AsJson, Quiet, examples, print_results, progress
+from .common_options import (
+    AsJson,
+    Overwrite,
+    Quiet,
+    examples,
+    print_results,
+    print_stopped,
+    progress,
+)
 
 EXAMPLES = examples(
     "isolation-sim tune clipped_lqr --out my_tuning",
@@ -65,17 +73,18 @@ def tune(
     workers: Annotated[
         int | None, typer.Option(help="Threads or processes; one a processor by default.")
     ] = None,
+    overwrite: Overwrite = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Tune a controller on some motions and judge it on others."""
-    from ..io.results_folder import file_name
+    from ..io.results_folder import file_name, replaced
     from ..tuning.tune import tune as run_tune
 
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
     given: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
     try:
-        with progress(quiet, evaluations) as step:
+        with replaced(folder, overwrite, resume), progress(quiet, evaluations) as step:
             result = run_tune(
                 controller, scenario, motions=motions, **given,
                 criteria=_weights(criterion) if criterion else None, settings=setting,
@@ -84,7 +93,7 @@ def tune(
                 workers=workers, progress=step,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print(f"stopped; what is finished is in {folder}: --resume goes on", file=sys.stderr)
+        print_stopped(folder, overwrite)
         raise typer.Exit(130) from None
     if as_json:
         print(json.dumps(result.to_dict(), indent=2))

@@ -38,47 +38,26 @@ _BASE, _FLOOR = "normalised_peak_base_displacement", "normalised_peak_floor_acce
 
 @dataclass(frozen=True)
 class Performance:
-    """What a run came to.
+    """What a run came to."""
 
-    Attributes
-    ----------
-    peak_base_displacement_m, peak_floor_acceleration_m_s2 : float
-        As in ``isolation_sim.criteria``.
-    J : float
-        Mean of both peaks over those with the coils off, on the same plant.
-    rank : int
-        Place among the controllers by ``J``, 1 the best.
-    """
-
+    # peak_base_displacement_m, peak_floor_acceleration_m_s2: As in ``isolation_sim.criteria``
     peak_base_displacement_m: float
     peak_floor_acceleration_m_s2: float
-    J: float
-    rank: int
+    J: float  # Mean of both peaks over those with the coils off, on the same plant
+    rank: int  # Place among the controllers by ``J``, 1 the best
 
 
 @dataclass(frozen=True)
 class Consequence:
-    """What the error of a law would have meant for a controlled building.
+    """What the error of a law would have meant for a controlled building."""
 
-    Attributes
-    ----------
-    scenario : str
-        Building and ground motion.
-    scaling : str
-        How the tested device was scaled to the building; empty where it was not.
-    finding : str
-        What the numbers say; why there are none where the device cannot carry a building.
-    performance : mapping of str to mapping of str to Performance or None
-        By controller and by case of ``CASES``; None for a run that diverged.
-    warnings : tuple of str
-        Runs that went further than the device was tested.
-    """
-
-    scenario: str
-    scaling: str
+    scenario: str  # Building and ground motion
+    scaling: str  # How the tested device was scaled to the building; empty where it was not
+    # What the numbers say; why there are none where the device cannot carry a building
     finding: str
+    # By controller and by case of ``CASES``; None for a run that diverged
     performance: Mapping[str, Mapping[str, Performance | None]]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # Runs that went further than the device was tested
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain numbers and text."""

@@ -259,10 +259,8 @@ def _unit_factor(factor: float) -> str:
 
 
 def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, float, float]:
-    """Factor, delay (s) and share that remains of a channel against the one it should be.
-
-    The delay is found to first order: a late channel lacks a multiple of its own derivative.
-    """
+    """Factor, delay (s) and share that remains of a channel against the one it should be."""
+    # The delay is found to first order: a late channel lacks a multiple of its own derivative.
     inside = slice(len(values) // 20, len(values) - len(values) // 20)
     rate = np.gradient(expected, step)
     columns = np.stack([expected, rate], axis=1)[inside]
@@ -324,10 +322,8 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
 
 
 def _against_displacement(record: BuildingRecord) -> tuple[float, float]:
-    """Relative acceleration over the displacement's, and how late the displacement is, s.
-
-    From the phase and size of their cross-spectrum, weighted by its size.
-    """
+    """Relative acceleration over the displacement's, and how late the displacement is, s."""
+    # From the phase and size of their cross-spectrum, weighted by its size.
     n, dt = len(record.ground), record.ground.dt
     frequency = np.fft.rfftfreq(n, dt)
     used = (frequency > _LOW) & (frequency < _HIGH)

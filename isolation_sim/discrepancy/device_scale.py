@@ -23,28 +23,19 @@ _CYCLES, _POINTS = 6, 2048
 
 
 class Scale(NamedTuple):
-    """How much larger a building's device is than the tested one.
+    """How much larger a building's device is than the tested one."""
 
-    Attributes
-    ----------
-    length, force : float
-        Factors on deformation and force.
-    words : str
-        How they were found.
-    """
-
+    # length, force: Factors on deformation and force
     length: float
     force: float
-    words: str
+    words: str  # How they were found
 
 
 def carrying(device: Device, structure: Structure, ground: Sequence[Record]) -> Scale:
-    """Scale a device to a building and its ground motion.
-
-    At its largest tested deformation and in the middle of its range of current its effective
-    stiffness is to give the whole mass a period of 2 s, and that deformation is to stand for what
-    the ground motion's response spectrum gives at that period and the device's damping.
-    """
+    """Scale a device to a building and its ground motion."""
+    # At its largest tested deformation and in the middle of its range of current its effective
+    # stiffness is to give the whole mass a period of 2 s, and that deformation is to stand for what
+    # the ground motion's response spectrum gives at that period and the device's damping.
     tested = device.tested_deformation
     if not np.isfinite(tested):
         raise InputError(f"{device.name} has no tested deformation; expected: one that is known")

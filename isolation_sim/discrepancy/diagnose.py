@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.law_choice import AUTO, choose_law
@@ -98,11 +99,14 @@ def diagnose_building(
 
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
-    diagnosis, result = diagnose_problem(problem)
+    devices = [element.device for element in isolated.elements]
+    diagnosis, result = diagnose_problem(problem, devices)
     return BuildingDiagnosis(**vars(diagnosis), building=problem.building(result))
 
 
-def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
+def diagnose_problem(
+    problem: Problem[H], devices: Sequence[Device] = ()
+) -> tuple[Diagnosis, Found[H]]:
     """Run the pipeline on one kind of data."""
     result = problem.search(problem.nominal())
     dependences = problem.dependences(result.base)
@@ -110,6 +114,9 @@ def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
     causes = tuple(sorted(problem.causes(result, evaluation), key=lambda cause: -cause.share))
     judgement = verdict(causes, evaluation.adequate, evaluation.explained)
     evaluated, extended = problem.devices(result)
+    code: dict[str, str] = {}
+    for device in (*devices, *([evaluated] if evaluated else [])):
+        code |= device_code(device)
     diagnosis = Diagnosis(
         data=problem.data_name,
         model=problem.model_name,
@@ -126,7 +133,7 @@ def diagnose_problem(problem: Problem[H]) -> tuple[Diagnosis, Found[H]]:
         extended=extended,
         gain=gain_interval(evaluation.blocks, problem.seed) if causes else None,
         traces=problem.traces(result),
-        details=evaluation.details,
+        details=evaluation.details | ({"code": code} if code else {}),
     )
     return diagnosis, result
 

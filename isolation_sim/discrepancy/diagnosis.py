@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..rendering import Printed, render
-from .interval import Interval
+from .interval import Interval, number
 
 if TYPE_CHECKING:
     import pandas
@@ -135,6 +137,7 @@ class Trace:
     after: NDArray
 
 
+@checked
 def relative_error(trace: Trace, simulated: NDArray) -> float:
     """RMS of a run's residual over RMS of what was measured.
 
@@ -154,6 +157,7 @@ def relative_error(trace: Trace, simulated: NDArray) -> float:
     return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
 
 
+@checked
 def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
     """Sort runs by their errors before.
 
@@ -257,7 +261,7 @@ class Diagnosis(Printed):
             "data": self.data,
             "model": self.model,
             "verdict": self.verdict,
-            "noise_floor": _number(self.noise_floor),
+            "noise_floor": number(self.noise_floor),
             "error_before": _errors(self.error_before),
             "error_after": _errors(self.error_after),
             "gain_held_out": list(self.gain) if self.gain else None,
@@ -266,25 +270,25 @@ class Diagnosis(Printed):
                     "name": cause.name,
                     "form": cause.form,
                     "acts_like": cause.acts_like,
-                    "share": _number(cause.share),
-                    "p_value": _number(cause.p_value),
+                    "share": number(cause.share),
+                    "p_value": number(cause.p_value),
                     "parameters": {
                         name: {
-                            "value": _number(one.value),
-                            "low": _number(one.low),
-                            "high": _number(one.high),
+                            "value": number(one.value),
+                            "low": number(one.low),
+                            "high": number(one.high),
                             "unit": one.unit,
                             "at_bound": one.at_bound,
                         }
                         for name, one in cause.parameters.items()
                     },
                     "confusable_with": list(cause.confusable_with),
-                    "stability": {k: _number(share) for k, share in cause.stability.items()},
+                    "stability": {k: number(share) for k, share in cause.stability.items()},
                     "evidence": cause.evidence,
                 }
                 for cause in self.causes
             ],
-            "unexplained_share": _number(self.unexplained_share),
+            "unexplained_share": number(self.unexplained_share),
             "depends_on": list(self.depends_on),
             "next_test": self.next_test,
             **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
@@ -357,6 +361,7 @@ class Diagnosis(Printed):
         """
         return render("diagnosis_figures:overview", self)
 
+    @checked
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``diagnosis.json``, ``extended_law.toml``, the report and the figures.
 
@@ -395,9 +400,5 @@ class BuildingDiagnosis(Diagnosis):
     building: IsolatedStructure | None = None
 
 
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
 def _errors(errors: Errors) -> dict[str, float | None]:
-    return {"fit": _number(errors.fit), "held_out": _number(errors.held_out)}
+    return {"fit": number(errors.fit), "held_out": number(errors.held_out)}

@@ -14,11 +14,9 @@ from .diagnosis import Cause, Verdict
 
 
 def shares(costs_without: Sequence[float], cost: float, explained: float) -> list[float]:
-    """Split the explained share of a misfit among its causes.
-
-    It is split in proportion to what the cost grows by without each cause. A model that fails
-    without a cause needs that cause above all.
-    """
+    """Split the explained share of a misfit among its causes."""
+    # It is split in proportion to what the cost grows by without each cause. A model that fails
+    # without a cause needs that cause above all.
     costs = np.array(costs_without, dtype=float)
     finite = costs[np.isfinite(costs)]
     costs[~np.isfinite(costs)] = 10 * max([cost, *finite])
@@ -47,19 +45,15 @@ def f_chance(without: float, given: float, added: int, freedom: float, tried: in
 
 
 def rivals(name: str, others: Iterable[tuple[str, float]], allowance: float) -> tuple[str, ...]:
-    """Name causes that would serve nearly as well as one, the nearest first.
-
-    ``others`` holds names and by how much each is worse than the cause that was chosen.
-    """
+    """Name causes that would serve nearly as well as one, the nearest first."""
+    # ``others`` holds names and by how much each is worse than the cause that was chosen.
     near = (other for other, worse in sorted(others, key=lambda o: o[1]) if worse < allowance)
     return tuple(one for one in dict.fromkeys(near) if one not in (name, OUTSIDE))
 
 
 def half_widths(jacobian: NDArray, variance: float) -> NDArray:
-    """Half of the 95 % intervals of fitted values, (n_values,), by the residuals' derivatives.
-
-    Infinite for a value that the data do not determine.
-    """
+    """Half of the 95 % intervals of fitted values, (n_values,), by the residuals' derivatives."""
+    # Infinite for a value that the data do not determine.
     scaled, norm = unit_columns(jacobian)
     power, directions = np.linalg.eigh(scaled.T @ scaled)
     known = power > DETERMINED**2 * power[-1]
@@ -76,10 +70,8 @@ def at_bound(value: float, lower: float, upper: float) -> bool:
 
 
 def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
-    """95 % interval of the relative decrease of the error, by resampling blocks of the data.
-
-    ``blocks`` holds the sum of squared residuals before and after in each block, (n_blocks, 2).
-    """
+    """95 % interval of the relative decrease of the error, by resampling blocks of the data."""
+    # ``blocks`` holds the sum of squared residuals before and after in each block, (n_blocks, 2).
     from scipy.stats import bootstrap
 
     if len(blocks) < 4:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Interval:
@@ -25,3 +27,8 @@ class Interval:
     high: float
     unit: str
     at_bound: bool = False
+
+
+def number(value: float) -> float | None:
+    """A number for JSON."""
+    return float(value) if np.isfinite(value) else None

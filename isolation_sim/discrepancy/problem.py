@@ -26,41 +26,26 @@ class Text(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """How well the nominal and the final model follow the data.
+    """How well the nominal and the final model follow the data."""
 
-    Attributes
-    ----------
-    before, after : Errors
-        Relative errors of the nominal and of the final model.
-    noise_floor : float
-        Error that noise alone leaves, relative like the errors.
-    unexplained : float
-        Share of the misfit above the noise that the causes leave, from 0; unbounded above.
-    adequate : bool
-        Whether the nominal model misses the data by no more than noise.
-    explained : bool
-        Whether the remainder is small enough for the verdict "explained".
-    blocks : (n_blocks, 2) array
-        Squared residual before and after in blocks of the data that judge, for the gain.
-    details : dict
-        Further plain numbers for the JSON.
-    """
-
+    # before, after: Relative errors of the nominal and of the final model
     before: Errors
     after: Errors
-    noise_floor: float
+    noise_floor: float  # Error that noise alone leaves, relative like the errors
+    # Share of the misfit above the noise that the causes leave, from 0; unbounded above
     unexplained: float
-    adequate: bool
-    explained: bool
+    adequate: bool  # Whether the nominal model misses the data by no more than noise
+    explained: bool  # Whether the remainder is small enough for the verdict "explained"
+    # (n_blocks, 2): Squared residual before and after in blocks of the data that judge, for the
+    # gain
     blocks: NDArray = field(default_factory=lambda: np.empty((0, 2)))
-    details: dict[str, Any] = field(default_factory=dict)
+    details: dict[str, Any] = field(default_factory=dict)  # Further plain numbers for the JSON
 
 
 class Problem(ABC, Generic[H]):
-    """One kind of data against one nominal model.
+    """One kind of data against one nominal model."""
 
-    The pipeline calls the methods in the order in which they stand here.
-    """
+    # The pipeline calls the methods in the order in which they stand here.
 
     data_name: str
     model_name: str

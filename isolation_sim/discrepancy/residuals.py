@@ -34,23 +34,12 @@ _BINS = 6
 
 @dataclass(frozen=True)
 class Dependence:
-    """How well functions of some variables predict a residual.
+    """How well functions of some variables predict a residual."""
 
-    Attributes
-    ----------
-    variables : tuple of str
-        Such as "displacement", "current", "past_deformation".
-    text : str
-        The dependence in words.
-    share : float
-        Share of the residual's misfit that it predicts.
-    p_value : float
-        Chance of such a share if there were no dependence; not a number where it is not tested.
-    """
-
-    variables: tuple[str, ...]
-    text: str
-    share: float
+    variables: tuple[str, ...]  # Such as "displacement", "current", "past_deformation"
+    text: str  # The dependence in words
+    share: float  # Share of the residual's misfit that it predicts
+    # Chance of such a share if there were no dependence; not a number where it is not tested
     p_value: float = float("nan")
 
 
@@ -69,10 +58,8 @@ def significant(result: Sequence[Dependence], least: float = LEAST_DEPENDENCE) -
 
 
 def of_device_tests(base: FittedModel, noise_cost: float) -> list[Dependence]:
-    """Predict the residual of a law by general functions, the best first.
-
-    ``noise_cost`` is the cost of noise alone; the share is that of the misfit above it.
-    """
+    """Predict the residual of a law by general functions, the best first."""
+    # ``noise_cost`` is the cost of noise alone; the share is that of the misfit above it.
     data = base.model.data
     force, weight = base.force, data.weight
     residual = (force - data.force) * weight
@@ -112,10 +99,8 @@ def of_loops(table: LoopTable, ratios: NDArray) -> list[Dependence]:
 def of_building(
     residuals: Sequence[NDArray], variables: Sequence[dict[str, NDArray]]
 ) -> list[Dependence]:
-    """Share of a residual's variance between groups of each variable, the largest first.
-
-    ``residuals`` (n,) and ``variables`` are those of each record.
-    """
+    """Share of a residual's variance between groups of each variable, the largest first."""
+    # ``residuals`` (n,) and ``variables`` are those of each record.
     from scipy.stats import f
 
     centred = [one - one.mean() for one in residuals]

@@ -50,38 +50,21 @@ class SearchSpace(Protocol[H]):
 
 @dataclass(frozen=True, eq=False)
 class Round(Generic[H]):
-    """One round of a search.
+    """One round of a search."""
 
-    Attributes
-    ----------
-    base : Hypothesis
-        Model before the round.
-    tried : list of Hypothesis
-        Models with one more cause, the best first.
-    taken : Hypothesis or None
-        Model that was chosen.
-    """
-
-    base: H
-    tried: list[H]
-    taken: H | None
+    base: H  # Model before the round
+    tried: list[H]  # Models with one more cause, the best first
+    taken: H | None  # Model that was chosen
 
 
 @dataclass(frozen=True, eq=False)
 class Found(Generic[H]):
-    """Outcome of a search.
+    """Outcome of a search."""
 
-    Attributes
-    ----------
-    base, best : Hypothesis
-        Nominal model, and the model with the causes found.
-    rounds : list of Round
-        In the order in which they were made.
-    """
-
+    # base, best: Nominal model, and the model with the causes found
     base: H
     best: H
-    rounds: list[Round[H]]
+    rounds: list[Round[H]]  # In the order in which they were made
 
 
 def search(space: SearchSpace[H], base: H) -> Found[H]:

@@ -15,6 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ground_motions.argument_types import checked
+
 from ..laws.law import Quantity
 
 REFERENCE_TEMPERATURE = 20.0
@@ -45,6 +47,7 @@ class Signals(NamedTuple):
     temperature: Any
 
 
+@checked
 @dataclass(frozen=True)
 class EffectParameter(Quantity):
     """A parameter of an effect.
@@ -68,6 +71,7 @@ def in_sentence(name: str) -> str:
     return f"{words[:1].lower()}{words[1:]}".replace("coulomb", "Coulomb")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Effect:
     """One form of one cause; an effect is equal to itself alone.

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
@@ -46,6 +48,7 @@ class ExtendedLaw(Law):
     breaks: tuple[float, ...] | None = None
 
 
+@checked
 def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]) -> Device:
     """Put effects around a device's law.
 
@@ -124,6 +127,7 @@ def _joined(inner: CurrentDependence, outer: CurrentDependence) -> CurrentDepend
     return CurrentDependence((*inner.names, *outer.names), inner.breaks, both)
 
 
+@checked
 def separate(device: Device) -> tuple[Device, list[tuple[Effect, dict[str, float]]]]:
     """Take a device apart again: the one inside and its effects with their numbers.
 

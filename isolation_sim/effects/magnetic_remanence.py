@@ -3,7 +3,9 @@
 Forms:
 
     play       I' = I + share (y - I),   y the play (backlash) of half-width `coercive`: y stays
-               while |I - y| < coercive and is dragged along otherwise
+               while |I - y| < coercive and is dragged along otherwise; it starts where a current
+               that rose from zero has dragged it
+    settled    the same, but it starts at the first current
     largest    I' = I + share (I_max - I)      I_max the largest current so far
     fading     the same, with I_max forgotten over a time (magnetic viscosity)
 
@@ -25,8 +27,17 @@ def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates_play(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Dragged along at the ends of the play."""
     (keep,), coercive = states, parameters[1]
-    ahead = signals.current - keep
-    return ((positive(ahead - coercive) - positive(-ahead - coercive)) / RISE,)
+    return (_beyond(signals.current - keep, coercive) / RISE,)
+
+
+def start_play(signals: Signals, parameters: tuple) -> tuple:
+    """The current has risen from zero."""
+    return (_beyond(signals.current, parameters[1]),)
+
+
+def _beyond(value: Any, width: Any) -> Any:
+    """Part of a value beyond a width on either side of zero."""
+    return positive(value - width) - positive(-value - width)
 
 
 def current_largest(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -55,22 +66,28 @@ SHARE = EffectParameter(
 )  # fmt: skip
 
 FORMS = (
-    Effect(
-        cause="magnetic_remanence",
-        form="play",
-        title="Magnetic remanence",
-        parameters=(
-            SHARE,
-            EffectParameter(
-                "coercive", "A", "half-width of the play", lower=0.0, upper=10.0,
-                starts=(0.1, 0.3),
+    *(
+        Effect(
+            cause="magnetic_remanence",
+            form=form,
+            title=title,
+            parameters=(
+                SHARE,
+                EffectParameter(
+                    "coercive", "A", "half-width of the play", lower=0.0, upper=10.0,
+                    starts=(0.1, 0.3),
+                ),
             ),
-        ),
-        states=(Quantity("kept", "A", "current in the play"),),
-        start=start,
-        current=current,
-        rates=rates_play,
-        source="play operator: Visintin (1994), Differential Models of Hysteresis",
+            states=(Quantity("kept", "A", "current in the play"),),
+            start=first,
+            current=current,
+            rates=rates_play,
+            source="play operator: Visintin (1994), Differential Models of Hysteresis",
+        )
+        for form, title, first in (
+            ("play", "Magnetic remanence", start_play),
+            ("settled", "Magnetic remanence, settled at the first current", start),
+        )
     ),
     Effect(
         cause="magnetic_remanence",

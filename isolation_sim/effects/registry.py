@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 from ..errors import unknown_name
@@ -28,6 +29,7 @@ EFFECTS: Registry[tuple[Effect, ...]] = Registry(
 """Forms of each cause, the default one first."""
 
 
+@checked
 def effect(cause: str, form: str | None = None) -> Effect:
     """Find an effect.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.registry import code_files
 
 from ..errors import InputError
@@ -13,6 +14,14 @@ from .extend import separate
 from .registry import EFFECTS
 
 
+def device_code(device: Device) -> dict[str, str]:
+    """Files that a device's law and effects come from, each with its digest."""
+    base, applied = separate(device)
+    effects = (EFFECTS.called(effect, effect.cause) for effect, _ in applied)
+    return code_files([to_dict(base)["law"], *effects])
+
+
+@checked
 def device_section(device: Device, *comments: str, law_place: str = "") -> str:
     """Write a device as the ``[isolator]`` section of a scenario.
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import ast
-import inspect
 import re
 from dataclasses import dataclass
 from functools import partial
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, unknown_name
@@ -70,7 +68,7 @@ def decided(job: Job, label: str) -> Decided:
             f"{label} is an open loop, whose currents are known before; expected: a controller "
             "that decides by what it measures"
         )
-    if lane.compiled is None or not isinstance(lane.compiled.keep, ModuleType):
+    if lane.compiled is None or lane.compiled.text is None:
         raise InputError(
             f"{label} has no compiled decision to write out; expected: a "
             "controllers.compiled.CompiledController, such as on_off or clipped_lqg"
@@ -78,8 +76,7 @@ def decided(job: Job, label: str) -> Decided:
     name = re.sub(r"\W", "_", label)
     name = f"_{name}" if name[0].isdigit() else name
     title = f"{getattr(controller, 'title', '') or label}, {job.isolated.structure.name}"
-    text = inspect.getsource(lane.compiled.keep)
-    return Decided(name, title, lane.compiled, text, lane.context)
+    return Decided(name, title, lane.compiled, lane.compiled.text(), lane.context)
 
 
 def controller_files(job: Job, label: str) -> dict[str, str]:

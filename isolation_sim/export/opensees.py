@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..laws.device import Device
 from ..simulation.substructure import DeviceSimulator
@@ -161,6 +163,7 @@ class OpenSeesMaterial:
         return f"{self._comment()}{''.join(lines)}"
 
 
+@checked
 def opensees_material(
     device: Device, current: float, amplitude: float | None = None, frequency: float = 1.0
 ) -> OpenSeesMaterial:

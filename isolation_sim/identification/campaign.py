@@ -23,6 +23,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from ..io.toml import read_toml
 from .run_table import TestRun, read_run
@@ -34,6 +36,7 @@ _KEYS = ("name", "source", "run")
 _RUN_KEYS = ("file", "hold_out")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Campaign:
     """Measured runs of one device.
@@ -82,6 +85,7 @@ class Campaign:
         return tuple(run for run in self.runs if run.hold_out)
 
 
+@checked
 def read_campaign(folder: str | Path) -> Campaign:
     """Read a campaign folder.
 
@@ -125,6 +129,7 @@ def read_campaign(folder: str | Path) -> Campaign:
     return Campaign(name or folder.resolve().name, source, runs)
 
 
+@checked
 def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
     """Write a campaign to a folder that `read_campaign` reads back with every digit.
 

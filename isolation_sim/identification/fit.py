@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law
@@ -28,6 +30,7 @@ _LACKING = 3.0
 noise alone can double the residual."""
 
 
+@checked
 def fit(
     campaign: Campaign | str | Path,
     law: str | Law,

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..archive import FILE, save_archive
 from ..effects import device_section
 from ..io.atomic_write import write_text
@@ -57,6 +59,7 @@ class Estimate:
         return self.name if self.current is None else f"{self.name} at {self.current:.3g} A"
 
 
+@checked
 def labels(estimates: Sequence[Estimate]) -> list[str]:
     """Name numbers, those of one parameter together.
 
@@ -101,6 +104,7 @@ class RunError:
         return pooled([self])
 
 
+@checked
 def pooled(errors: Iterable[RunError]) -> float:
     """RMS of the residuals of several runs over the RMS of their measured forces.
 
@@ -121,6 +125,7 @@ def pooled(errors: Iterable[RunError]) -> float:
     return float(np.sqrt(residual / sum(float(np.sum(e.run.force**2)) for e in errors)))
 
 
+@checked
 def noise_of(runs: Sequence[TestRun]) -> float:
     """RMS of the white noise in the forces of several runs over the RMS of these forces.
 
@@ -218,8 +223,9 @@ class LawEvaluation(Printed):
         """
         return render("loops_fitted:fitted_loops", self)
 
+    @checked
     def to_html(self, path: str | Path) -> Path:
-        """Write a report that opens in any browser: loops and errors.
+        """Write a report that opens in any browser: loops, errors, and a fit's parameters.
 
         Parameters
         ----------
@@ -231,7 +237,10 @@ class LawEvaluation(Printed):
         pathlib.Path
             The file; it needs no network.
         """
-        return render("html.fit_report:evaluation_report", self).write(path)
+        return self._page().write(path)
+
+    def _page(self) -> Any:
+        return render("html.fit_report:evaluation_report", self)
 
 
 def _runs_table(
@@ -368,6 +377,7 @@ class Fit(LawEvaluation):
         runs = pandas.DataFrame(self.to_dict()["runs"])
         return {"law": pandas.DataFrame(law), "parameters": self.to_pandas(), "runs": runs} | loops
 
+    @checked
     def save(self, path: str | Path) -> Path:
         """Write the scenario section or all tables to a file, or everything into a folder.
 
@@ -423,17 +433,5 @@ class Fit(LawEvaluation):
             f"error {100 * self.error:.3g} %{held}, noise {100 * self.noise:.3g} %)"
         )
 
-    def to_html(self, path: str | Path) -> Path:
-        """Write a report that opens in any browser: loops, errors, parameters.
-
-        Parameters
-        ----------
-        path : str or pathlib.Path
-            File to write, replaced whole or not at all.
-
-        Returns
-        -------
-        pathlib.Path
-            The file; it needs no network.
-        """
-        return render("html.fit_report:fit_report", self).write(path)
+    def _page(self) -> Any:
+        return render("html.fit_report:fit_report", self)

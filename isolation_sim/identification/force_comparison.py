@@ -22,30 +22,24 @@ def normalised_rms(measured: Any, modelled: Any) -> float:
 
 
 def fitness(measured: Any, modelled: Any) -> float:
-    """Fitness of the linearised Bouc-Wen paper (Eq 13, mended).
-
-    ``100 (1 - |F_p - F_m| / |F_m - mean(F_m)|)``. The paper prints F_m - F_m in the denominator,
-    which is zero; the mean is what the fitness that it cites has there.
-    """
+    """Fitness of the linearised Bouc-Wen paper (Eq 13, mended)."""
+    # ``100 (1 - |F_p - F_m| / |F_m - mean(F_m)|)``. The paper prints F_m - F_m in the denominator,
+    # which is zero; the mean is what the fitness that it cites has there.
     return 100 * (1 - normalised_rms(measured, modelled))
 
 
 def half_range_error(measured: Any, modelled: Any) -> float:
-    """Root mean square of the difference over half of the measured range (Tao et al., Eq 24).
-
-    Unlike `normalised_rms`, it counts the range of the force, not its spread: for a sinusoidal
-    force it is smaller by the square root of 2.
-    """
+    """Root mean square of the difference over half of the measured range (Tao et al., Eq 24)."""
+    # Unlike `normalised_rms`, it counts the range of the force, not its spread: for a sinusoidal
+    # force it is smaller by the square root of 2.
     measured, modelled = _pair(measured, modelled)
     _spread("measured", measured)
     return 2 * rms_error(measured, modelled) / float(np.ptp(measured))
 
 
 def correlation(measured: Any, modelled: Any) -> float:
-    """Correlation coefficient CC (Li & Li, Eq 22).
-
-    It sees neither an offset nor a factor: a model twice too stiff has CC = 1.
-    """
+    """Correlation coefficient CC (Li & Li, Eq 22)."""
+    # It sees neither an offset nor a factor: a model twice too stiff has CC = 1.
     measured, modelled = _pair(measured, modelled)
     scale = _spread("measured", measured) * _spread("modelled", modelled)
     product = np.mean((measured - measured.mean()) * (modelled - modelled.mean()))

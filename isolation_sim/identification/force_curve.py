@@ -64,17 +64,10 @@ _MUCH = 0.01
 
 
 class Cycles:
-    """Force of several cycles, as samples and as harmonics.
+    """Force of several cycles, as samples and as harmonics."""
 
-    Parameters
-    ----------
-    time, force : (n,) array, s and N
-        Samples.
-    starts : (n_cycles,) array, s
-        Time of phase zero of each cycle, at a peak of the displacement.
-    frequency : float, Hz
-        A cycle reaches from a quarter of a period before its start to three quarters after.
-    """
+    # Starts (s) are phase zero of each cycle, at a peak of the displacement; a cycle reaches from a
+    # quarter of a period before its start to three quarters after.
 
     def __init__(self, time: NDArray, force: NDArray, starts: NDArray, frequency: float):
         omega = 2 * np.pi * frequency
@@ -92,10 +85,8 @@ class Cycles:
         return self.harmonics @ _waves(np.array([phase]), self.order)[0]
 
     def window(self, centre: float, low: float, high: float, gap: float) -> list:
-        """Each cycle's samples between two phases about a centre, off a gap: phases and forces.
-
-        A cycle is taken for a closed loop, so that none lacks samples.
-        """
+        """Each cycle's samples between two phases about a centre, off a gap: phases and forces."""
+        # A cycle is taken for a closed loop, so that none lacks samples.
         result = []
         for phase, force in self.samples:
             away = (phase - centre + np.pi) % (2 * np.pi) - np.pi
@@ -125,32 +116,18 @@ class Cycles:
 
 
 class CornerCurve:
-    """Force about one phase, where it and its slope may jump, cycle by cycle.
-
-    Parameters
-    ----------
-    cycles : Cycles
-        The samples.
-    centre : float
-        The phase, rad.
-    limits : pair of float
-        Phases relative to the centre, rad, that the window may not pass.
-    corner : bool
-        Whether force and slope may jump at the centre.
-    reach : float
-        Half width of the window in periods; wider where the samples are few.
-    terms : Terms, optional
-        By default those that the samples need.
-    """
+    """Force about one phase, where it and its slope may jump, cycle by cycle."""
 
     def __init__(
         self,
-        cycles: Cycles,
-        centre: float,
+        cycles: Cycles,  # The samples
+        centre: float,  # The phase, rad
+        # Phases relative to the centre, rad, that the window may not pass
         limits: tuple[float, float] = (-np.pi, np.pi),
-        corner: bool = True,
+        corner: bool = True,  # Whether force and slope may jump at the centre
+        # Half width of the window in periods; wider where the samples are few
         reach: float = REACH,
-        terms: Terms | None = None,
+        terms: Terms | None = None,  # By default those that the samples need
     ):
         fewest = sum(terms) if terms else _SAMPLES_A_SIDE
         reach = min(max(2 * np.pi * reach, fewest * cycles.step), 2 * np.pi * _WIDEST)

@@ -32,37 +32,23 @@ _FINALISTS = 4
 
 @dataclass(frozen=True)
 class LawRank:
-    """How well a law fits.
+    """How well a law fits."""
 
-    Attributes
-    ----------
-    law, title : str
-        Registry name, and name to print.
-    n_numbers : int
-        Numbers that were fitted.
-    error, held_out : float
-        RMS residual over RMS force, of the fitted runs and of those held out; infinite for a law
-        without finite forces.
-    """
-
+    # law, title: Registry name, and name to print
     law: str
     title: str
-    n_numbers: int
+    n_numbers: int  # Numbers that were fitted
+    # error, held_out: RMS residual over RMS force, of the fitted runs and of those held out;
+    # infinite for a law without finite forces
     error: float
     held_out: float
 
 
 @dataclass(frozen=True)
 class LawChoice:
-    """Registered laws compared on a campaign.
+    """Registered laws compared on a campaign."""
 
-    Attributes
-    ----------
-    ranks : tuple of LawRank
-        The law to use first, then by the error on the runs held out.
-    """
-
-    ranks: tuple[LawRank, ...]
+    ranks: tuple[LawRank, ...]  # The law to use first, then by the error on the runs held out
 
     @property
     def best(self) -> LawRank:
@@ -101,13 +87,10 @@ def choose_law(
     advance: Callable[[], None] = lambda: None,
     laws: Iterable[str] = LAWS,
 ) -> LawChoice:
-    """Fit every law to short data, the best few again from more starts, and rank them.
-
-    The fitted runs are fitted and those held out judge. A law with fewer numbers is preferred where
-    the errors are nearly the same. ``advance`` is called after each law.
-
-    Raises InputError if no law gives finite forces.
-    """
+    """Fit every law to short data, the best few again from more starts, and rank them."""
+    # The fitted runs are fitted and those held out judge. A law with fewer numbers is preferred
+    # where the errors are nearly the same. ``advance`` is called after each law.
+    # Raises InputError if no law gives finite forces.
     data = measured_runs(campaign.runs, HELD_OUT)
     cycles = min(max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5), 6.0)
     short = data.cycles(cycles, _A_CYCLE)

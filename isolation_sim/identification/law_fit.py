@@ -43,23 +43,13 @@ _STEP_ERROR = 2e-4
 
 @dataclass(frozen=True, eq=False)
 class LawModel:
-    """A law under the motion of measured runs, as a least-squares problem.
+    """A law under the motion of measured runs, as a least-squares problem."""
 
-    Attributes
-    ----------
-    data : MeasuredRuns
-        The runs.
-    parameterisation : Parameterisation
-        Unknown parameters of the law.
-    n_steps : int
-        Integration steps a sample.
-    expected : (n_unknowns,) array or None
-        Values about which the law's parameters are sought; see ``minimise``.
-    """
-
-    data: MeasuredRuns
-    parameterisation: Parameterisation
-    n_steps: int = 1
+    data: MeasuredRuns  # The runs
+    parameterisation: Parameterisation  # Unknown parameters of the law
+    n_steps: int = 1  # Integration steps a sample
+    # (n_unknowns,) array or None: Values about which the law's parameters are sought; see
+    # ``minimise``
     expected: NDArray | None = None
 
     @property
@@ -96,12 +86,10 @@ class LawModel:
         return residual, jacobian
 
     def minimise(self, start: NDArray, most: int = 20, tolerance: float = 1e-5) -> Optimum:
-        """Fit all values; cost and derivatives of the result are those of the data alone.
-
-        A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
-        much as one standard deviation of one sample. Parameters that few runs leave open do not
-        diverge, and the law stays usable for other runs.
-        """
+        """Fit all values; cost and derivatives of the result are those of the data alone."""
+        # A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
+        # much as one standard deviation of one sample. Parameters that few runs leave open do not
+        # diverge, and the law stays usable for other runs.
         lower, upper = self.bounds()
         if self.expected is None:
             return levenberg_marquardt(self.residuals, start, lower, upper, most, tolerance)
@@ -184,15 +172,13 @@ def fit_law(
     seed: int = 0,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[M, Optimum]:
-    """Fit a law from many starts.
-
-    Poor starts are discarded on thinned samples with parameters that do not depend on the current.
-    The best few then get their dependence on the current, the best three of these more samples, and
-    the best one all samples. No residual of a held-out sample is used, but a law that diverges in
-    the motion of held-out runs comes last. ``advance`` is called after each start.
-
-    Raises InputError if no start gives finite forces.
-    """
+    """Fit a law from many starts."""
+    # Poor starts are discarded on thinned samples with parameters that do not depend on the
+    # current. The best few then get their dependence on the current, the best three of these more
+    # samples, and the best one all samples. No residual of a held-out sample is used, but a law
+    # that diverges in the motion of held-out runs comes last. ``advance`` is called after each
+    # start.
+    # Raises InputError if no start gives finite forces.
     p = model.parameterisation
     data = model.data
     rough = data.thinned(max(_ROUGH, len(data.x) // 6)).without_held_out()

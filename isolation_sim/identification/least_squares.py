@@ -23,30 +23,14 @@ determined by the data."""
 
 @dataclass(frozen=True)
 class Optimum:
-    """Where a least-squares search ended.
+    """Where a least-squares search ended."""
 
-    Attributes
-    ----------
-    x : (n,) array
-        Parameters.
-    cost : float
-        Half the sum of squared residuals.
-    residual : (n_residuals,) array
-        Residuals there.
-    jacobian : (n_residuals, n) array
-        Their derivatives.
-    iterations : int
-        Steps tried.
-    converged : bool
-        Whether it ended because no step would lower the cost noticeably.
-    """
-
-    x: NDArray
-    cost: float
-    residual: NDArray
-    jacobian: NDArray
-    iterations: int
-    converged: bool
+    x: NDArray  # (n,): Parameters
+    cost: float  # Half the sum of squared residuals
+    residual: NDArray  # (n_residuals,): Residuals there
+    jacobian: NDArray  # (n_residuals, n): Their derivatives
+    iterations: int  # Steps tried
+    converged: bool  # Whether it ended because no step would lower the cost noticeably
 
 
 def levenberg_marquardt(
@@ -119,10 +103,8 @@ def _step(
     below: NDArray,
     above: NDArray,
 ) -> tuple[NDArray, bool]:
-    """Damped step of the free parameters between bounds, and whether it meets one.
-
-    Parameters that would leave stop at their bound; the others then step anew.
-    """
+    """Damped step of the free parameters between bounds, and whether it meets one."""
+    # Parameters that would leave stop at their bound; the others then step anew.
     # the floor keeps what the data do not determine solvable
     damped = curvature + (damping + 1e-13) * np.eye(len(gradient))
     if free.all():

@@ -10,9 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from .steady_loops import steady_loops
 
@@ -133,10 +136,11 @@ class LoopCurves:
         return Gaussian(float(gamma) * size, stroke**2 / (2 * float(narrowness)))
 
 
+@checked
 def loop_curves(
-    time: Any,
-    displacement: Any,
-    force: Any,
+    time: ArrayLike,
+    displacement: ArrayLike,
+    force: ArrayLike,
     frequency: float | None = None,
     skip: int = 0,
     points: int = _POINTS,

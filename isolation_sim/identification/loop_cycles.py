@@ -16,11 +16,9 @@ _AMPLITUDE_TOLERANCE = 0.05
 
 
 def find_frequency(time: np.ndarray, displacement: np.ndarray) -> float:
-    """Return the frequency of a sinusoid in noise, offset and drift.
-
-    Least squares of offset, line and sinusoid, refined from the largest line of the periodogram:
-    it needs no whole number of cycles.
-    """
+    """Return the frequency of a sinusoid in noise, offset and drift."""
+    # Least squares of offset, line and sinusoid, refined from the largest line of the periodogram:
+    # it needs no whole number of cycles.
     from scipy.optimize import minimize_scalar
 
     span = time[-1] - time[0]

@@ -25,9 +25,11 @@ How the usual errors are avoided:
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from .loop_cycles import harmonics
 from .steady_loops import SteadyLoops, steady_loops
@@ -126,8 +128,13 @@ class LoopMeasures:
 _MEASURES = [field.name for field in fields(LoopMeasures) if field.type == "Measure"]
 
 
+@checked
 def loop_measures(
-    time: Any, displacement: Any, force: Any, frequency: float | None = None, skip: int = 0
+    time: ArrayLike,
+    displacement: ArrayLike,
+    force: ArrayLike,
+    frequency: float | None = None,
+    skip: int = 0,
 ) -> LoopMeasures:
     """Measure the loop of a sinusoidal test, cycle by cycle.
 

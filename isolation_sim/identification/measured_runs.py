@@ -26,48 +26,30 @@ _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
 
 @dataclass(frozen=True, eq=False)
 class MeasuredRuns:
-    """Measured runs, one after another.
+    """Measured runs, one after another."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the runs.
-    starts : (n_runs + 1,) int array
-        First sample of each run, and the end.
-    dt : (n_runs,) array
-        Sample interval of each run, s.
-    x, v, a : (n_samples,) array, m, m/s, m/s^2
-        Motion: the measured displacement smoothed within its noise, and its derivatives, or the
-        measured velocity.
-    force, current, temperature : (n_samples,) array, N, A, deg C
-        As measured; 20 deg C where the temperature was not.
-    fitted : (n_samples,) bool array
-        Whether a sample is fitted; the others are held out.
-    force_noise, displacement_noise : (n_runs,) array, N, m
-        Standard deviation of the white noise of each run.
-    sigma : (n_runs,) array, N
-        Standard deviation by which the residuals of each run are divided; see ``weigh``.
-    velocity_measured : (n_runs,) bool array
-        Whether the velocity is data.
-    has_temperature : bool
-        Whether the temperature was measured.
-    """
-
-    names: tuple[str, ...]
-    starts: NDArray
-    dt: NDArray
+    names: tuple[str, ...]  # Of the runs
+    starts: NDArray  # (n_runs + 1,) int: First sample of each run, and the end
+    dt: NDArray  # (n_runs,): Sample interval of each run, s
+    # x, v, a: (n_samples,), m, m/s, m/s^2: Motion: the measured displacement smoothed within its
+    # noise, and its derivatives, or the measured velocity
     x: NDArray
     v: NDArray
     a: NDArray
+    # force, current, temperature: (n_samples,), N, A, deg C: As measured; 20 deg C where the
+    # temperature was not
     force: NDArray
     current: NDArray
     temperature: NDArray
-    fitted: NDArray
+    fitted: NDArray  # (n_samples,) bool: Whether a sample is fitted; the others are held out
+    # force_noise, displacement_noise: (n_runs,), N, m: Standard deviation of the white noise of
+    # each run
     force_noise: NDArray
     displacement_noise: NDArray
+    # (n_runs,), N: Standard deviation by which the residuals of each run are divided; see ``weigh``
     sigma: NDArray
-    velocity_measured: NDArray
-    has_temperature: bool
+    velocity_measured: NDArray  # (n_runs,) bool: Whether the velocity is data
+    has_temperature: bool  # Whether the temperature was measured
 
     @property
     def motion(self) -> Motion:
@@ -90,7 +72,7 @@ class MeasuredRuns:
         return np.array([np.sqrt(np.mean(self.force[run] ** 2)) for run in self.runs])
 
     @property
-    def believed_noise(self) -> NDArray:
+    def assumed_noise(self) -> NDArray:
         """Standard deviation of each run's force noise, N, not below a share of the force."""
         return np.maximum(self.force_noise, LEAST_NOISE * self.force_size)
 
@@ -100,17 +82,15 @@ class MeasuredRuns:
         return np.repeat(1 / self.sigma, self.lengths)
 
     def weigh(self, force: NDArray) -> Self:
-        """Weigh the runs by their noise and by the misfit of a model's force (N).
-
-        The misfit counts as a further random error of equal size in all runs. Where it exceeds the
-        noise by far, runs of little noise would otherwise decide alone. The mean square of noise
-        over ``sigma`` stays 1.
-        """
-        noise = np.repeat(self.believed_noise, self.lengths)[self.fitted]
+        """Weigh the runs by their noise and by the misfit of a model's force (N)."""
+        # The misfit counts as a further random error of equal size in all runs. Where it exceeds
+        # the noise by far, runs of little noise would otherwise decide alone. The mean square of
+        # noise over ``sigma`` stays 1.
+        noise = np.repeat(self.assumed_noise, self.lengths)[self.fitted]
         residual = (self.bounded(force) - self.force)[self.fitted]
         misfit = max(float(np.mean(residual**2 - noise**2)), 0.0)
         unit = float(np.mean(noise**2 / (noise**2 + misfit)))
-        return replace(self, sigma=np.sqrt(unit * (self.believed_noise**2 + misfit)))
+        return replace(self, sigma=np.sqrt(unit * (self.assumed_noise**2 + misfit)))
 
     def cost(self, force: NDArray, chosen: NDArray) -> float:
         """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
@@ -140,11 +120,9 @@ class MeasuredRuns:
         return self._taken(self._every(most), self.lengths)
 
     def cycles(self, number: float, samples: int) -> MeasuredRuns:
-        """Keep the first cycles of every run, with about so many samples a cycle at most.
-
-        A run that is held out in part keeps its length. A cycle is that of a sinusoid with the
-        run's RMS velocity over displacement.
-        """
+        """Keep the first cycles of every run, with about so many samples a cycle at most."""
+        # A run that is held out in part keeps its length. A cycle is that of a sinusoid with the
+        # run's RMS velocity over displacement.
         size, speed = (
             np.array([np.std(y[run]) for run in self.runs]) + 1e-300 for y in (self.x, self.v)
         )
@@ -180,11 +158,9 @@ class MeasuredRuns:
 
 
 def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) -> MeasuredRuns:
-    """Put runs together and estimate their noise.
-
-    Runs with ``hold_out`` are held out. If there are none, one in ``hold_out_every`` is, spread
-    over their sizes, or the last third of a single run; none if that is None.
-    """
+    """Put runs together and estimate their noise."""
+    # Runs with ``hold_out`` are held out. If there are none, one in ``hold_out_every`` is, spread
+    # over their sizes, or the last third of a single run; none if that is None.
     lengths = [len(run.time) for run in runs]
     motions = [smooth(run.displacement, run.step) for run in runs]
     temperatures = [run.temperature for run in runs]
@@ -215,7 +191,7 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
     )
-    return replace(data, sigma=data.believed_noise)
+    return replace(data, sigma=data.assumed_noise)
 
 
 def _fitted(runs: Sequence[TestRun], lengths: Sequence[int], every: int | None) -> NDArray:

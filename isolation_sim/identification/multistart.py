@@ -23,12 +23,10 @@ def screen_starts(
     number: int,
     seed: int,
 ) -> list[NDArray]:
-    """Search from many starts with parameters that do not depend on the current.
-
-    These have a third of the unknowns, or half, and far fewer local minima. Returned are the ends
-    of the best few different searches, the best first, then the published numbers with their
-    dependence on the current, or random ones.
-    """
+    """Search from many starts with parameters that do not depend on the current."""
+    # These have a third of the unknowns, or half, and far fewer local minima. Returned are the ends
+    # of the best few different searches, the best first, then the published numbers with their
+    # dependence on the current, or random ones.
     steady, law = parameterisation.steady(), parameterisation.law
     result = pool.map(lambda start: minimise(steady, start), steady.starts(number, seed))
     keep = distinct(result)[:SCREENED]

@@ -19,49 +19,21 @@ _DECADES = (0.7, 1.5)
 
 
 class Parameterisation:
-    """Bernstein coefficients of a law's free parameters over a range of the current.
+    """Bernstein coefficients of a law's free parameters over a range of the current."""
 
-    The coefficients' bounds hold for the polynomial at every current in the range.
-
-    Parameters
-    ----------
-    law : Law
-        The law.
-    currents : (n_powers,) array
-        Currents at which the polynomials are reported, increasing, A.
-    sizes : tuple of float
-        Of the data: force (N), deformation (m) and time (s).
-    fixed : mapping of str to float or (n,) array, optional
-        Parameters that are not free, SI: constants, or ascending powers of the current.
-    span : (float, float), optional
-        Range of the current in which the bounds hold, A; from the first to the last of
-        ``currents`` by default.
-
-    Attributes
-    ----------
-    free : tuple of Quantity
-        The free parameters.
-    scale, lower, upper : (n_unknowns,) array
-        Size by the data, and bounds; one free parameter's coefficients after another's.
-    owner, power : (n_coefficients,) int array
-        Parameter and power of the current of each coefficient, as ``Simulator`` takes them.
-    basis : (n_powers, n_powers) array
-        Bernstein coefficients to values at ``currents``.
-    spread : (n_coefficients, n_unknowns) array
-        Derivatives of the coefficients by the unknowns.
-
-    Raises
-    ------
-    InputError
-        If a fixed parameter is unknown.
-    """
+    # The coefficients' bounds hold for the polynomial at every current in the range.
 
     def __init__(
         self,
         law: Law,
+        # (n_powers,): Currents at which the polynomials are reported, increasing, A
         currents: NDArray,
-        sizes: tuple[float, float, float],
+        sizes: tuple[float, float, float],  # Of the data: force (N), deformation (m) and time (s)
+        # mapping of str to float or (n,): Parameters that are not free, SI: constants, or ascending
+        # powers of the current
         fixed: Mapping[str, float | NDArray] | None = None,
+        # (float, float): Range of the current in which the bounds hold, A; from the first to the
+        # last of ``currents`` by default
         span: tuple[float, float] | None = None,
     ):
         self.law, self.currents, self.sizes = law, currents, sizes
@@ -69,13 +41,20 @@ class Parameterisation:
         for name in self.fixed:
             if name not in law.parameter_names:
                 raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
+        # The free parameters
         self.free = tuple(q for q in law.parameters if q.name not in self.fixed)
         n, names = len(currents), law.parameter_names
+        # (n_powers, n_powers): Bernstein coefficients to values at ``currents``
         self.basis = bernstein(currents, span or (float(currents[0]), float(currents[-1])))
         self._to_powers = np.linalg.solve(np.vander(currents, increasing=True), self.basis)
+        # owner, power: (n_coefficients,) int: Parameter and power of the current of each
+        # coefficient, as ``Simulator`` takes them
         self.owner = np.repeat(np.arange(len(names)), n)
         self.power = np.tile(np.arange(n), len(names))
+        # scale, lower, upper: (n_unknowns,): Size by the data, and bounds; one free parameter's
+        # coefficients after another's
         self.scale = np.repeat([characteristic_scale(q.unit, *sizes) for q in self.free], n)
+        # (n_coefficients, n_unknowns): Derivatives of the coefficients by the unknowns
         self.spread = np.zeros((len(names) * n, len(self.free) * n))
         for k, quantity in enumerate(self.free):
             at = names.index(quantity.name) * n

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.readers.time_column import uniform_step
 
 from ..errors import InputError
@@ -33,6 +34,7 @@ _COLUMNS = {f"{what}_{unit}": what for what, units in _UNITS.items() for unit in
 _VELOCITY_FACTOR = 30.0
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class TestRun:
     """Samples of one test at a constant step, read-only, in SI.
@@ -119,6 +121,7 @@ class TestRun:
             raise InputError(str(error).replace(" line ", " sample ")) from None
 
 
+@checked
 def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
     """Read one run from a CSV file whose columns carry their unit in their name.
 

@@ -22,23 +22,14 @@ TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
 
 @dataclass(frozen=True)
 class Motion:
-    """Measured motion of several test runs, one after another.
+    """Measured motion of several test runs, one after another."""
 
-    Attributes
-    ----------
-    starts : (n_runs + 1,) int array
-        First sample of each run, and the end.
-    displacement, velocity, current : (n_samples,) array
-        m, m/s, A.
-    dt : (n_runs,) array
-        Sample interval of each run, s.
-    """
-
-    starts: NDArray
+    starts: NDArray  # (n_runs + 1,) int: First sample of each run, and the end
+    # displacement, velocity, current: (n_samples,): m, m/s, A
     displacement: NDArray
     velocity: NDArray
     current: NDArray
-    dt: NDArray
+    dt: NDArray  # (n_runs,): Sample interval of each run, s
 
 
 class Simulator:
@@ -163,6 +154,8 @@ def _text(law: Law) -> str:
         ),
     ]
     times = ["xa", "va", "xm", "vm", "xb", "vb", "h"]
+    arguments = ", ".join([*times, "s", "parameters"])
+    alone = with_slopes = ["pass"]
     if n:
         places = symbols(times)
         xa, va, xm, vm, xb, vb, h = places
@@ -181,12 +174,10 @@ def _text(law: Law) -> str:
         named = dict(zip([*times, *s_names, *p_names], [*places, *s, *p], strict=True))
         by = casadi.jacobian(casadi.vertcat(*new), casadi.vertcat(*s, *p))
         entries = [by[i, j] for i in range(n) for j in range(n + n_parameters)]
-        arguments = ", ".join([*times, "s", "parameters"])
         # parameters are hoisted for their reciprocals: a division costs several products
         hoisted, _, statements, results = straight_line(named, new, p_names)
         stored = [f"s[{i}] = {value}" for i, value in enumerate(results)]
-        body = [*unpack, *hoisted, *statements, *stored]
-        blocks.append(function_text("step_alone", arguments, body))
+        alone = [*unpack, *hoisted, *statements, *stored]
         hoisted, _, statements, results = straight_line(named, [*new, *entries], p_names)
         body = [*unpack, *hoisted, *statements]
         width = n + n_parameters
@@ -199,20 +190,10 @@ def _text(law: Law) -> str:
             body.append(f"    new_slope[{i}, k] = {terms} + by[{i}, {n} + owner[k]] * factor[k]")
         body += [f"    slope[{i}, k] = new_slope[{i}, k]" for i in range(n)]
         body += [f"s[{i}] = {results[i]}" for i in range(n)]
-        blocks.append(
-            function_text(
-                "step_with_slopes", arguments + ", owner, factor, slope, new_slope, by", body
-            )
-        )
-    else:
-        nothing = ["pass"]
-        arguments = ", ".join([*times, "s", "parameters"])
-        blocks.append(function_text("step_alone", arguments, nothing))
-        blocks.append(
-            function_text(
-                "step_with_slopes", arguments + ", owner, factor, slope, new_slope, by", nothing
-            )
-        )
+        with_slopes = body
+    blocks.append(function_text("step_alone", arguments, alone))
+    arguments += ", owner, factor, slope, new_slope, by"
+    blocks.append(function_text("step_with_slopes", arguments, with_slopes))
     # functions must stand before the loop that calls them
     template = TEMPLATE.read_text()
     loop, helper = template.split("@inline\n", 1)

@@ -92,13 +92,16 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
     trial, owner, factor, slope, by: workspace.
     """
     n_steps = max(int(settings[0]) // 2, 1)
-    trial[:] = s
+    # element by element: the compiler takes seconds for an array assigned to an array
+    for k in range(N_STATES):
+        trial[k] = s[k]
     advance(x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope, by)
     force = respond(x1, v1, trial, parameters, by)
     while N_STATES > 0 and n_steps < MOST_STEPS:
         n_steps *= 2
         last = force
-        trial[:] = s
+        for k in range(N_STATES):
+            trial[k] = s[k]
         advance(
             x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope, by
         )
@@ -107,7 +110,8 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
         if not abs(force - last) > 15.0 * tolerance * settings[1]:
             break
     settings[0] = n_steps
-    s[:] = trial
+    for k in range(N_STATES):
+        s[k] = trial[k]
     return force
 
 

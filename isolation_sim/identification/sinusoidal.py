@@ -13,29 +13,16 @@ if TYPE_CHECKING:
 
 
 class Motion(NamedTuple):
-    """Histories of a sinusoidal test; one column per case.
+    """Histories of a sinusoidal test; one column per case."""
 
-    Attributes
-    ----------
-    time : numpy.ndarray, shape (n,), s
-        From the start of the motion.
-    displacement, velocity, force : numpy.ndarray, shape (n, ...), m, m/s and N
-        Of the device.
-    states : numpy.ndarray, shape (n, n_states, ...)
-        Internal states of the law, in their own units.
-    frequency : float, Hz
-        Of the motion.
-    points : int
-        Samples a cycle.
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # (n,), s: From the start of the motion
+    # displacement, velocity, force: (n, ...), m, m/s and N: Of the device
     displacement: np.ndarray
     velocity: np.ndarray
     force: np.ndarray
-    states: np.ndarray
-    frequency: float
-    points: int
+    states: np.ndarray  # (n, n_states, ...): Internal states of the law, in their own units
+    frequency: float  # Of the motion, Hz
+    points: int  # Samples a cycle
 
     def last_cycle(self, *case: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Displacement, velocity and force of a case's last cycle, closed."""
@@ -58,10 +45,8 @@ def sinusoidal(
     points: int = 512,
     mean_deformation: Any = 0.0,
 ) -> Motion:
-    """Move a device sinusoidally, many amplitudes and currents at once.
-
-    The internal states start at rest: the device has relaxed at the mean deformation.
-    """
+    """Move a device sinusoidally, many amplitudes and currents at once."""
+    # The internal states start at rest: the device has relaxed at the mean deformation.
     amplitude, current, mean_deformation = np.broadcast_arrays(
         *(np.asarray(a, dtype=float) for a in (amplitude, current, mean_deformation))
     )

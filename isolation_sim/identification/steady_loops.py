@@ -34,35 +34,20 @@ _HALF_WAY = [
 
 
 class SteadyLoops(NamedTuple):
-    """Steady cycles of a sinusoidal test.
+    """Steady cycles of a sinusoidal test."""
 
-    Attributes
-    ----------
-    time, displacement, force : numpy.ndarray, shape (n,), s, m and N
-        About the centre lines.
-    displacement_centre, force_centre : numpy.ndarray, shape (n,), m and N
-        Centre lines: offset and drift.
-    peaks : numpy.ndarray, shape (n_cycles,), s
-        Peak of the displacement in each steady cycle.
-    n_left_out : int
-        Whole cycles whose amplitude differs.
-    frequency : float, Hz
-    ends : Ends
-        Of the stroke.
-    curves : ForceCurves
-        Force along the cycles.
-    """
-
+    # time, displacement, force: (n,), s, m and N: About the centre lines
     time: np.ndarray
     displacement: np.ndarray
     force: np.ndarray
+    # displacement_centre, force_centre: (n,), m and N: Centre lines: offset and drift
     displacement_centre: np.ndarray
     force_centre: np.ndarray
-    peaks: np.ndarray
-    n_left_out: int
-    frequency: float
-    ends: Ends
-    curves: ForceCurves
+    peaks: np.ndarray  # (n_cycles,), s: Peak of the displacement in each steady cycle
+    n_left_out: int  # Whole cycles whose amplitude differs
+    frequency: float  # Hz
+    ends: Ends  # Of the stroke
+    curves: ForceCurves  # Force along the cycles
 
 
 def steady_loops(

@@ -33,15 +33,14 @@ class _Series(NamedTuple):
 
 
 def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return displacement, velocity and acceleration from a uniformly sampled displacement.
-
-    The samples are a sine series about a line through their ends, or about a cubic that has the
-    ends' curvatures as well; so the series converges fast without a window, and motion that starts
-    or stops abruptly counts in full. The series is low-passed without phase at the frequency that
-    leaves the least expected error of the velocity: the signal cut off plus the noise let through,
-    by Stein's unbiased estimate, with the noise taken from the upper half of the frequencies. The
-    cubic is taken where it leaves clearly less. Data without visible noise are not filtered.
-    """
+    """Return displacement, velocity and acceleration from a uniformly sampled displacement."""
+    # The samples are a sine series about a line through their ends, or about a cubic that has the
+    # ends' curvatures as well; so the series converges fast without a window, and motion that
+    # starts or stops abruptly counts in full. The series is low-passed without phase at the
+    # frequency that leaves the least expected error of the velocity: the signal cut off plus the
+    # noise let through, by Stein's unbiased estimate, with the noise taken from the upper half of
+    # the frequencies. The cubic is taken where it leaves clearly less. Data without visible noise
+    # are not filtered.
     x = np.asarray(displacement, dtype=float)
     if x.ndim != 1 or x.size < MINIMUM_SAMPLES or not np.all(np.isfinite(x)):
         raise InputError(

@@ -10,11 +10,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def workers(threads: int | None = None) -> Iterator[ThreadPoolExecutor]:
-    """Open a pool of threads, each of which keeps one processor busy.
-
-    As long as it is open, linear algebra runs on the calling thread: the libraries' own threads
-    would wait for processors that the pool already uses, and take twice the time.
-    """
+    """Open a pool of threads, each of which keeps one processor busy."""
+    # As long as it is open, linear algebra runs on the calling thread: the libraries' own threads
+    # would wait for processors that the pool already uses, and take twice the time.
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count()) as pool:

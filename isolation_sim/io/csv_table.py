@@ -19,24 +19,12 @@ from .atomic_write import atomic_write
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells of a file, and where they stand in it.
+    """Cells of a file, and where they stand in it."""
 
-    Attributes
-    ----------
-    path : str or pathlib.Path
-        The file.
-    names : list of str
-        Of the columns.
-    rows : list of list of str
-        What stands below them.
-    lines : list of int
-        The file's line of the names, then of each row.
-    """
-
-    path: str | Path
-    names: list[str]
-    rows: list[list[str]]
-    lines: list[int]
+    path: str | Path  # The file
+    names: list[str]  # Of the columns
+    rows: list[list[str]]  # What stands below them
+    lines: list[int]  # The file's line of the names, then of each row
 
     @property
     def head(self) -> str:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from .atomic_write import atomic_write
 from .columns import read_columns
@@ -23,6 +25,7 @@ LONGEST_FIELD, LONGEST_SHEET = 63, 31
 """Characters that MATLAB takes in a field's name, and Excel in a sheet's."""
 
 
+@checked
 def export_results(folder: str | Path, form: str, out: str | Path | None = None) -> Path:
     """Write all tables and histories of a folder of results to one file.
 

@@ -6,7 +6,8 @@ import itertools
 import os
 import re
 import shutil
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import InputError
@@ -15,40 +16,17 @@ from .atomic_write import write_text
 
 
 class ResultsFolder:
-    """A fresh folder that appears when everything is in it.
+    """A fresh folder that appears when everything is in it."""
 
-    Use it in a ``with`` block: files go to ``unfinished``, and without an error the folder takes
-    its name at the end.
-
-    Parameters
-    ----------
-    target : str or pathlib.Path
-        Folder to make. One that holds something is left alone: a number is put after the name.
-    overwrite : bool, default False
-        Whether earlier results of that name are replaced instead, when the new ones are complete.
-
-    Attributes
-    ----------
-    unfinished : pathlib.Path
-        Where to write.
-    path : pathlib.Path
-        Where everything is after the block.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there, or what is to be replaced are no results.
-    """
+    # Use it in a ``with`` block: files go to ``unfinished``, and without an error the folder takes
+    # its name at the end.
 
     def __init__(self, target: str | Path, overwrite: bool = False):
         self._target, self._overwrite = Path(target), overwrite
-        if overwrite and not _is_free(self._target) and not _is_results(self._target):
-            raise InputError(
-                f"{target}: holds something other than results of isolation-sim; expected with "
-                "--overwrite: a folder of results"
-            )
-        self.path = self._free()
-        self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")
+        if overwrite:
+            _check_replaceable(self._target)
+        self.path = self._free()  # Where everything is after the block
+        self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")  # Where to write
 
     def _free(self) -> Path:
         target = self._target.absolute()
@@ -83,6 +61,35 @@ class ResultsFolder:
             self.path.rename(old)
         self.unfinished.rename(self.path)
         shutil.rmtree(old, ignore_errors=True)
+
+
+@contextmanager
+def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
+    """Keep earlier results aside while new ones are made; they come back if that fails."""
+    if overwrite and resume:
+        raise InputError("--overwrite and --resume are given; expected: one of them at most")
+    if not overwrite or _is_free(folder):
+        yield
+        return
+    _check_replaceable(folder)
+    earlier = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    folder.rename(earlier)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        earlier.rename(folder)
+        raise
+    shutil.rmtree(earlier)
+
+
+def _check_replaceable(folder: Path) -> None:
+    """Refuse to replace what is no results."""
+    if not _is_free(folder) and not _is_results(folder):
+        raise InputError(
+            f"{folder}: holds something other than results of isolation-sim; expected with "
+            "--overwrite: a folder of results"
+        )
 
 
 def _is_results(folder: Path) -> bool:

@@ -64,11 +64,11 @@ class Unit:
 
     def check_has(self, inputs: Sequence[str], outputs: Sequence[str], key: str) -> None:
         """Refuse a unit that lacks a variable, naming the key that says what it is called."""
-        for kind, wanted, own in (
+        for kind, needed, own in (
             ("input", inputs, self.inputs),
             ("output", outputs, self.outputs),
         ):
-            for name in wanted:
+            for name in needed:
                 if name not in own:
                     raise InputError(
                         f"{self.file}: no {kind} is {name}; expected: {key}, for its {kind}s "
@@ -112,7 +112,7 @@ class Unit:
             self._instance = None
 
     def step(
-        self, time: float, length: float, given: Mapping[str, float], wanted: Sequence[str]
+        self, time: float, length: float, given: Mapping[str, float], outputs: Sequence[str]
     ) -> list[float]:
         """Set inputs at a time, step on, and read outputs."""
         self._put([self._references[name] for name in given], list(given.values()))
@@ -121,7 +121,7 @@ class Unit:
         except Exception as error:
             words = " ".join(str(error).split())
             raise InputError(f"{self.file}: failed at t = {time:.4g} s: {words}") from None
-        return self._get([self._references[name] for name in wanted])
+        return self._get([self._references[name] for name in outputs])
 
     def get_state(self) -> Any:
         """A copy of the instance's state."""

@@ -9,9 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class CurrentDependence:
     """Piecewise polynomials of the current, one a parameter.

@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .law import Law
 
 
+@checked
 @dataclass(frozen=True)
 class Device:
     """A law with its numbers, as one device or as many scaled to a structure.
@@ -203,6 +206,7 @@ class Device:
         """Return the internal states of the undeformed device at rest: all zero."""
         return (0.0,) * len(self.law.states)
 
+    @checked
     def scaled(self, length: float = 1.0, force: float = 1.0) -> Device:
         """Return the device with its scales multiplied.
 
@@ -317,6 +321,7 @@ class Device:
         return complex_stiffness(self.law, parameters, omega) * self.force_scale / self.length
 
 
+@checked
 def Scaled(device: Device, length: float = 1.0, force: float = 1.0) -> Device:
     """Return a device with its scales multiplied; the same as ``device.scaled(length, force)``.
 

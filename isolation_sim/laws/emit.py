@@ -151,11 +151,9 @@ def own_slopes(
 def kinks(
     inputs: dict[str, Any], outputs: Sequence[Any], moving: Sequence[str]
 ) -> tuple[list[str], list[str]]:
-    """Print the quantities at whose change of sign an output has a kink or a jump.
-
-    These are the arguments of absolute values and signs, the differences that comparisons look at,
-    and z where a power, a root or a logarithm is taken of z * z plus next to nothing.
-    """
+    """Print the quantities at whose change of sign an output has a kink or a jump."""
+    # These are the arguments of absolute values and signs, the differences that comparisons look
+    # at, and z where a power, a root or a logarithm is taken of z * z plus next to nothing.
     import casadi
 
     either = {casadi.OP_LT, casadi.OP_LE, casadi.OP_FMIN, casadi.OP_FMAX}

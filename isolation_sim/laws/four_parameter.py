@@ -11,6 +11,7 @@ from .current_dependence import CurrentDependence
 from .device import Device
 from .law import InPlan, Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, SI_LI_LI
+from .standard_solid import LAW as STANDARD_SOLID
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -70,22 +71,16 @@ def base_model() -> Device:
 LAW = Law(
     name="four_parameter",
     title="Strain stiffening (four parameters)",
-    states=(Quantity("y", "m", "extension of spring k1"),),
+    states=STANDARD_SOLID.states,
     parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
-        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        *STANDARD_SOLID.parameters,
         Quantity("alpha", "N/m^3", "strain-stiffening spring", lower=0.0),
     ),
     force=force,
     rates=rates,
     stored_energy=stored_energy,
     source="Li & Li, Eqs 8-10",
-    springs=(
-        Spring("k1", ("y",)),
-        Spring("k0", ("x",), less="y"),
-        Spring("alpha", ("x",), power=3.0),
-    ),
+    springs=(*STANDARD_SOLID.springs, Spring("alpha", ("x",), power=3.0)),
     sets={"base_model": base_model},
     plan=InPlan(plan_force, plan_rates, plan_energy),
 )

@@ -15,9 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 
 
+@checked
 @dataclass(frozen=True)
 class Quantity:
     """A state or a parameter of a law.
@@ -46,48 +49,31 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Spring:
-    """A spring in a law, whose force and energy grow in proportion to one parameter.
+    """A spring in a law, whose force and energy grow in proportion to one parameter."""
 
-    Attributes
-    ----------
-    stiffness : str
-        The parameter; force and rates are linear in it, and the stored energy is its multiple.
-    extensions : tuple of str
-        What it stretches by: ``"x"`` for the device's deformation, or a state that is nothing but
-        this spring's extension; several where several springs share the parameter.
-    less : str
-        State to take from ``"x"``, the extension of what stands in series; empty for none.
-    power : float or str
-        Power of the extension to which the force grows, or the parameter that is this power.
-    """
-
+    # The parameter; force and rates are linear in it, and the stored energy is its multiple
     stiffness: str
+    # What it stretches by: ``"x"`` for the device's deformation, or a state that is nothing but
+    # this spring's extension; several where several springs share the parameter
     extensions: tuple[str, ...]
+    # State to take from ``"x"``, the extension of what stands in series; empty for none
     less: str = ""
+    # Power of the extension to which the force grows, or the parameter that is this power
     power: float | str = 1.0
 
 
 @dataclass(frozen=True)
 class Redundancy:
-    """Parameters of which one is redundant, since scaling a state moves a factor between them.
+    """Parameters of which one is redundant, since scaling a state moves a factor between them."""
 
-    At constant currents a fit that leaves all of them free has no single answer. Where they follow
-    the current, answers that agree at the tested currents differ widely between these. A current
-    that changes within a run tells them apart, for the state is kept and not scaled.
+    # At constant currents a fit that leaves all of them free has no single answer. Where they
+    # follow the current, answers that agree at the tested currents differ widely between these. A
+    # current that changes within a run tells them apart, for the state is kept and not scaled.
 
-    Attributes
-    ----------
-    held : str
-        The parameter that a fit to constant currents holds, unless it holds another one of them.
-    value : float
-        Value at which it is held, in its SI unit.
-    among : tuple of str
-        The parameters.
-    """
-
+    # The parameter that a fit to constant currents holds, unless it holds another one of them
     held: str
-    value: float
-    among: tuple[str, ...]
+    value: float  # Value at which it is held, in its SI unit
+    among: tuple[str, ...]  # The parameters
 
 
 class InPlan(NamedTuple):
@@ -112,6 +98,7 @@ def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
     return ()
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Law:
     """Arithmetic of a device; a law is equal to itself alone.

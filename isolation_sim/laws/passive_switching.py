@@ -30,6 +30,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from .current_dependence import CurrentDependence
 from .device import Device
@@ -41,20 +43,13 @@ FIELD_LAG = 5e-3
 
 @dataclass(frozen=True, eq=False)
 class PassiveLaw(Law):
-    """A law under the passive switching rule.
+    """A law under the passive switching rule."""
 
-    Attributes
-    ----------
-    plain : Law or None
-        The law that it is made from.
-    powers : tuple of int
-        Number of coefficients of each of that law's parameters.
-    """
-
-    plain: Law | None = None
-    powers: tuple[int, ...] = ()
+    plain: Law | None = None  # The law that it is made from
+    powers: tuple[int, ...] = ()  # Number of coefficients of each of that law's parameters
 
 
+@checked
 def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
     """Put a device under the passive switching rule.
 
@@ -91,6 +86,7 @@ def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
     return replace(device, law=law, current=current, name=f"{device.name}, passive switching")
 
 
+@checked
 def papers_rule(device: Device) -> Device:
     """Return the device as the papers switch it: its force answers to the current at once.
 
@@ -184,30 +180,14 @@ def _shapes_energy(law: Law, name: str) -> bool:
 
 
 class _Placed(NamedTuple):
-    """A spring by places among a law's parameters and the wrapped law's states.
+    """A spring by places among a law's parameters and the wrapped law's states."""
 
-    Attributes
-    ----------
-    stiffness : int
-        Parameter.
-    power : float
-        Where it is a number.
-    power_at : int or None
-        Parameter that is the power.
-    extensions : tuple of int
-        States that are its elastic extensions.
-    elastic : int or None
-        The one of them that stands in for the device's deformation.
-    less : int or None
-        State to take from the deformation.
-    """
-
-    stiffness: int
-    power: float
-    power_at: int | None
-    extensions: tuple[int, ...]
-    elastic: int | None
-    less: int | None
+    stiffness: int  # Parameter
+    power: float  # Where it is a number
+    power_at: int | None  # Parameter that is the power
+    extensions: tuple[int, ...]  # States that are its elastic extensions
+    elastic: int | None  # The one of them that stands in for the device's deformation
+    less: int | None  # State to take from the deformation
 
 
 def _placed(law: Law) -> tuple[_Placed, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 from ..errors import InputError, unknown_name
@@ -36,6 +37,7 @@ def available_laws() -> tuple[str, ...]:
     return tuple(LAWS)
 
 
+@checked
 def available_sets(name: str) -> tuple[str, ...]:
     """Names of a law's published parameter sets, the default one first.
 
@@ -57,6 +59,7 @@ def available_sets(name: str) -> tuple[str, ...]:
     return tuple(LAWS[name].sets)
 
 
+@checked
 def available_conditions(name: str) -> tuple[str, ...]:
     """Names of a law's sets that were published for a single loading condition each.
 
@@ -91,6 +94,7 @@ def _published(law: Law, set_name: str | None) -> Device:
     return published[set_name]()
 
 
+@checked
 def law(
     name: str | Law,
     parameters: str | Mapping[str, Coefficients] | None = None,

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from .current_dependence import CurrentDependence
 from .device import Device
@@ -20,6 +22,7 @@ _KEYS = (
 _SCALARS = ("tested_deformation", "tested_current", "length", "force_scale", "source", "name")
 
 
+@checked
 def to_dict(device: Device) -> dict[str, Any]:
     """Describe a device by strings, numbers and lists alone.
 
@@ -53,6 +56,7 @@ def to_dict(device: Device) -> dict[str, Any]:
     return data
 
 
+@checked
 def from_dict(data: Mapping[str, Any], laws: Mapping[str, Law] | None = None) -> Device:
     """Build a device from its plain description.
 

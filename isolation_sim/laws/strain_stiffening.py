@@ -9,7 +9,7 @@ from typing import Any
 from .current_dependence import CurrentDependence
 from .device import Device
 from .law import InPlan, Law, Quantity, Spring
-from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED
+from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED, SI_LI_LI
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
@@ -62,16 +62,13 @@ def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
     return (k1 * (y_x**2 + y_y**2) + k0 * beside) / 2 + alpha * (z_x**2 + z_y**2) ** 2 / 4
 
 
-_SI = {"c0": 1e3, "k0": 1e3, "c1": 1e3, "k1": 1e3, "alpha": 1e9}
-
-
 def generalised() -> Device:
     """Build the published model of the laboratory isolator against the current (Table 2)."""
     alpha, slope = LI_LI_GENERALISED["alpha"]
     return Device(
         law=LAW,
         current=CurrentDependence.polynomial(
-            {name: [_SI[name] * c for c in row] for name, row in LI_LI_GENERALISED.items()}
+            {name: [SI_LI_LI[name] * c for c in row] for name, row in LI_LI_GENERALISED.items()}
         ),
         current_range=(0.0, -alpha / slope),
         tested_deformation=8e-3,
@@ -85,7 +82,7 @@ def base_model() -> Device:
     return Device(
         law=LAW,
         current=CurrentDependence.constant(
-            {name: _SI[name] * value for name, value in LI_LI_BASE_MODEL.items()}
+            {name: SI_LI_LI[name] * value for name, value in LI_LI_BASE_MODEL.items()}
         ),
         tested_deformation=8e-3,
         source=f"{LI_LI}, Section 4.1",

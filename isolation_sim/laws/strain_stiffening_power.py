@@ -18,6 +18,7 @@ from .current_dependence import CurrentDependence
 from .device import Device
 from .law import InPlan, Law, Quantity, Spring
 from .published import LI_LI, LI_LI_BASE_MODEL, LI_LI_GENERALISED, SI_LI_LI
+from .strain_stiffening import LAW as CUBIC
 
 REFERENCE = 1e-3
 """Extension in m at which ``alpha`` is the force."""
@@ -129,17 +130,9 @@ def base_model(n: int = 3, m: int = 1) -> Device:
 LAW = Law(
     name="strain_stiffening_power",
     title="Strain stiffening (modified, any odd power)",
-    states=(
-        Quantity("y", "m", "extension of spring k1"),
-        Quantity("z", "m", "extension of the strain-stiffening spring"),
-    ),
+    states=CUBIC.states,
     parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
-        Quantity(
-            "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
-        ),
-        Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
+        *CUBIC.parameters[:4],
         Quantity("alpha", "N", "force of the strain-stiffening spring at 1 mm", lower=0.0),
         Quantity("p", "1", "power n/m of the strain-stiffening spring", lower=1.0, upper=15.0),
     ),
@@ -147,11 +140,7 @@ LAW = Law(
     rates=rates,
     stored_energy=stored_energy,
     source="Li & Li, Eqs 7 and 10-14",
-    springs=(
-        Spring("k1", ("y",)),
-        Spring("k0", ("x",), less="y"),
-        Spring("alpha", ("z",), power="p"),
-    ),
+    springs=(*CUBIC.springs[:2], Spring("alpha", ("z",), power="p")),
     sets={"generalised": generalised, "base_model": base_model},
     plan=InPlan(plan_force, plan_rates, plan_energy),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .names import as_written
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def consequence_rows(consequence: Consequence) -> list[list[str]]:
         predicted, actual, redesigned = (
             cases[case] for case in ("predicted", "actual", "redesigned")
         )
-        row = [name]
+        row = [as_written(name)]
         for key in ("peak_base_displacement_m", "peak_floor_acceleration_m_s2"):
             row += [_number(predicted, key), _number(actual, key), _error(predicted, actual, key)]
         row += [_number(one, "J") for one in (predicted, actual, redesigned)]

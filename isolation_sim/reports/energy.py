@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from .panels import MARKS_A_LINE, named
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
@@ -32,6 +34,7 @@ INSTANTS = 900
 """As many as a page's width shows; filled areas are not thinned out when they are drawn."""
 
 
+@checked
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     """Energy ledgers over time, one panel per run, and below what they fail to account for.
 

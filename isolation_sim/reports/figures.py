@@ -10,9 +10,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
-from . import panels
+from ..simulation.result import Run
+from . import chart, panels
 from .energy import draw_ledger, energy_figure
+from .names import as_written
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
 
 if TYPE_CHECKING:
@@ -20,9 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpecBase
 
-    from ..simulation.result import Run
 
-    Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
+Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
 
 __all__ = [
     "currents",
@@ -36,6 +39,7 @@ __all__ = [
 ]
 
 
+@checked
 def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     """Ground acceleration, base displacement, roof acceleration and current over time.
 
@@ -71,6 +75,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def loops(runs: Runs, element: str | None = None) -> Figure:
     """Force over deformation of an isolator, one panel per run on the same axes.
 
@@ -107,6 +112,7 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     """Orbits of a biaxial device's deformation and force, and its loops along x and y.
 
@@ -149,6 +155,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     return figure
 
 
+@checked
 def currents(runs: Runs) -> Figure:
     """Coil currents over time, one panel per run on the same axes, one line per channel.
 
@@ -195,6 +202,7 @@ def currents(runs: Runs) -> Figure:
     return figure
 
 
+@checked
 def floor_envelopes(runs: Runs) -> Figure:
     """Peak absolute acceleration and peak drift over the height.
 
@@ -217,13 +225,13 @@ def floor_envelopes(runs: Runs) -> Figure:
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.2)
         left, right = figure.subplots(1, 2)
-        panels.acceleration_envelope(left, given)
-        panels.drift_envelope(right, given)
+        panels.envelopes(left, right, given)
         if len(given) > 1:
             legend(figure, left, "outside upper center")
     return figure
 
 
+@checked
 def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
     """Draw one run on one page: histories, loop, envelopes over the height, energies.
 
@@ -253,7 +261,9 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
     with style():
         figure = new_figure(DOUBLE_COLUMN, 9.0)
         motions = ", ".join(record.name for record in run.records)
-        figure.suptitle(f"{run.isolated.structure.name}, {motions}, {run.controller}", fontsize=9)
+        figure.suptitle(
+            f"{run.isolated.structure.name}, {motions}, {as_written(run.controller)}", fontsize=9
+        )
         page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
         above = page[0].subgridspec(1, 2, width_ratios=[1.7, 1])
         histories = _column(above[0].subgridspec(3 + _coils(given), 1), sharex=True)
@@ -263,8 +273,7 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
         *force, acceleration, drift = _column(above[1].subgridspec(2 + len(elements), 1))
         for panel, name in zip(force, elements, strict=True):
             panels.loop(panel, run, name)
-        panels.acceleration_envelope(acceleration, given)
-        panels.drift_envelope(drift, given)
+        panels.envelopes(acceleration, drift, given)
         energy = figure.add_subplot(page[1])
         draw_ledger(energy, run.energy)
         legend(figure, energy, "outside lower center")
@@ -272,12 +281,11 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
 
 
 def _histories(axes: list[Axes], runs: Mapping[str, Run], direction: int) -> None:
-    ground, base, roof, *current = axes
-    panels.ground_acceleration(ground, next(iter(runs.values())), direction)
-    panels.base_displacement(base, runs, direction)
-    panels.roof_acceleration(roof, runs, direction)
-    for panel in current:
-        panels.coil_currents(panel, runs)
+    panels.ground_acceleration(axes[0], next(iter(runs.values())), direction)
+    drawn = [*chart.base_and_roof(runs, direction), chart.coil_current(runs, 0)]
+    # without coils there is no panel of the current
+    for panel, what in zip(axes[1:], drawn, strict=False):
+        panels.over_time(panel, what, list(runs))
     axes[-1].set_xlabel("Time (s)")
     axes[0].figure.align_ylabels(axes)
 
@@ -302,7 +310,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     if not names:
         raise InputError(f"{isolated.structure.name} has no element whose loop could be drawn")
     if name is None:
-        return panels.element_along(run, direction)
+        return chart.element_along(run, direction)
     if name not in names:
         raise unknown_name("element", name, names)
     return name

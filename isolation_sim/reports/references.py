@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import InputError
 from .publications import PUBLICATIONS
@@ -30,18 +30,10 @@ ENGINE = (
 
 
 class Citation(NamedTuple):
-    """A publication and what it was used for.
+    """A publication and what it was used for."""
 
-    Attributes
-    ----------
-    text : str
-        The publication.
-    uses : tuple of str
-        What it was used for.
-    """
-
-    text: str
-    uses: tuple[str, ...]
+    text: str  # The publication
+    uses: tuple[str, ...]  # What it was used for
 
     @property
     def line(self) -> str:
@@ -52,16 +44,15 @@ class Citation(NamedTuple):
 def of_scenario(scenario: Scenario) -> list[Citation]:
     """References of what a scenario uses."""
     job = scenario.build()
-    return cited(_used(job.isolated, job.records, job.controllers))
+    sources = {label: getattr(each, "source", "") for label, each in job.controllers.items()}
+    return cited(_used(job.isolated, job.records, sources))
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     """References of what runs used."""
-    from ..registry import CONTROLLERS
-
     first = next(iter(runs.values()))
-    kinds = {name: CONTROLLERS.get(run.controller) for name, run in runs.items()}
-    return cited(_used(first.isolated, first.records, kinds))
+    sources = {label: run.source for label, run in runs.items()}
+    return cited(_used(first.isolated, first.records, sources))
 
 
 def of_path(path: Path | None) -> list[Citation]:
@@ -93,7 +84,7 @@ def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
 
 
 def _used(
-    isolated: IsolatedStructure, records: Iterable[Record], controllers: Mapping[str, Any]
+    isolated: IsolatedStructure, records: Iterable[Record], controllers: Mapping[str, str]
 ) -> Iterator[tuple[str, str]]:
     for element in isolated.elements:
         law = element.device.law
@@ -101,6 +92,6 @@ def _used(
         yield f"parameters of {element.name}", element.device.source
     for record in records:
         yield f"ground motion {record.name}", record.source
-    for label, controller in controllers.items():
-        yield f"controller {label}", getattr(controller, "source", "")
+    for label, source in controllers.items():
+        yield f"controller {label}", source
     yield from ENGINE

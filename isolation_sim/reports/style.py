@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from ground_motions.argument_types import checked
+
 from ..io.atomic_write import atomic_write
 
 if TYPE_CHECKING:
@@ -127,6 +129,7 @@ def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
     ]
 
 
+@checked
 def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     """Write a figure as SVG and as PNG (200 dots an inch).
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from ..sweeps.suites.result import Suite
 
-SPOKEN = {
+COMBINATIONS = {
     "srss": "SRSS of the components",
     "rotd100": "RotD100",
     "geometric_mean": "geometric mean of the components",
@@ -49,7 +49,7 @@ def spectra(suite: Suite) -> Figure:
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel("period (s)")
-        axes.set_ylabel(f"pseudo-acceleration (m/s²), {SPOKEN[result['combination']]}")
+        axes.set_ylabel(f"pseudo-acceleration (m/s²), {COMBINATIONS[result['combination']]}")
         legend(figure, axes, "outside upper center")
     return figure
 

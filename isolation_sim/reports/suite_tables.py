@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from .names import as_written
 from .sweep_figures import title_of
 from .sweep_tables import heading
 from .tables import TextTable
@@ -35,7 +36,7 @@ def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
 
 def statistics_table(suite: Suite, controller: str) -> TextTable:
     """Statistics of every criterion under a controller."""
-    title = f"{controller}: {told_of(suite)}"
+    title = f"{as_written(controller)}: {motions_text(suite)}"
     return TextTable(title, HEADINGS, statistics_rows(suite, controller), keys=2)
 
 
@@ -64,12 +65,12 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
 def records_table(suite: Suite, criterion: str) -> TextTable:
     """A criterion of every motion under every controller."""
     title = f"{heading(criterion)}, one row per motion"
-    headings = ("motion", *suite.controllers)
+    headings = ("motion", *map(as_written, suite.controllers))
     rows = records_rows(suite, criterion)
     return TextTable(title, headings, rows, caption="* governs under this controller")
 
 
-def told_of(suite: Suite) -> str:
+def motions_text(suite: Suite) -> str:
     """How many motions the statistics are over."""
     motions, records = len(suite.index["motions"]), suite.index["n_records"]
     return f"{motions} motions of {records} record{'s' * (records != 1)}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..comparison import UNCONTROLLED
 from ..errors import InputError
+from .names import as_written
 from .style import (
     DOUBLE_COLUMN,
     contour_lines,
@@ -56,10 +57,14 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
             # bars beside each other, not on each other
             at = np.arange(len(target)) + 0.08 * (k - (len(styles) - 1) / 2)
             bars = np.stack([middle - low, high - middle])
-            axes.errorbar(at, middle, bars, label=label, elinewidth=0.8, capsize=1.5, **look)
+            axes.errorbar(
+                at, middle, bars, label=as_written(label), elinewidth=0.8, capsize=1.5, **look
+            )
         # a word a line: names stand side by side
         axes.set_xticks(range(len(target)), [title_of(name).replace(" ", "\n") for name in target])
-        axes.set_ylabel("over passive_off" if uncontrolled else "over the median of all runs")
+        axes.set_ylabel(
+            f"over {as_written(UNCONTROLLED)}" if uncontrolled else "over the median of all runs"
+        )
         legend(figure, axes, "outside upper center")
     return figure
 
@@ -91,7 +96,9 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
                 vmin=least, vmax=most,
             )  # fmt: skip
             _print_cells(axes, cells, lines=not binned)
-            axes.set(xlabel=x, ylabel=y, title=label if len(sweep.controllers) > 1 else "")
+            axes.set(
+                xlabel=x, ylabel=y, title=as_written(label) if len(sweep.controllers) > 1 else ""
+            )
             axes.grid(False)
             panels.append(axes)
         label_outer(panels, across)

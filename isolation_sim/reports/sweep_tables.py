@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
+from .names import as_written
 from .sweep_figures import title_of
 from .tables import TextTable, WideTable, marked
 from .units import unit_of
@@ -27,7 +28,7 @@ def controllers_table(sweep: Sweep) -> WideTable:
         table = _table(title, "", "unit")
         for label in shown:
             # a word a line
-            table.add_column("\n".join(label.split("_")), justify="right", no_wrap=True)
+            table.add_column("\n".join(as_written(label).split()), justify="right", no_wrap=True)
         if len(labels) > 1:
             table.caption, table.caption_justify = "* best of the row", "left"
         for name, unit, cells in rows:
@@ -57,7 +58,7 @@ def heading(criterion: str) -> str:
     return f"{title_of(criterion)}, {unit}" if unit else title_of(criterion)
 
 
-def told(value: Any) -> str:
+def value_text(value: Any) -> str:
     """A varied quantity's value as text."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
@@ -66,8 +67,8 @@ def best_table(sweep: Sweep, criterion: str, count: int) -> TextTable:
     """Runs with the best criterion."""
     _, factor = unit_of(criterion)
     rows = [
-        [str(row["case"]), f"{row[criterion] * factor:.4g}", row["controller"],
-         *(told(row[name]) for name in sweep.parameters)]
+        [str(row["case"]), f"{row[criterion] * factor:.4g}", as_written(row["controller"]),
+         *(value_text(row[name]) for name in sweep.parameters)]
         for _, row in sweep.best(criterion, count).iterrows()
     ]  # fmt: skip
     title = f"{'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}"
@@ -82,7 +83,8 @@ def sensitivity_table(sweep: Sweep, criterion: str, controller: str) -> TextTabl
     rows = [
         [str(quantity), *(f"{value:.3g}" for value in row)] for quantity, row in result.iterrows()
     ]
-    return TextTable(f"sensitivity of {title_of(criterion)}, {controller}", headings, rows)
+    title = f"sensitivity of {title_of(criterion)}, {as_written(controller)}"
+    return TextTable(title, headings, rows)
 
 
 def _table(title: str, *headings: str) -> Table:

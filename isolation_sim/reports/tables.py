@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .names import as_written
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -19,20 +20,11 @@ WIDTH = 100
 
 
 class Row(NamedTuple):
-    """One row of the table.
+    """One row of the table."""
 
-    Attributes
-    ----------
-    key : str
-        Criterion or energy, with its SI unit at the end.
-    label : str
-        What to print.
-    best : callable or None
-        Picks the best of several values; None where none is better.
-    """
-
-    key: str
-    label: str
+    key: str  # Criterion or energy, with its SI unit at the end
+    label: str  # What to print
+    # Picks the best of several values; None where none is better
     best: Callable[[list[float]], float] | None = min
 
 
@@ -86,15 +78,7 @@ def criteria_table(
 
 
 class WideTable:
-    """A table in as many parts, one below the other, as the width of the console needs.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Columns that may stand in another part than their neighbours.
-    part : callable
-        ``part(names)`` -> rich table of some of them.
-    """
+    """A table in as many parts, one below the other, as the width of the console needs."""
 
     def __init__(self, names: Sequence[str], part: Callable[[Sequence[str]], Table]):
         self._names, self._part = list(names), part
@@ -118,24 +102,10 @@ class WideTable:
 
 
 class TextTable:
-    """A table of texts that fits any width.
+    """A table of texts that fits any width."""
 
-    Numbers stay whole and headings break between words. Columns that do not fit stand in a part
-    below, beside the key columns.
-
-    Parameters
-    ----------
-    title : str
-        Above every part; empty for none.
-    headings, rows
-        Texts; every row as long as the headings.
-    keys : int
-        Number of first columns that stand in every part.
-    caption : str
-        Below every part.
-    totals : int
-        Number of last rows that stand below a line.
-    """
+    # Numbers stay whole and headings break between words. Columns that do not fit stand in a part
+    # below, beside the key columns.
 
     GAP = 2
     """Characters between columns."""
@@ -261,7 +231,7 @@ def _criteria_columns(
     table.add_column("", no_wrap=True)
     for name in shown:
         # a word a line: left alone, rich shares the width by whole names and breaks words
-        header = Text("\n".join(name.replace("_", " ").split()))
+        header = Text("\n".join(as_written(name).split()))
         table.add_column(header, justify="right", no_wrap=True, overflow="fold", vertical="bottom")
     for group, lines in criteria_lines(criteria, energy, baseline, optima).items():
         table.add_row(Text(group, style="bold"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from .names import as_written
 from .tables import TextTable
 
 if TYPE_CHECKING:
@@ -21,8 +22,8 @@ def settings_texts(tuning: Tuning) -> Texts:
         scores = tuning.sensitivity[name][1]
         tuned = tuning.best.settings.get(name, one["present"])
         rows.append([
-            name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _told(one["present"]),
-            _told(tuned), f"{max(scores) - tuning.best.mean:.3f}",
+            name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _text(one["present"]),
+            _text(tuned), f"{max(scores) - tuning.best.mean:.3f}",
         ])  # fmt: skip
     return headings, rows
 
@@ -42,10 +43,10 @@ def tuning_tables(tuning: Tuning) -> list[TextTable]:
     """Lay the tables out for the terminal."""
     title = "Mean score, 95 % interval: J minus that of the best constant current"
     return [
-        TextTable(f"Settings of {tuning.controller}", *settings_texts(tuning)),
+        TextTable(f"Settings of {as_written(tuning.controller)}", *settings_texts(tuning)),
         TextTable(title, *gains_texts(tuning)),
     ]
 
 
-def _told(value: Any) -> str:
+def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else "by itself"

@@ -12,19 +12,30 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    ValidationError,
     ValidationInfo,
     model_validator,
 )
 
 from ground_motions.registry import absolute_place
 
-from ..errors import unknown_name
+from ..errors import InputError, unknown_name
+from .problems import one_line
 
 
 class Section(BaseModel):
     """A table of a scenario file: strict about types, refusing unknown keys."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise InputError(one_line(error, data)) from None
+
+    # for pydantic: sections within sections report to the outermost one
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     @model_validator(mode="before")
     @classmethod

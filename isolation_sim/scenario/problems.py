@@ -43,7 +43,7 @@ def one_line(error: ValidationError, data: Any) -> str:
         problems.setdefault(_place(details, data), []).append(details)
     # the deepest place is where a list or table, right in itself, holds something wrong
     inner = [place for place in problems if not any(_is_within(other, place) for other in problems)]
-    text = _told(inner[0], problems[inner[0]])
+    text = _message(inner[0], problems[inner[0]])
     more = len(inner) - 1
     return text + (f" (and {more} more problem{'s' * (more > 1)})" if more else "")
 
@@ -70,7 +70,7 @@ def _place(details: ErrorDetails, data: Any) -> str:
     return place.lstrip(".")
 
 
-def _told(place: str, details: list[ErrorDetails]) -> str:
+def _message(place: str, details: list[ErrorDetails]) -> str:
     first = details[0]
     context = first.get("ctx", {})
     if first["type"] == "value_error":

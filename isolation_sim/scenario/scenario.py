@@ -126,8 +126,6 @@ class Scenario(Section):
         InputError
             Naming the file, the key, what was given and what is accepted.
         """
-        if not isinstance(path, str | Path):
-            raise InputError(f"scenario is {path!r}; expected: a Scenario, or its file's path")
         path = Path(path)
         data = read_toml(path, "a scenario, such as isolation-sim new writes")
         return cls._of(data, path.parent, str(path))

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 
 
 class Sizes(NamedTuple):
-    """Numbers that stay the same during a run.
+    """Numbers that stay the same during a run."""
 
-    ``controller`` is the address of a compiled controller, or 0; ``record_steps`` says whether
-    every step is recorded, ``clamp`` whether commands outside the driver's limits are clamped.
-    """
+    # ``controller`` is the address of a compiled controller, or 0; ``record_steps`` says whether
+    # every step is recorded, ``clamp`` whether commands outside the driver's limits are clamped.
 
     n_modes: int
     n_pad: int
@@ -87,16 +86,15 @@ class LawNumbers(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """Where each lane is, and how its steps go.
+    """Where each lane is, and how its steps go."""
 
-    ``level``: of its steps, ``base`` at the window's start; ``place``: in the window; ``tried``:
-    steps in the window; ``hold``: windows until coarser steps are tried; ``active``, ``going``,
-    ``todo``: takes part in the step, in the iteration, in the window; ``last``: length of the last
-    step; ``previous``, ``contraction``: of the iteration; ``defects``: how far the force polynomial
-    misses the force at the step's ends, relative to the peak force, infinite where the iteration
-    did not contract; ``errors``: estimated effect of that on the response; ``kinks``: whether an
-    element has a kink within the step; ``worst``: error in the window.
-    """
+    # ``level``: of its steps, ``base`` at the window's start; ``place``: in the window; ``tried``:
+    # steps in the window; ``hold``: windows until coarser steps are tried; ``active``, ``going``,
+    # ``todo``: takes part in the step, in the iteration, in the window; ``last``: length of the
+    # last step; ``previous``, ``contraction``: of the iteration; ``defects``: how far the force
+    # polynomial misses the force at the step's ends, relative to the peak force, infinite where the
+    # iteration did not contract; ``errors``: estimated effect of that on the response; ``kinks``:
+    # whether an element has a kink within the step; ``worst``: error in the window.
 
     level: NDArray
     base: NDArray
@@ -148,12 +146,12 @@ class Intervals(NamedTuple):
 
 
 class Quantities(NamedTuple):
-    """Quantities whose peaks and mean squares are wanted.
+    """Quantities whose peaks and mean squares are wanted."""
 
-    ``rows``: blocks of eight rows over the modes' real and imaginary parts, the elements' forces
-    beyond their references and the ground accelerations; a quantity is the norm of ``n_directions``
-    consecutive rows. ``fast``: modes too fast for the grid; ``fast_moduli``: of the rows for them.
-    """
+    # ``rows``: blocks of eight rows over the modes' real and imaginary parts, the elements' forces
+    # beyond their references and the ground accelerations; a quantity is the norm of
+    # ``n_directions`` consecutive rows. ``fast``: modes too fast for the grid; ``fast_moduli``: of
+    # the rows for them.
 
     rows: NDArray
     n_quantities: int
@@ -163,11 +161,10 @@ class Quantities(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Grid intervals in which a quantity may exceed its peak, lane by lane.
+    """Grid intervals in which a quantity may exceed its peak, lane by lane."""
 
-    ``place``: interval and number of the quantity; ``bound``: of the quantity in it; ``number``: of
-    candidates; ``chosen``: quantities that are evaluated at once.
-    """
+    # ``place``: interval and number of the quantity; ``bound``: of the quantity in it; ``number``:
+    # of candidates; ``chosen``: quantities that are evaluated at once.
 
     place: NDArray
     bound: NDArray
@@ -176,13 +173,12 @@ class Candidates(NamedTuple):
 
 
 class SummaryScratch(NamedTuple):
-    """Quantities at some grid points, and what bounds them in between.
+    """Quantities at some grid points, and what bounds them in between."""
 
-    ``points``, ``present``: grid points evaluated at once and the elements' forces there;
-    ``values``: of each block of quantities, just after a change of current at some points, then
-    just before it where it is ``changed``; ``near``: how many are near their peaks; ``bulges``,
-    ``margins``, ``bounds``: of forces and quantities inside an interval.
-    """
+    # ``points``, ``present``: grid points evaluated at once and the elements' forces there;
+    # ``values``: of each block of quantities, just after a change of current at some points, then
+    # just before it where it is ``changed``; ``near``: how many are near their peaks; ``bulges``,
+    # ``margins``, ``bounds``: of forces and quantities inside an interval.
 
     points: NDArray
     present: NDArray
@@ -195,13 +191,12 @@ class SummaryScratch(NamedTuple):
 
 
 class DenseScratch(NamedTuple):
-    """One lane's response at some instants inside a grid interval.
+    """One lane's response at some instants inside a grid interval."""
 
-    ``weights``: decay of the modes between two instants and the effect of inputs, ``weights_for``
-    a time and the lane of a table; ``polynomials``: forces through the nodes, and through the ends
-    too; ``z``, ``forces``, ``ground``, ``values``: at the instants numbered ``points``; ``rows``: a
-    block's; ``last``: each quantity's last two values.
-    """
+    # ``weights``: decay of the modes between two instants and the effect of inputs, ``weights_for``
+    # a time and the lane of a table; ``polynomials``: forces through the nodes, and through the
+    # ends too; ``z``, ``forces``, ``ground``, ``values``: at the instants numbered ``points``;
+    # ``rows``: a block's; ``last``: each quantity's last two values.
 
     state: NDArray
     weights: NDArray

@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..errors import Diverged, InputError, TestedRangeWarning
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
-from .inputs import checked_controller, checked_plant, checked_records
+from .inputs import traceable
 from .plan import Lane, Plan
 from .result import Run
 from .run import check_actuation, check_options, prepared, simulate
@@ -40,6 +41,7 @@ _memory = threading.local()
 __all__ = ["Batch", "Case", "simulate_many"]
 
 
+@checked
 @dataclass(frozen=True)
 class Case:
     """One of many runs.
@@ -62,9 +64,7 @@ class Case:
     nominal: IsolatedStructure | None = None
 
     def __post_init__(self) -> None:
-        checked_plant(self.isolated)
-        checked_records(self.ground)
-        checked_controller(self.controller)
+        traceable(self.isolated)
 
 
 @dataclass(frozen=True)
@@ -113,6 +113,7 @@ class Batch:
         return f"Batch({len(self.failure)} runs, {failed} failed, {len(self.criteria)} criteria)"
 
 
+@checked
 def simulate_many(
     cases: Sequence[Case],
     *,
@@ -193,24 +194,17 @@ def run_cases(
         raise InputError(f"threads is {threads}; expected: 1 or more")
     clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
 
+    options: dict[str, Any] = {
+        "driver": driver, "sensors": sensors, "computation_delay": computation_delay,
+        "tolerance": tolerance, "current_outside": current_outside,
+    }  # fmt: skip
+
     def alone_with(case: Case, controller: Control) -> Run:
-        return simulate(
-            case.isolated,
-            case.ground,
-            controller,
-            nominal=case.nominal,
-            driver=driver,
-            sensors=sensors,
-            computation_delay=computation_delay,
-            tolerance=tolerance,
-            current_outside=current_outside,
-        )
+        return simulate(case.isolated, case.ground, controller, nominal=case.nominal, **options)
 
     def lane_of(case: Case) -> Lane:
-        trial = partial(alone_with, case)
-        return prepared(
-            case.isolated, case.ground, case.controller, case.nominal, driver, delays, trial
-        )
+        given = case.isolated, case.ground, case.controller, case.nominal
+        return prepared(*given, driver, delays, partial(alone_with, case))
 
     # where few structures fill them, blocks are of one each and share its coefficients
     n_plants = len({id(case.isolated) for case in cases})
@@ -273,10 +267,8 @@ def run_cases(
 def _blocks(
     lanes: Iterable[Lane], alone: list[int], alike: bool
 ) -> Iterator[list[tuple[int, Lane]]]:
-    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot.
-
-    ``alike``: a block is of one structure.
-    """
+    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot."""
+    # ``alike``: a block is of one structure.
     waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..structures import IsolatedStructure
 
 
+@checked
 @dataclass(frozen=True)
 class CoilDriver:
     """Turns a commanded current into the coil's: rate = clip((command - i) / lag, +-slew).
@@ -59,6 +61,7 @@ class CoilDriver:
             )
 
 
+@checked
 @dataclass(frozen=True)
 class Sensors:
     """What a controller sees of the plant.
@@ -112,18 +115,10 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Commands that are known before the run.
+    """Commands that are known before the run."""
 
-    Attributes
-    ----------
-    time : (n,) array
-        Instants from which the commands hold, s, increasing from 0.
-    current : (n, n_channels) array
-        Commands, A.
-    """
-
-    time: NDArray
-    current: NDArray
+    time: NDArray  # (n,): Instants from which the commands hold, s, increasing from 0
+    current: NDArray  # (n, n_channels): Commands, A
 
     def __post_init__(self) -> None:
         time = np.asarray(self.time, float)
@@ -136,62 +131,39 @@ class Schedule:
 
 @dataclass(frozen=True)
 class CompiledDecision:
-    """A controller's decision in compiled code, called from inside the compiled loop.
+    """A controller's decision in compiled code, called from inside the compiled loop."""
 
-    Attributes
-    ----------
-    address : int
-        Of a C function ``(t, measured*, settings*, memory*, command*, sizes*)``: doubles and, last,
-        the int64 lengths of the four arrays.
-    settings : (n_settings,) array
-        Constants of the controller.
-    memory : (n_memory,) array
-        What it keeps between decisions; its value at the start.
-    keep : object
-        Whatever must stay alive while the address is in use.
-    """
-
+    # Of a C function ``(t, measured*, settings*, memory*, command*, sizes*)``: doubles and, last,
+    # the int64 lengths of the four arrays
     address: int
-    settings: NDArray
-    memory: NDArray
-    keep: Any
+    settings: NDArray  # (n_settings,): Constants of the controller
+    memory: NDArray  # (n_memory,): What it keeps between decisions; its value at the start
+    keep: Any  # Whatever must stay alive while the address is in use
+    # Returns the whole source of the decision, for a translation into another language
+    text: Callable[[], str] | None = None
 
 
 @dataclass(frozen=True)
 class RunContext:
-    """What a controller is told before a run.
+    """What a controller is told before a run."""
 
-    Attributes
-    ----------
-    nominal : IsolatedStructure
-        The model that the controller may reason with; not the plant, though it may equal it.
-    period : float
-        Interval between decisions, s.
-    duration : float
-        Length of the run, s.
-    low, high : (n_channels,) array
-        Limits of the supply, A.
-    tested : (n_channels,) array
-        Highest current at which the plant's devices were tested, A; inf where nobody says.
-    outputs : tuple of str
-        Names of what it will be given, in order: its ``measures``, then the coil currents.
-    driver : CoilDriver
-        Nominal lag, slew and initial current of the coils; an ideal supply by default.
-    delays : tuple of float
-        Nominal age of a measurement at a decision, and time from this to its command, s.
-    ground : tuple of Record or None
-        The ground motion, one record per direction; None for a controller without ``preview_time``.
-    """
-
+    # The model that the controller may reason with; not the plant, though it may equal it
     nominal: IsolatedStructure
-    period: float
-    duration: float
+    period: float  # Interval between decisions, s
+    duration: float  # Length of the run, s
+    # low, high: (n_channels,): Limits of the supply, A
     low: NDArray
     high: NDArray
+    # (n_channels,): Highest current at which the plant's devices were tested, A; inf where nobody
+    # says
     tested: NDArray
+    # Names of what it will be given, in order: its ``measures``, then the coil currents
     outputs: tuple[str, ...]
+    # Nominal lag, slew and initial current of the coils; an ideal supply by default
     driver: CoilDriver = field(default_factory=CoilDriver)
+    # Nominal age of a measurement at a decision, and time from this to its command, s
     delays: tuple[float, float] = (0.0, 0.0)
+    # The ground motion, one record per direction; None for a controller without ``preview_time``
     ground: tuple[Record, ...] | None = None
 
 

@@ -80,18 +80,7 @@ def _sum(coefficients: Sequence[float], names: Sequence[str]) -> str:
 
 
 class ElementCode:
-    """Slots and functions of one law's elements.
-
-    Parameters
-    ----------
-    law : Law
-        The law to write out.
-    tag : int
-        Number that the written functions carry in their names.
-    alone : bool
-        Whether the structure has this one element: then nothing is added to its free response
-        before its own force.
-    """
+    """Slots and functions of one law's elements."""
 
     def __init__(self, law: Law, tag: int, alone: bool):
         self.law, self.tag, self.alone = law, tag, alone
@@ -199,13 +188,11 @@ class ElementCode:
         return given
 
     def _relax(self) -> list[str]:
-        """Each state's own relaxation, d rate / d state, and the collocation that solves for it.
-
-        The rate's linear part, relax * (state - start), is taken to the left side of the
-        collocation s = start + h C rate(s): what is left to iterate hardly depends on the state.
-        It changes how fast the sweeps converge, and not what they converge to. A state that grows
-        by itself, or whose rate has a kink here, is left as it is.
-        """
+        """Each state's own relaxation, d rate / d state, and the collocation that solves for it."""
+        # The rate's linear part, relax * (state - start), is taken to the left side of the
+        # collocation s = start + h C rate(s): what is left to iterate hardly depends on the state.
+        # It changes how fast the sweeps converge, and not what they converge to. A state that grows
+        # by itself, or whose rate has a kink here, is left as it is.
         statements, results = self.relaxation
         body = []
         for a in self.directions:
@@ -281,15 +268,13 @@ class ElementCode:
         return re.sub(_BY_DIRECTION, lambda m: along(m[0], direction), statement)
 
     def _finish(self) -> list[str]:
-        """States and force at the end; how far the polynomials miss both ends.
-
-        The polynomials are those of the force and of the states' rates. The misses' odd part is
-        of third order in the step and orthogonal to what moves the response; the first term that
-        does move it is of sixth order. Its size is guessed from how fast the orders fall:
-        roughness, the even part (fourth order) over the odd one. At a kink this does not hold, and
-        the two parts may cancel: there the response's error is the miss itself, and that of the
-        states does not become smaller with the step's share of the sample.
-        """
+        """States and force at the end; how far the polynomials miss both ends."""
+        # The polynomials are those of the force and of the states' rates. The misses' odd part is
+        # of third order in the step and orthogonal to what moves the response; the first term that
+        # does move it is of sixth order. Its size is guessed from how fast the orders fall:
+        # roughness, the even part (fourth order) over the odd one. At a kink this does not hold,
+        # and the two parts may cancel: there the response's error is the miss itself, and that of
+        # the states does not become smaller with the step's share of the sample.
         forces = ["f0", "f1", "f2"]
         body = self.load(*self.start)
         for a in self.directions:

@@ -18,33 +18,22 @@ MOST_TESTED = 50.0
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements of the plants of a block of lanes, at rest; its arrays are read-only.
+    """Elements of the plants of a block of lanes, at rest; its arrays are read-only."""
 
-    Attributes
-    ----------
-    n_modes : int
-        Modes of each plant.
-    channel : (n_elements,) int array
-        Coil channel of each element; one more than there are for an element without a coil.
-    numbers : flat array, lanes innermost
-        Each element's slots, see ``element_code.py``: reference springs, dashpots and scales.
-    table : (n_elements, n_pieces, n_parameters, n_powers, lanes) array
-        Polynomials of the parameters in the current.
-    breaks : (n_elements, n_pieces + 1, lanes) array
-        Currents at which their pieces begin, A.
-    shape : (n_elements, 2) int array
-        Numbers of pieces and powers that each element uses.
-    deformation_limit : (lanes,) array
-        Largest device deformation, m, summed over elements, before a run counts as diverged:
-        ``MOST_TESTED`` times what was tested.
-    """
-
-    n_modes: int
+    n_modes: int  # Modes of each plant
+    # (n_elements,) int: Coil channel of each element; one more than there are for an element
+    # without a coil
     channel: NDArray
+    # lanes innermost: Each element's slots, see ``element_code.py``: reference springs, dashpots
+    # and scales
     numbers: NDArray
+    # (n_elements, n_pieces, n_parameters, n_powers, lanes): Polynomials of the parameters in the
+    # current
     table: NDArray
-    breaks: NDArray
-    shape: NDArray
+    breaks: NDArray  # (n_elements, n_pieces + 1, lanes): Currents at which their pieces begin, A
+    shape: NDArray  # (n_elements, 2) int: Numbers of pieces and powers that each element uses
+    # (lanes,): Largest device deformation, m, summed over elements, before a run counts as
+    # diverged: ``MOST_TESTED`` times what was tested
     deformation_limit: NDArray
 
     def __post_init__(self) -> None:

@@ -128,10 +128,9 @@ def _leaves(node: ast.AST) -> bool:
 
 
 class _UnsignedIndices(ast.NodeTransformer):
-    """Make array indices unsigned: Numba then leaves out the test for a negative one.
+    """Make array indices unsigned: Numba then leaves out the test for a negative one."""
 
-    That test takes much of the kernel's time where an index is not known when it is compiled.
-    """
+    # That test takes much of the kernel's time where an index is not known when it is compiled.
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         self.generic_visit(node)

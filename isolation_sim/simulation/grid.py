@@ -14,30 +14,17 @@ MOST_INTERVALS = 4
 
 @dataclass(frozen=True)
 class Grid:
-    """Grid points and windows of a run.
+    """Grid points and windows of a run."""
 
-    Attributes
-    ----------
-    time : (n_points,) array
-        Grid points, s.
-    samples : (n_samples,) int array
-        Grid point of each sample of the record.
-    windows : (n_windows + 1, 3) int array
-        First grid point, class and number of intervals of each window; the last row closes.
-    spans : (n_classes,) array
-        Length of a class of windows, s.
-    intervals : (n_classes,) int array
-        Number of grid intervals of a class of windows.
-    events : (n_windows, 3) int array
-        Number of the measurement taken, of the decision made and of the command that begins at
-        the window's start; -1 for none.
-    """
-
-    time: NDArray
-    samples: NDArray
+    time: NDArray  # (n_points,): Grid points, s
+    samples: NDArray  # (n_samples,) int: Grid point of each sample of the record
+    # (n_windows + 1, 3) int: First grid point, class and number of intervals of each window; the
+    # last row closes
     windows: NDArray
-    spans: NDArray
-    intervals: NDArray
+    spans: NDArray  # (n_classes,): Length of a class of windows, s
+    intervals: NDArray  # (n_classes,) int: Number of grid intervals of a class of windows
+    # (n_windows, 3) int: Number of the measurement taken, of the decision made and of the command
+    # that begins at the window's start; -1 for none
     events: NDArray
 
     @cached_property

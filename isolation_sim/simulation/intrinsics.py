@@ -133,11 +133,9 @@ class _Emitter:
     def products(
         self, table: Any, terms: Sequence[tuple], n: Any, starts: Sequence[list[Any]]
     ) -> list[list[Any]]:
-        """Eight rows of start + sum_k table[at + 8 k + r] x[x_at + k x_stride], for each term.
-
-        A term is (at, x, x_at, x_stride); all go through one loop, so that no sum waits for
-        another.
-        """
+        """Eight rows of start + sum_k table[at + 8 k + r] x[x_at + k x_stride], for each term."""
+        # A term is (at, x, x_at, x_stride); all go through one loop, so that no sum waits for
+        # another.
         builder = self.builder
         sums = [[cgutils.alloca_once_value(builder, v) for v in start] for start in starts]
         with cgutils.for_range(builder, n, intp=INTEGER) as loop:
@@ -161,11 +159,9 @@ class _Emitter:
 def make_respond_to_others(
     lanes: int, table_lanes: int, n_elements: int, stride: int, to: int, free: int, force: int
 ) -> Callable:
-    """Make ``respond_to_others(e, w, table, force_rows)`` for so many lanes and elements.
-
-    It sets eight rows of element e, from slot ``to``, to those of its free response, from slot
-    ``free``, and the response to the other elements' forces at the nodes, from slot ``force``.
-    """
+    """Make ``respond_to_others(e, w, table, force_rows)`` for so many lanes and elements."""
+    # It sets eight rows of element e, from slot ``to``, to those of its free response, from slot
+    # ``free``, and the response to the other elements' forces at the nodes, from slot ``force``.
 
     @intrinsic
     def respond_to_others(typing, e, w, table, force_rows):
@@ -206,13 +202,11 @@ def points_at_once(lanes: int) -> int:
 
 
 def make_rows_at(lanes: int, table_lanes: int, n_rows: int = EIGHT) -> Callable:
-    """Make ``rows_at(w, to, table, at, z, points, row, n_modes, n_pad, f, f_row, n_f, u, n_u)``.
-
-    It sets w[to + 8 p + r], for some points p and n_rows of eight rows r, to the sum of the table's
-    numbers [at + 8 k + r] times, one after the other, n_modes real and imaginary parts of z at
-    points[p], n_f forces f at row p, and n_u ground accelerations u at points[p]. A number of the
-    table, once loaded, serves all points.
-    """
+    """Make ``rows_at(w, to, table, at, z, points, row, n_modes, n_pad, f, f_row, n_f, u, n_u)``."""
+    # It sets w[to + 8 p + r], for some points p and n_rows of eight rows r, to the sum of the
+    # table's numbers [at + 8 k + r] times, one after the other, n_modes real and imaginary parts of
+    # z at points[p], n_f forces f at row p, and n_u ground accelerations u at points[p]. A number
+    # of the table, once loaded, serves all points.
     n_points = points_at_once(lanes)
 
     @intrinsic
@@ -262,12 +256,10 @@ def make_rows_at(lanes: int, table_lanes: int, n_rows: int = EIGHT) -> Callable:
 
 
 def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable:
-    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``.
-
-    It sets w[to + r], for eight rows r, to the response to the modes at z_at (real parts first,
-    imaginary ones n_pad behind) and to the ground inputs u; like ``add_rows`` several times, but
-    with sums that do not wait for each other.
-    """
+    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``."""
+    # It sets w[to + r], for eight rows r, to the response to the modes at z_at (real parts first,
+    # imaginary ones n_pad behind) and to the ground inputs u; like ``add_rows`` several times, but
+    # with sums that do not wait for each other.
 
     @intrinsic
     def free_rows(typing, w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points):
@@ -301,13 +293,11 @@ def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable:
 def make_move_modes(
     lanes: int, table_lanes: int, n_ground: int, force_slots: Sequence[int]
 ) -> Callable:
-    """Make ``move_modes`` for so many lanes, ground directions and elements.
-
-    ``move_modes(n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask)`` writes modes
-    [start] of z, decayed and pushed by the ground inputs (two grid points from u_at on) and by the
-    nodal forces in ``force_slots`` of w, to [to] of z, in the lanes of the mask. Real parts come
-    first, then imaginary ones, n_pad each.
-    """
+    """Make ``move_modes`` for so many lanes, ground directions and elements."""
+    # ``move_modes(n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask)`` writes
+    # modes [start] of z, decayed and pushed by the ground inputs (two grid points from u_at on) and
+    # by the nodal forces in ``force_slots`` of w, to [to] of z, in the lanes of the mask. Real
+    # parts come first, then imaginary ones, n_pad each.
 
     @intrinsic
     def move_modes(typing, n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask):

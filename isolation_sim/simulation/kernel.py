@@ -99,11 +99,9 @@ def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared:
 
 
 def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool) -> str:
-    """Source of the kernel for elements of these laws, in this order, in so many lanes.
-
-    No law: a further direction of the element before. ``shared``: one set of coefficients serves
-    all lanes, whose structures are then the same.
-    """
+    """Source of the kernel for elements of these laws, in this order, in so many lanes."""
+    # No law: a further direction of the element before. ``shared``: one set of coefficients serves
+    # all lanes, whose structures are then the same.
     distinct = [law for law in dict.fromkeys(laws) if law is not None]
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
@@ -215,11 +213,9 @@ def padding(lanes: int) -> int:
 
 
 def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
-    """Kernel module for elements of these laws; written once to the cache folder.
-
-    The file is named by what goes into it, so that a later process finds it without tracing the
-    laws, or, where that cannot be said of a law, by its content.
-    """
+    """Kernel module for elements of these laws; written once to the cache folder."""
+    # The file is named by what goes into it, so that a later process finds it without tracing the
+    # laws, or, where that cannot be said of a law, by its content.
     shared = shared and lanes > 1
     key = (tuple(laws), n_ground, lanes, shared)
     if key not in _loaded:

@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..laws.derivatives import energy_gradients
 from ..laws.law import Law
 from .element_code import NODES, WEIGHTS
@@ -87,6 +89,7 @@ class Ledger:
         }
 
 
+@checked
 def ledger(run: Trajectory) -> Ledger:
     """Energy ledger of a run.
 
@@ -216,11 +219,10 @@ def _currents_before(run: Trajectory) -> NDArray:
 
 
 class _Pieces:
-    """The run's smooth pieces: a grid interval, or a step where steps are smaller.
+    """The run's smooth pieces: a grid interval, or a step where steps are smaller."""
 
-    On a piece the ground is linear, the elements' forces on the structure are quadratics and the
-    device states cubics.
-    """
+    # On a piece the ground is linear, the elements' forces on the structure are quadratics and the
+    # device states cubics.
 
     def __init__(self, run: Trajectory):
         self.run = run
@@ -275,13 +277,10 @@ class _Pieces:
         return some
 
     def work(self, low: NDArray, high: NDArray) -> NDArray:
-        """The five works, J, between fractions of every piece.
-
-        Input, loss in structure and in devices, whole work on the control devices, field work.
-
-        While a field moves, stretches are halved until that changes nothing any more: the stored
-        energy may depend strongly on the field.
-        """
+        """The five works, J, between fractions of every piece."""
+        # Input, loss in structure and in devices, whole work on the control devices, field work.
+        # While a field moves, stretches are halved until that changes nothing any more: the stored
+        # energy may depend strongly on the field.
         total = self._integral(low, high)
         start = self.run.work.coil_history[self.window, :, 0]
         moves = np.any(self.run.work.command[self.first, :, 0] != start, axis=1)
@@ -338,11 +337,9 @@ class _Pieces:
         return total * (high - low) * self.length
 
     def stretches(self) -> Iterator[tuple[NDArray, NDArray]]:
-        """Fractions of every piece between which its current does not bend.
-
-        It bends where a slew limit ends, and where a device's dependence on the current goes from
-        one polynomial to the next.
-        """
+        """Fractions of every piece between which its current does not bend."""
+        # It bends where a slew limit ends, and where a device's dependence on the current goes from
+        # one polynomial to the next.
         inner = (self._bends() - self.from_window[:, None]) / self.length[:, None]
         inside = np.any((inner > 0) & (inner < 1), axis=0)
         one = np.ones((len(self.length), 1))
@@ -352,10 +349,8 @@ class _Pieces:
         yield from zip(cuts.T[:-1], cuts.T[1:], strict=True)
 
     def _bends(self) -> NDArray:
-        """Times from each piece's window to where a current bends, s, (n_pieces, n_bends).
-
-        Infinite where it does not get there.
-        """
+        """Times from each piece's window to where a current bends, s, (n_pieces, n_bends)."""
+        # Infinite where it does not get there.
         work, elements = self.run.work, self.run.isolated.elements
         times = [np.empty((len(self.window), 0))]
         for channel in range(self.run.isolated.n_channels):

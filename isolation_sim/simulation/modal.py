@@ -12,31 +12,21 @@ from ..errors import InputError
 
 @dataclass(frozen=True)
 class Modes:
-    """A structure in complex modes: z' = eigenvalues z + columns u, outputs Re(rows z).
+    """A structure in complex modes: z' = eigenvalues z + columns u, outputs Re(rows z)."""
 
-    One of each conjugate pair is kept, its rows doubled; real eigenvalues are kept as they are.
+    # One of each conjugate pair is kept, its rows doubled; real eigenvalues are kept as they are.
 
-    Attributes
-    ----------
-    eigenvalues : (n_modes,) complex array
-        1/s.
-    shapes : (2 n, n_modes) complex array
-        Displacements (m) and velocities (m/s) of the n degrees of freedom from the modes.
-    deformation : (n_elements, 2, n_modes) complex array
-        Each device's deformation (m) and velocity (m/s).
-    ground : (n_directions, n_modes) complex array
-        Modal input of a ground acceleration of 1 m/s^2.
-    force : (n_elements, n_modes) complex array
-        Modal input of a device force of 1 N.
-    stiffness, damping : (n_elements,) array
-        Reference spring (N/m) and dashpot (N s/m) of each device that the modes include.
-    """
-
-    eigenvalues: NDArray
+    eigenvalues: NDArray  # (n_modes,) complex: 1/s
+    # (2 n, n_modes) complex: Displacements (m) and velocities (m/s) of the n degrees of freedom
+    # from the modes
     shapes: NDArray
+    # (n_elements, 2, n_modes) complex: Each device's deformation (m) and velocity (m/s)
     deformation: NDArray
+    # (n_directions, n_modes) complex: Modal input of a ground acceleration of 1 m/s^2
     ground: NDArray
-    force: NDArray
+    force: NDArray  # (n_elements, n_modes) complex: Modal input of a device force of 1 N
+    # stiffness, damping: (n_elements,): Reference spring (N/m) and dashpot (N s/m) of each device
+    # that the modes include
     stiffness: NDArray
     damping: NDArray
 
@@ -45,6 +35,11 @@ class Modes:
         rows = self.deformation.reshape(-1, self.eigenvalues.size)
         numbers = [self.eigenvalues, rows.ravel(), self.ground.ravel(), self.force.ravel()]
         return np.concatenate(numbers).astype(complex)
+
+
+def real_rows(rows: NDArray) -> NDArray:
+    """Rows over the modes' real parts and imaginary parts, from complex ones."""
+    return np.concatenate([rows.real, -rows.imag], axis=-1)
 
 
 def modes_of(

@@ -42,12 +42,10 @@ def step(
     ground: NDArray,
     currents: NDArray,
 ) -> StepState:
-    """State after a step of ``h`` seconds under constant currents.
-
-    ``references`` are the stiffness and damping of each element's reference, ``ground`` the ground
-    acceleration at equal distances over the step, shape (n_samples, n_directions), and ``currents``
-    those of each element.
-    """
+    """State after a step of ``h`` seconds under constant currents."""
+    # ``references`` are the stiffness and damping of each element's reference, ``ground`` the
+    # ground acceleration at equal distances over the step, shape (n_samples, n_directions), and
+    # ``currents`` those of each element.
     a, b, g = _linear_part(plant, *references)
     devices = [
         (list(group), law, plant.elements[group[0]].device.current.at(currents[group[0]]))

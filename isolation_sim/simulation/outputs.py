@@ -2,41 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import unknown_name
 from ..structures import IsolatedStructure
-from .modal import Modes
+from .modal import Modes, real_rows
 
 
 @dataclass(frozen=True)
 class Outputs:
-    """All outputs of a structure in one set of modes.
+    """All outputs of a structure in one set of modes."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Name with unit, such as ``floor1_acceleration_m_s2``. Displacements and velocities are
-        relative to the ground, accelerations are absolute.
-    rows : (n_outputs, 2 n_modes + n_elements + n_directions) array
-        Over the modes' real parts, their imaginary parts, device forces (N, device scale) and
-        ground accelerations (m/s^2).
-    """
-
+    # Name with unit, such as ``floor1_acceleration_m_s2``. Displacements and velocities are
+    # relative to the ground, accelerations are absolute
     names: tuple[str, ...]
+    # (n_outputs, 2 n_modes + n_elements + n_directions): Over the modes' real parts, their
+    # imaginary parts, device forces (N, device scale) and ground accelerations (m/s^2)
     rows: NDArray
-
-    def select(self, names: Sequence[str]) -> NDArray:
-        """Rows of some outputs, in the order asked for."""
-        index = {name: k for k, name in enumerate(self.names)}
-        for name in names:
-            if name not in index:
-                raise unknown_name("output", name, self.names)
-        return self.rows[[index[name] for name in names]]
 
 
 def output_names(isolated: IsolatedStructure) -> tuple[str, ...]:
@@ -62,7 +46,7 @@ def outputs_of(isolated: IsolatedStructure, modes: Modes) -> Outputs:
     n_modes, n_ground = modes.eigenvalues.size, len(structure.directions)
     scales = np.array([e.device.force_scale for e in isolated.elements])
     b = isolated.element_rows
-    state = np.concatenate([modes.shapes.real, -modes.shapes.imag], axis=1)
+    state = real_rows(modes.shapes)
     displacement, velocity = state[:n], state[n:]
     inverse = np.linalg.inv(structure.mass)
     inner = structure.damping @ velocity + structure.stiffness @ displacement

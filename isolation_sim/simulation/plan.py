@@ -32,12 +32,10 @@ STRONGEST = 30.0
 
 @lru_cache(maxsize=256)
 def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
-    """Modes of a structure with reference springs for its devices, and its outputs over them.
-
-    A device's reference is its stiffness to fast motion in the middle of its range of current: the
-    kinks that a ground motion's samples put into the response then nearly drop out of what the
-    steps must approximate.
-    """
+    """Modes of a structure with reference springs for its devices, and its outputs over them."""
+    # A device's reference is its stiffness to fast motion in the middle of its range of current:
+    # the kinks that a ground motion's samples put into the response then nearly drop out of what
+    # the steps must approximate.
     structure, elements = isolated.structure, isolated.elements
     references = []
     for element in elements:
@@ -59,10 +57,8 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
 
 
 def _fast_stiffness(device: Device, current: float) -> float:
-    """Stiffness of a device to a fast motion about rest, in its own scale, N/m.
-
-    By differences: it only has to be about right, and CasADi takes a while to load.
-    """
+    """Stiffness of a device to a fast motion about rest, in its own scale, N/m."""
+    # By differences: it only has to be about right, and CasADi takes a while to load.
     law, parameters = device.law, device.parameters_at(current)
     step = 1e-4 * device.deformation_scale / device.length
     rest = (0.0,) * len(law.states) if law.rest is None else law.rest(parameters)
@@ -94,10 +90,8 @@ def _uniform_grid(n_samples: int, dt: float) -> Grid:
 def _cached_tables(
     module: ModuleType, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
 ) -> Tables:
-    """Coefficients of runs without events; kept, since they depend on the structure alone.
-
-    The kernel fills them in as it goes, so that threads must not share them.
-    """
+    """Coefficients of runs without events; kept, since they depend on the structure alone."""
+    # The kernel fills them in as it goes, so that threads must not share them.
     return Tables.empty(module, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
 
 
@@ -117,30 +111,16 @@ def _elements_for(module: ModuleType, plants: tuple[IsolatedStructure, ...]) -> 
 
 @dataclass(frozen=True)
 class Lane:
-    """One run, before it starts.
+    """One run, before it starts."""
 
-    Attributes
-    ----------
-    isolated : IsolatedStructure
-        The plant.
-    records : tuple of Record
-        Ground motion, one a direction.
-    coils : (n_channels, 6) array
-        Lag (s), slew (A/s), lowest current, highest current, step and initial current (A) of each
-        coil.
-    context : RunContext
-        What the controller was told.
-    schedule : Schedule or None
-        Commands known before the run.
-    compiled : CompiledDecision or None
-        The controller in compiled code; neither this nor a schedule: it decides in Python.
-    """
-
-    isolated: IsolatedStructure
-    records: tuple[Record, ...]
+    isolated: IsolatedStructure  # The plant
+    records: tuple[Record, ...]  # Ground motion, one a direction
+    # (n_channels, 6): Lag (s), slew (A/s), lowest current, highest current, step and initial
+    # current (A) of each coil
     coils: NDArray
-    context: RunContext
-    schedule: Schedule | None
+    context: RunContext  # What the controller was told
+    schedule: Schedule | None  # Commands known before the run
+    # The controller in compiled code; neither this nor a schedule: it decides in Python
     compiled: CompiledDecision | None
 
     @property
@@ -173,24 +153,12 @@ def _plant_key(isolated: IsolatedStructure) -> tuple:
 
 
 class Plan:
-    """Grid, events and arrays of one or several runs, before they start.
-
-    Parameters
-    ----------
-    lanes : sequence of Lane
-        Runs with one key.
-    sensors : Sensors
-        Noise, delay, dropout and sampling of what their controllers are given.
-    computation_delay : float
-        Time from a decision to its command, s.
-    alike : bool
-        Whether all are of one structure, and share its coefficients.
-    """
+    """Grid, events and arrays of one or several runs, before they start."""
 
     def __init__(
         self, lanes: Sequence[Lane], sensors: Sensors, computation_delay: float, alike: bool
     ):
-        self.lanes = lanes
+        self.lanes = lanes  # Runs with one key
         first = lanes[0]
         self.module = kernel_for(first.isolated, len(lanes), alike)
         pairs = [modes_for(lane.isolated) for lane in lanes]

@@ -11,14 +11,12 @@ from ..structures import IsolatedStructure, Structure
 
 
 def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:
-    """Quantities that the criteria are taken of, as rows over a structure's outputs.
-
-    A floor's acceleration, the base's displacement and a storey's drift are vectors over the
-    directions of ground motion, taken at the dofs that the ground moves: the floors' centres.
-    Rotations count through the forces and the isolators' displacements only. The isolator force is
-    that of the elements with a coil that hold the structure to the ground; of all that hold it
-    where none has a coil.
-    """
+    """Quantities that the criteria are taken of, as rows over a structure's outputs."""
+    # A floor's acceleration, the base's displacement and a storey's drift are vectors over the
+    # directions of ground motion, taken at the dofs that the ground moves: the floors' centres.
+    # Rotations count through the forces and the isolators' displacements only. The isolator force
+    # is that of the elements with a coil that hold the structure to the ground; of all that hold it
+    # where none has a coil.
     structure = isolated.structure
     n_directions = len(structure.directions)
     index = {name: k for k, name in enumerate(names)}

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..archive import FILE, save_archive
 from ..io.netcdf import write_netcdf
 from ..named_values import Criteria
@@ -27,9 +29,9 @@ if TYPE_CHECKING:
 
 
 _KEPT = (
-    "isolated", "records", "controller", "clamped", "steps", "unresolved", "reached", "outputs",
-    "values", "states", "current", "command", "criteria", "energy", "peaks", "reached_of_tests",
-    "implausible",
+    "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
+    "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
+    "reached_of_tests", "implausible",
 )  # fmt: skip
 """What of a run is saved and pickled."""
 
@@ -47,6 +49,8 @@ class Run(Printed, Trajectory):
         Ground motion, one a direction.
     controller : str
         Name of the controller.
+    source : str
+        Where the controller comes from, to be cited.
     clamped : int
         Commands that were clamped to the driver's limits.
     steps : int
@@ -57,6 +61,8 @@ class Run(Printed, Trajectory):
     reached : float
         Tolerance that all steps meet: the target unless some are unresolved.
     """
+
+    source = ""  # runs saved by older versions have none
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything that a report shows, without the simulation's working memory."""
@@ -75,6 +81,7 @@ class Run(Printed, Trajectory):
         yield render("tables:run_table", self)
         yield from (f"warning: {each}" for each in self.warnings())
 
+    @checked
     def save(self, folder: str | Path) -> Path:
         """Write the run; ``isolation_sim.load`` gives it back.
 
@@ -178,6 +185,7 @@ class Run(Printed, Trajectory):
             )
         return sentences
 
+    @checked
     def plot(self, direction: str | None = None, element: str | None = None) -> Figure:
         """Draw the run on one page: histories, loop, envelopes over the height, energies.
 

@@ -7,7 +7,7 @@ import warnings
 from collections import namedtuple
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors
-from .inputs import checked_controller, checked_plant, checked_records
+from .inputs import one_per_direction, traceable
 from .plan import Lane, Plan, refused
 from .result import Run
 from .unit_run import Coupling, at_every_sample, check_limits, refuse_unit, unit_element
@@ -48,32 +48,21 @@ def simulate(
     driver, sensors = check_actuation(driver, sensors)
     check_options(tolerance, current_outside, computation_delay)
 
-    def trial(other: Control) -> Run:
-        return simulate(
-            isolated,
-            ground,
-            other,
-            nominal=nominal,
-            driver=driver,
-            sensors=sensors,
-            computation_delay=computation_delay,
-            tolerance=tolerance,
-            current_outside=current_outside,
-        )
-
-    delays = sensors.delay, computation_delay
-    e = unit_element(checked_plant(isolated))
-    if e is None:
-        lane = prepared(isolated, ground, controller, nominal, driver, delays, trial)
-    else:
+    trial = partial(
+        simulate, isolated, ground, nominal=nominal, driver=driver, sensors=sensors,
+        computation_delay=computation_delay, tolerance=tolerance, current_outside=current_outside,
+    )  # fmt: skip
+    e = unit_element(traceable(isolated))
+    if e is not None:
         if nominal is None:
             raise InputError(
                 f"{isolated.elements[e].device.law.unit}: nobody can tell a controller what a unit "
                 "computes; expected: nominal, a plant with a law, or [nominal] in a scenario"
             )
         check_limits(isolated.elements[e], driver)
-        controller = at_every_sample(checked_controller(controller), checked_records(ground)[0].dt)
-        lane = _told(isolated, ground, controller, nominal, driver, delays, trial)
+        controller = at_every_sample(controller, one_per_direction(ground)[0].dt)
+    delays = sensors.delay, computation_delay
+    lane = prepared(isolated, ground, controller, nominal, driver, delays, trial, alone=True)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.context)
@@ -86,6 +75,7 @@ def simulate(
     if failure is not None:
         raise failure
     run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
+    run.source = getattr(controller, "source", "")
     if run.unresolved:
         warnings.warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "
@@ -108,7 +98,9 @@ def fixed_base_run(
 class NoControl:
     """No command: for a structure without coils."""
 
-    name, period, preview_time = FIXED_BASE, None, 0.0
+    name = FIXED_BASE
+    period: float | None = None
+    preview_time = 0.0
 
     def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
@@ -117,7 +109,7 @@ class NoControl:
         """Nothing to measure."""
         return ()
 
-    def schedule(self, context: RunContext) -> Schedule:
+    def schedule(self, context: RunContext) -> Schedule | None:
         """One instant, no coil."""
         return Schedule(np.zeros(1), np.zeros((1, len(context.low))))
 
@@ -136,19 +128,11 @@ def check_actuation(
     driver: CoilDriver | None, sensors: Sensors | None
 ) -> tuple[CoilDriver, Sensors]:
     """Return driver and sensors, ideal ones where none are given."""
-    for what, given, kind in (("driver", driver, CoilDriver), ("sensors", sensors, Sensors)):
-        if given is not None and not isinstance(given, kind):
-            raise InputError(
-                f"{what} is of type {type(given).__name__}; expected: {kind.__name__}(...)"
-            )
     return driver or CoilDriver(), sensors or Sensors()
 
 
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
     """Refuse options that cannot be used."""
-    for what, value in (("tolerance", tolerance), ("computation_delay", computation_delay)):
-        if not isinstance(value, int | float | np.number):
-            raise InputError(f"{what} is {value!r}; expected: a number")
     if not 1e-12 <= tolerance <= 1e-2:
         raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
     if current_outside not in ("refuse", "clamp"):
@@ -164,25 +148,15 @@ def prepared(
     nominal: IsolatedStructure | None,
     driver: CoilDriver,
     delays: tuple[float, float],
-    trial,
+    trial: Callable[[Control], Run] | None,
+    alone: bool = False,
 ) -> Lane:
     """Tell a controller its run context and ask for its commands or its compiled decision."""
-    refuse_unit(checked_plant(isolated))
-    return _told(isolated, ground, controller, nominal, driver, delays, trial)
-
-
-def _told(
-    isolated: IsolatedStructure,
-    ground: Record | Sequence[Record],
-    controller: Control,
-    nominal: IsolatedStructure | None,
-    driver: CoilDriver,
-    delays: tuple[float, float],
-    trial,
-) -> Lane:
+    traceable(isolated)
+    if not alone:
+        refuse_unit(isolated)
     if nominal is not None:
-        checked_plant(nominal, "nominal")
-    checked_controller(controller)
+        traceable(nominal)
     if not isolated.elements:
         raise InputError(
             f"{isolated.structure.name} has no isolator or other element; put it on one with "
@@ -242,7 +216,7 @@ def _by_papers_rule(isolated: IsolatedStructure) -> IsolatedStructure:
 
 def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> tuple[Record, ...]:
     """One record a direction, all on the same samples."""
-    records = checked_records(ground)
+    records = one_per_direction(ground)
     directions = isolated.structure.directions
     if len(records) != len(directions):
         raise InputError(

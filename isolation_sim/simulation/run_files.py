@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ground_motions.argument_types import checked
+
 from ..io.netcdf import read_netcdf, write_netcdf
 from ..version import __version__
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from .result import Run
 
 
+@checked
 def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
     """Write a run's histories as netCDF.
 
@@ -39,6 +42,7 @@ def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
     return write_netcdf(data, path)
 
 
+@checked
 def read_run(path: str | Path) -> xarray.Dataset:
     """Read what `write_run` wrote.
 

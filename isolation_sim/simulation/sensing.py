@@ -49,12 +49,10 @@ def noise_of(
 def measured_motion(
     isolated: IsolatedStructure, names: Sequence[str], known: Sequence[str], ahead: float
 ) -> NDArray:
-    """What a controller is given, as rows over all outputs: motion extrapolated in time.
-
-    Displacement + ahead * velocity + ahead^2 / 2 * relative acceleration, and velocity + ahead *
-    relative acceleration; a relative acceleration is that of accelerometers on the structure less
-    the ground's.
-    """
+    """What a controller is given, as rows over all outputs: motion extrapolated in time."""
+    # Displacement + ahead * velocity + ahead^2 / 2 * relative acceleration, and velocity + ahead *
+    # relative acceleration; a relative acceleration is that of accelerometers on the structure less
+    # the ground's.
     structure, index = isolated.structure, {name: k for k, name in enumerate(known)}
     n, n_ground = structure.n_dofs, len(structure.directions)
     dofs = dict(zip(structure.names, np.eye(n), strict=True))

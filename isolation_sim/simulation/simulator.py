@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..structures import IsolatedStructure
@@ -18,39 +19,26 @@ from . import kernel
 from .control import CoilDriver, RunContext, Sensors
 from .outputs import output_names
 from .plan import Plan
-from .run import check_options, prepared
+from .run import NoControl, check_options, prepared
 
 
-class Outside:
+class Outside(NoControl):
     """Stands where a run has its controller: the currents come from outside."""
 
     name = "simulator"
-    preview_time = 0.0
 
     def __init__(self, period: float | None, measures: tuple[str, ...]):
         self.period, self._measures = period, measures
-
-    def prepare(self, context: RunContext, trial: Any) -> None:
-        """Nothing to prepare."""
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """What the caller wants measured."""
         return self._measures
 
     def schedule(self, context: RunContext) -> None:
-        """Nothing is known before."""
-
-    def compiled(self, context: RunContext) -> None:
-        """The caller decides."""
-
-    def reset(self, context: RunContext) -> None:
-        """Nothing to forget."""
-
-    def current(self, t: float, measurement: Any) -> Any:
-        """Never called."""
-        raise NotImplementedError
+        """Nothing is known before: the caller decides."""
 
 
+@checked
 class Simulator:
     """A plant that is simulated step by step.
 

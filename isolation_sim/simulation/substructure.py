@@ -7,11 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..identification.sensitivities import compiled
 from ..laws.device import Device
 
 
+@checked
 class DeviceSimulator:
     """A device that is moved step by step and answers with its force.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
 from .arguments import Quantities
+from .modal import real_rows
 from .plan import modes_for
 from .quantities import quantity_rows
 from .workspace import Workspace
@@ -21,10 +22,8 @@ its peaks."""
 
 
 def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
-    """Criteria of every lane of a finished block.
-
-    A lane's criteria have the same bits in a block as in a single run.
-    """
+    """Criteria of every lane of a finished block."""
+    # A lane's criteria have the same bits in a block as in a single run.
     items, peak, total = _summed(plants, work)
     result = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in items}
     for name, own in items:
@@ -60,12 +59,11 @@ def summary_key(isolated: IsolatedStructure) -> tuple:
 
 
 class _Quantities(NamedTuple):
-    """Quantities of some lanes' structures, as the kernel takes them.
+    """Quantities of some lanes' structures, as the kernel takes them."""
 
-    items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
-    rows over the modes, (n_items, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of
-    the lane where it is highest, 1/s.
-    """
+    # items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
+    # rows over the modes, (n_items, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of
+    # the lane where it is highest, 1/s.
 
     items: tuple[tuple[str, list[int]], ...]
     n_items: int
@@ -104,7 +102,7 @@ def _rows(
     rows = np.frombuffer(b"".join(numbers)).reshape(shape) @ outputs.rows
     # the kernel's forces are those beyond the reference springs and dashpots
     n = modes.eigenvalues.size
-    deformation, velocity = np.moveaxis(_real(modes.deformation), 1, 0)
+    deformation, velocity = np.moveaxis(real_rows(modes.deformation), 1, 0)
     reference = modes.stiffness[:, None] * deformation + modes.damping[:, None] * velocity
     rows[..., : 2 * n] += rows[..., 2 * n : 2 * n + len(reference)] @ reference
     moduli = np.hypot(rows[..., :n], rows[..., n : 2 * n]).sum(axis=1)
@@ -120,8 +118,3 @@ def _packed(rows: NDArray) -> NDArray:
         at = (k % per_block) * n_directions
         blocks[k // per_block, at : at + n_directions] = rows[k]
     return blocks.transpose(0, 2, 1).ravel()
-
-
-def _real(rows: NDArray) -> NDArray:
-    """Complex rows over modes as rows over their real, then imaginary parts."""
-    return np.concatenate([rows.real, -rows.imag], axis=-1)

@@ -18,10 +18,9 @@ OVER_TESTED = ("deformation_over_tested", "current_over_tested")
 
 
 class Reached(NamedTuple):
-    """Peaks of one run beside those of the tests, in the structure's scale.
+    """Peaks of one run beside those of the tests, in the structure's scale."""
 
-    deformation, tested_deformation: of each element, m; current, tested_current: of each coil, A.
-    """
+    # deformation, tested_deformation: of each element, m; current, tested_current: of each coil, A.
 
     deformation: NDArray
     tested_deformation: NDArray
@@ -48,10 +47,8 @@ def reached(
     currents: NDArray,
     lane: int = 0,
 ) -> Reached:
-    """Compare one lane of a finished block with the tests.
-
-    ``criteria`` and ``currents``, what `peak_currents` returns, are of the whole block.
-    """
+    """Compare one lane of a finished block with the tests."""
+    # ``criteria`` and ``currents``, what `peak_currents` returns, are of the whole block.
     tested_deformation, tested_current = _tested(isolated)
     return Reached(
         _peak_deformations(isolated, modes, work, criteria, lane),

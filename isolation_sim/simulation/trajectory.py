@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.argument_types import checked
 
+from ..errors import unknown_name
 from ..structures import IsolatedStructure
 from .grid import Grid
-from .modal import Modes
+from .modal import Modes, real_rows
 from .outputs import Outputs
 from .workspace import ERROR_FACTOR
 
@@ -86,6 +88,7 @@ class Trajectory:
         """Internal states at the samples, (n_samples, n_elements, n_states), device units."""
         return self.work.states[self.grid.samples, :, :, 0]
 
+    @checked
     def output(self, name: str) -> NDArray:
         """One output at the samples.
 
@@ -103,8 +106,10 @@ class Trajectory:
         InputError
             If there is no such output.
         """
-        self.outputs.select([name])
-        return self.values[:, self.outputs.names.index(name)]
+        names = self.outputs.names
+        if name not in names:
+            raise unknown_name("output", name, names)
+        return self.values[:, names.index(name)]
 
 
 def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
@@ -146,8 +151,8 @@ def device_forces(
     forces = np.empty((len(modal), len(isolated.elements)))
     for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
         element = isolated.elements[group[0]]
-        rows = modes.deformation[list(group)]
-        x, v = np.einsum("gkm,tm->kgt", np.concatenate([rows.real, -rows.imag], axis=2), modal)
+        rows = real_rows(modes.deformation[list(group)])
+        x, v = np.einsum("gkm,tm->kgt", rows, modal)
         i = np.zeros(len(modal)) if element.channel is None else current[:, element.channel]
         s = tuple(states[:, group[0], k] for k in range(len(law.states)))
         along, _ = law.respond(tuple(x), tuple(v), s, element.device.parameters_at(i))

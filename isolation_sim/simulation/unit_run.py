@@ -67,16 +67,16 @@ def at_every_sample(controller: Control, dt: float) -> Control:
     own_prepare, own_reset, own_current = own.prepare, own.reset, own.current
     asked, held = 0, None
 
-    def told(context: RunContext) -> RunContext:
+    def sampled(context: RunContext) -> RunContext:
         return replace(context, period=every * dt)
 
     def prepare(context: RunContext, trial: Any) -> None:
-        own_prepare(told(context), trial)
+        own_prepare(sampled(context), trial)
 
     def reset(context: RunContext) -> None:
         nonlocal asked
         asked = 0
-        own_reset(told(context))
+        own_reset(sampled(context))
 
     def current(t: float, measurement: Any) -> Any:
         nonlocal asked, held

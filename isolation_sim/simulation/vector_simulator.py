@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..structures import IsolatedStructure
 from . import kernel
@@ -25,6 +27,7 @@ FEWEST_BLOCKS = 8
 """Blocks of lanes a thread that are worth handing over to it."""
 
 
+@checked
 class VectorSimulator:
     """Many plants of one kind that are simulated step by step, side by side.
 

@@ -43,24 +43,16 @@ cancel, and the guess is high for smooth response."""
 
 @dataclass
 class Tables:
-    """Propagation coefficients of a structure on a grid; filled by the kernel as it needs them.
+    """Propagation coefficients of a structure on a grid; filled by the kernel as it needs them."""
 
-    Attributes
-    ----------
-    modes : (n_numbers, table_lanes) complex array
-        ``Modes.packed`` of each lane, or of the one structure in all of them.
-    offsets : (n_classes, n_levels) int array
-        Where the coefficients of a class of windows at a level begin in ``table``.
-    table : flat array, lanes innermost
-        The coefficients.
-    built : (n_classes, n_levels) int array
-        Whether they have been filled in.
-    """
-
+    # (n_numbers, table_lanes) complex: ``Modes.packed`` of each lane, or of the one structure in
+    # all of them
     modes: NDArray
+    # (n_classes, n_levels) int: Where the coefficients of a class of windows at a level begin in
+    # ``table``
     offsets: NDArray
-    table: NDArray
-    built: NDArray
+    table: NDArray  # lanes innermost: The coefficients
+    built: NDArray  # (n_classes, n_levels) int: Whether they have been filled in
 
     @classmethod
     def empty(cls, module: ModuleType, modes: Sequence[Modes], grid: Grid) -> Tables:
@@ -92,32 +84,15 @@ def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
 
 @dataclass
 class Sensing:
-    """What a controller is given, and when.
+    """What a controller is given, and when."""
 
-    Attributes
-    ----------
-    measure : (n_outputs, 2 n_modes + n_elements + n_directions, lanes) array
-        Output rows.
-    noise : (n_measurements, n_outputs, lanes) array, or empty
-        Noise on each measurement.
-    n_measurements : int
-        Measurements that will be taken.
-    decided : (n_decisions,) array
-        Instants of the decisions, s.
-    measured_for : (n_decisions,) int array
-        The measurement that each decision is based on.
-    function : int
-        Address of a compiled controller; 0 where decisions are made outside.
-    settings, memory : (lanes, n) array
-        Of a compiled controller.
-    """
-
-    measure: NDArray
-    noise: NDArray
-    n_measurements: int
-    decided: NDArray
-    measured_for: NDArray
-    function: int
+    measure: NDArray  # (n_outputs, 2 n_modes + n_elements + n_directions, lanes): Output rows
+    noise: NDArray  # (n_measurements, n_outputs, lanes), or empty: Noise on each measurement
+    n_measurements: int  # Measurements that will be taken
+    decided: NDArray  # (n_decisions,): Instants of the decisions, s
+    measured_for: NDArray  # (n_decisions,) int: The measurement that each decision is based on
+    function: int  # Address of a compiled controller; 0 where decisions are made outside
+    # settings, memory: (lanes, n): Of a compiled controller
     settings: NDArray
     memory: NDArray
 
@@ -131,51 +106,28 @@ class Sensing:
 
 @dataclass
 class Workspace:
-    """State, inputs and results of one block of lanes.
+    """State, inputs and results of one block of lanes."""
 
-    Parameters
-    ----------
-    module : module
-        Compiled kernel.
-    tables : Tables
-        Coefficients; shared by consecutive runs of one structure on one grid.
-    elements : Elements
-        The plants' elements.
-    grid : Grid
-        Grid points, windows and events.
-    ground : (n_points, n_directions, lanes) array
-        Ground acceleration at the grid points, m/s^2.
-    driver : (n_channels, 5, lanes) array
-        Lag (s), slew (A/s), lowest current, highest current and step (A) of each coil.
-    initial_current : (n_channels, lanes) array
-        Coil currents at the start, A.
-    chosen : (n_commands, lanes, n_channels) array
-        Commands, A; a controller writes them as it goes.
-    sensing : Sensing
-        What is measured, when it is decided on, and by what compiled code.
-    tolerance : float
-        Wanted relative accuracy of the response.
-    clamp : bool
-        Whether a command outside the driver's limits is clamped and counted, or ends the run.
-    record_steps : bool
-        Whether every step's forces and states at the nodes are kept (one lane only); otherwise the
-        forces alone, of steps shorter than a grid interval.
-    buffers : dict of str to array, optional
-        Memory to use again; what an earlier workspace left in it is overwritten.
-    """
-
-    module: ModuleType
-    tables: Tables
-    elements: Elements
-    grid: Grid
+    module: ModuleType  # Compiled kernel
+    tables: Tables  # Coefficients; shared by consecutive runs of one structure on one grid
+    elements: Elements  # The plants' elements
+    grid: Grid  # Grid points, windows and events
+    # (n_points, n_directions, lanes): Ground acceleration at the grid points, m/s^2
     ground: NDArray
+    # (n_channels, 5, lanes): Lag (s), slew (A/s), lowest current, highest current and step (A) of
+    # each coil
     driver: NDArray
-    initial_current: NDArray
+    initial_current: NDArray  # (n_channels, lanes): Coil currents at the start, A
+    # (n_commands, lanes, n_channels): Commands, A; a controller writes them as it goes
     chosen: NDArray
-    sensing: Sensing
-    tolerance: float
+    sensing: Sensing  # What is measured, when it is decided on, and by what compiled code
+    tolerance: float  # Wanted relative accuracy of the response
+    # Whether a command outside the driver's limits is clamped and counted, or ends the run
     clamp: bool
+    # Whether every step's forces and states at the nodes are kept (one lane only); otherwise the
+    # forces alone, of steps shorter than a grid interval
     record_steps: bool
+    # Memory to use again; what an earlier workspace left in it is overwritten
     buffers: dict[str, NDArray] | None = None
     measured: NDArray = field(init=False)
     z: NDArray = field(init=False)

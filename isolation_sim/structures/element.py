@@ -6,20 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..laws.device import Device
 from .checks import numbers
 
 
-def check_device(device: Device, name: str) -> None:
-    """Refuse anything that is not a device."""
-    if not isinstance(device, Device):
-        raise InputError(
-            f"element {name!r} needs a Device, a law with its numbers, as law() returns; "
-            f"got {type(device).__name__}"
-        )
-
-
+@checked
 @dataclass(frozen=True, eq=False)
 class Element:
     """Nonlinear element: a device along a direction of the structure.
@@ -55,7 +49,6 @@ class Element:
     follows: str = ""
 
     def __post_init__(self) -> None:
-        check_device(self.device, self.name)
         if self.channel is None and self.device.depends_on_current:
             raise InputError(
                 f"element {self.name!r} depends on the coil current but has no channel: "

@@ -9,6 +9,9 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from .checks import matrix, numbers
@@ -19,18 +22,19 @@ _OPTIONAL = ("influence", "base")
 _GEOMETRY = {"storey_heights_m": "heights", "isolator_positions_m": "isolator_positions"}
 
 
+@checked
 def from_matrices(
-    mass: Any,
-    damping: Any,
-    stiffness: Any,
-    influence: Any = None,
+    mass: ArrayLike,
+    damping: ArrayLike,
+    stiffness: ArrayLike,
+    influence: ArrayLike | None = None,
     base: int | Sequence[int] = 0,
     names: Sequence[str] | None = None,
-    drift_rows: Any = None,
+    drift_rows: ArrayLike | None = None,
     storeys: Sequence[str] | None = None,
     directions: Sequence[str] | None = None,
-    heights: Any = None,
-    isolator_positions: Any = None,
+    heights: ArrayLike | None = None,
+    isolator_positions: ArrayLike | None = None,
     name: str = "structure",
 ) -> Structure:
     """Structure from matrices that include the base, in coordinates relative to the ground.
@@ -73,10 +77,7 @@ def from_matrices(
     InputError
         If shapes disagree, a number is not finite, or the mass is not positive definite.
     """
-    try:
-        n = len(mass)
-    except TypeError:
-        raise InputError("mass must be a square matrix in kg") from None
+    n = _size(mass)
     bases = tuple(int(i) for i in numbers("base", base).ravel())
     if names is None:
         alone = bases == (0,)
@@ -92,37 +93,43 @@ def from_matrices(
     if drift_rows is None:
         drift_rows, default_storeys = _neighbour_drifts(n, bases)
     else:
+        drift_rows = numbers("drift_rows", drift_rows)
         default_storeys = [f"storey{i + 1}" for i in range(len(drift_rows))]
     return Structure(
-        mass=mass,
-        damping=damping,
-        stiffness=stiffness,
+        mass=numbers("mass", mass),
+        damping=numbers("damping", damping),
+        stiffness=numbers("stiffness", stiffness),
         influence=influence,
         base=bases,
         names=tuple(names),
         drift_rows=drift_rows,
         storeys=tuple(default_storeys if storeys is None else storeys),
         directions=tuple(directions),
-        heights=heights,
-        isolator_positions=isolator_positions,
+        heights=None if heights is None else numbers("heights", heights),
+        isolator_positions=(
+            None
+            if isolator_positions is None
+            else numbers("isolator_positions", isolator_positions)
+        ),
         name=name,
     )
 
 
+@checked
 def from_fixed_base(
-    mass: Any,
-    damping: Any,
-    stiffness: Any,
-    base_mass: Any,
-    rigid_motion: Any = None,
+    mass: ArrayLike,
+    damping: ArrayLike,
+    stiffness: ArrayLike,
+    base_mass: ArrayLike,
+    rigid_motion: ArrayLike | None = None,
     shaken: Sequence[int] | None = None,
     *,
     names: Sequence[str] | None = None,
-    drift_rows: Any = None,
+    drift_rows: ArrayLike | None = None,
     storeys: Sequence[str] | None = None,
     directions: Sequence[str] | None = None,
-    heights: Any = None,
-    isolator_positions: Any = None,
+    heights: ArrayLike | None = None,
+    isolator_positions: ArrayLike | None = None,
     name: str = "structure",
 ) -> Structure:
     """Structure from the matrices of its superstructure on a held base, put on a rigid base.
@@ -160,10 +167,7 @@ def from_fixed_base(
     base_mass = np.atleast_2d(numbers("base_mass", base_mass))
     m = len(base_mass)
     base_mass = matrix("base_mass", base_mass, (m, m))
-    try:
-        n = len(mass)
-    except TypeError:
-        raise InputError("mass must be a square matrix in kg") from None
+    n = _size(mass)
     rigid_motion = np.ones((n, 1)) if rigid_motion is None else rigid_motion
     rigid = matrix("rigid_motion", rigid_motion, (n, m))
     relative = np.hstack([-rigid, np.eye(n)])
@@ -184,21 +188,26 @@ def from_fixed_base(
         drift_rows=drift_rows,
         storeys=storeys,
         directions=directions,
-        heights=heights,
-        isolator_positions=isolator_positions,
+        heights=None if heights is None else numbers("heights", heights),
+        isolator_positions=(
+            None
+            if isolator_positions is None
+            else numbers("isolator_positions", isolator_positions)
+        ),
         name=name,
     )
 
 
+@checked
 def read_matrices(
     path: str | Path,
     *,
     names: Sequence[str] | None = None,
-    drift_rows: Any = None,
+    drift_rows: ArrayLike | None = None,
     storeys: Sequence[str] | None = None,
     directions: Sequence[str] | None = None,
-    heights: Any = None,
-    isolator_positions: Any = None,
+    heights: ArrayLike | None = None,
+    isolator_positions: ArrayLike | None = None,
     name: str | None = None,
 ) -> Structure:
     """Structure from a NumPy ``.npz`` file.
@@ -260,6 +269,14 @@ def _read_npz(path: Path) -> dict[str, np.ndarray]:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError, TypeError, AttributeError, EOFError, BadZipFile):
         raise InputError(f"{path}: not a NumPy .npz file of plain number arrays") from None
+
+
+def _size(mass: ArrayLike) -> int:
+    """Number of dofs of a mass matrix."""
+    shape = numbers("mass", mass).shape
+    if not shape:
+        raise InputError("mass must be a square matrix in kg")
+    return shape[0]
 
 
 def _neighbour_drifts(n: int, base: tuple[int, ...]) -> tuple[np.ndarray, list[str]]:

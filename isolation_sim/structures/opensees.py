@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from .matrices import from_matrices
 from .structure import Structure
@@ -22,6 +24,7 @@ MASSLESS = 1e-9
 """Share of the largest mass below which a degree of freedom counts as massless."""
 
 
+@checked
 def from_opensees(
     base: int,
     floors: Sequence[int] | None = None,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from .checks import matrix, positive_numbers
@@ -14,6 +16,7 @@ from .shear_building import modal_damping
 from .structure import Structure
 
 
+@checked
 def plan_building(
     masses: Sequence[float],
     stiffnesses_x: Sequence[float],
@@ -21,7 +24,7 @@ def plan_building(
     *,
     base_mass: float,
     plan: tuple[float, float],
-    isolator_positions: Any = None,
+    isolator_positions: ArrayLike | None = None,
     eccentricity: tuple[float, float] = (0.0, 0.0),
     damping_ratio: float = 0.02,
     heights: Sequence[float] | None = None,

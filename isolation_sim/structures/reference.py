@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..laws.device import Device
 from ..laws.registry import law
 from .shear_building import shear_building
@@ -52,6 +54,7 @@ def reference_building() -> Structure:
     )
 
 
+@checked
 def reference_isolators(device: Device | None = None) -> Device:
     """Scale a laboratory device to the reference building.
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from .checks import positive_numbers
 from .matrices import from_fixed_base
@@ -16,6 +18,7 @@ from .structure import Structure
 _DAMPING = ("rayleigh", "modal")
 
 
+@checked
 def shear_building(
     masses: Sequence[float],
     stiffnesses: Sequence[float],

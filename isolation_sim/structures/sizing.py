@@ -28,20 +28,13 @@ _MOST_REFINED = 50
 
 
 class ModalFacts(NamedTuple):
-    """Modes of an isolated structure for small vibrations about rest.
+    """Modes of an isolated structure for small vibrations about rest."""
 
-    Attributes
-    ----------
-    periods : (n_modes,) array
-        s, decreasing.
-    damping_ratios : (n_modes,) array
-        Of critical damping: c_k / (2 omega_k), with c_k the diagonal of the modal damping matrix.
-    shapes : (n, n_modes) array
-        Undamped mode shapes as columns with unit modal mass, 1/sqrt(kg).
-    """
-
-    periods: NDArray
+    periods: NDArray  # (n_modes,): s, decreasing
+    # (n_modes,): Of critical damping: c_k / (2 omega_k), with c_k the diagonal of the modal damping
+    # matrix
     damping_ratios: NDArray
+    # (n, n_modes): Undamped mode shapes as columns with unit modal mass, 1/sqrt(kg)
     shapes: NDArray
 
 

@@ -6,12 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from .element import Element
 from .structure import IsolatedStructure
 from .vertical_load import dof_heights
 
 
+@checked
 @dataclass(frozen=True)
 class Cones:
     """Springs, dashpots and trapped mass of a rigid disk on a homogeneous half-space.
@@ -34,6 +37,7 @@ class Cones:
     trapped_inertia: float
 
 
+@checked
 def cones(radius: float, shear_wave_velocity: float, density: float, poisson: float) -> Cones:
     """Cone model of a disk foundation.
 
@@ -93,6 +97,7 @@ def cones(radius: float, shear_wave_velocity: float, density: float, poisson: fl
     )
 
 
+@checked
 def on_soil(
     isolated: IsolatedStructure,
     soil: Cones,

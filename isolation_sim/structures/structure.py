@@ -9,17 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
 from .checks import check_matrices, matrix, read_only
-from .element import Element, check_device
+from .element import Element
 from .modes import undamped_modes
 from .sizing import ModalFacts, facts, modal_facts, sized, with_damping
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Structure:
     """Linear structure M q'' + C q' + K q = -M r a_g, with q relative to the ground.
@@ -292,6 +295,7 @@ class Structure:
             raise InputError("direction of an element is zero: it would never deform")
         return row
 
+    @checked
     def on(
         self,
         device: Device,
@@ -340,7 +344,6 @@ class Structure:
             If the device is not one, a number cannot be used or reached, or the structure has no
             base; with ``biaxial`` also if it has not two directions.
         """
-        check_device(device, "isolator")
         if not self.base:
             raise InputError(f"{self.name} has no base to put on isolators")
         if target_period_s is not None:
@@ -388,6 +391,7 @@ class Structure:
             isolated = isolated.with_biaxial(share, rows, channel, name, change)
         return isolated
 
+    @checked
     def with_element(
         self,
         device: Device,
@@ -425,6 +429,7 @@ def _no_force() -> Device:
     return Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class IsolatedStructure:
     """Structure with nonlinear elements: M q'' + C q' + K q = -M r a_g - sum b_i F_i.
@@ -600,6 +605,7 @@ class IsolatedStructure:
                 return element
         raise unknown_name("element", name, self.element_names)
 
+    @checked
     def with_element(
         self,
         device: Device,
@@ -680,6 +686,7 @@ class IsolatedStructure:
             elements.append(Element(_no_force(), row, None, f"{name}_load", first.name))
         return replace(self, elements=tuple(elements))
 
+    @checked
     def modes(self, currents: float | Sequence[float] = 0.0) -> ModalFacts:
         """Modes for small vibrations about rest.
 
@@ -702,6 +709,7 @@ class IsolatedStructure:
         """
         return modal_facts(self, currents)
 
+    @checked
     def periods(self, currents: float | Sequence[float] = 0.0) -> np.ndarray:
         """Periods for small vibrations about rest; see `modes`.
 

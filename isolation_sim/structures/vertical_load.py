@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from ground_motions import STANDARD_GRAVITY
+from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from .structure import Structure
 
 
+@checked
 def with_p_delta(structure: Structure, height: float) -> Structure:
     """Put the weight on isolators that lean: a negative stiffness W / h below the base.
 
@@ -63,6 +65,7 @@ def dof_heights(structure: Structure) -> np.ndarray:
     return np.nan_to_num(result)
 
 
+@checked
 def overturning_rows(structure: Structure) -> np.ndarray:
     """Rows that turn displacements into the change of each isolator's vertical load.
 

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..laws import law
 from .structure import IsolatedStructure, Structure
@@ -29,6 +31,7 @@ def storey_stiffnesses(structure: Structure) -> np.ndarray:
     return result
 
 
+@checked
 def yielding_storeys(
     isolated: IsolatedStructure,
     yield_shear: float | Sequence[float],

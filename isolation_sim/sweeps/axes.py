@@ -44,18 +44,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Axis:
-    """Points along one or several quantities that are varied together.
+    """Points along one or several quantities that are varied together."""
 
-    Attributes
-    ----------
-    quantities : tuple of Quantity
-        What is varied.
-    points : sequence of sequence
-        A value a quantity at each point.
-    """
-
-    quantities: tuple[Quantity, ...]
-    points: Sequence[Sequence[Any]] | NDArray
+    quantities: tuple[Quantity, ...]  # What is varied
+    points: Sequence[Sequence[Any]] | NDArray  # A value a quantity at each point
 
     def __len__(self) -> int:
         return len(self.points)
@@ -157,6 +149,11 @@ def problem_of(sampled: Sequence[Vary]) -> dict[str, Any]:
 def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
     """Draw a sample."""
     _few_enough(sample.count, f"sample.count {sample.count}")
+    if sample.method in ("sobol", "saltelli") and sample.count & (sample.count - 1):
+        raise InputError(
+            f"sample.count is {sample.count}; expected with {sample.method}: a power of 2, such "
+            f"as {1 << sample.count.bit_length()}"
+        )
     problem = problem_of(sampled)
     low, high = np.array(problem["bounds"]).T
     if sample.method in ("saltelli", "morris"):
@@ -165,11 +162,6 @@ def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
         from scipy.stats import qmc
 
         kind = qmc.LatinHypercube if sample.method == "latin_hypercube" else qmc.Sobol
-        if sample.method == "sobol" and sample.count & (sample.count - 1):
-            raise InputError(
-                f"sample.count is {sample.count}; expected with sobol: a power of 2, such as "
-                f"{1 << sample.count.bit_length()}"
-            )
         unit = kind(len(sampled), seed=sample.seed).random(sample.count)
         points = low + unit * (high - low)
     for column, each in zip(points.T, sampled, strict=True):
@@ -189,11 +181,6 @@ def _salib_sample(sample: Sample, problem: dict[str, Any]) -> NDArray:
         ) from None
     if sample.method == "morris":
         return morris.sample(problem, sample.count, seed=sample.seed)
-    if sample.count & (sample.count - 1):
-        raise InputError(
-            f"sample.count is {sample.count}; expected with saltelli: a power of 2, such as "
-            f"{1 << sample.count.bit_length()}"
-        )
     return sobol.sample(problem, sample.count, calc_second_order=False, seed=sample.seed)
 
 

@@ -23,33 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Cases to run, with all that this takes.
+    """Cases to run, with all that this takes."""
 
-    Attributes
-    ----------
-    number : int
-        Place in the plan.
-    base : dict
-        Data of the scenario that every case starts from.
-    controllers : tuple of str
-        Labels of the scenario's controllers.
-    cases : tuple of CaseSpec
-        The cases.
-    parameters : dict of str to type
-        Columns of the varied quantities.
-    energy : bool
-        Whether every run's energy ledger is wanted.
-    histories : bool or frozenset of int
-        Whether histories are wanted, or of which cases.
-    """
-
-    number: int
-    base: dict[str, Any]
-    controllers: tuple[str, ...]
-    cases: tuple[CaseSpec, ...]
-    parameters: dict[str, type]
-    energy: bool = False
-    histories: bool | frozenset[int] = False
+    number: int  # Place in the plan
+    base: dict[str, Any]  # Data of the scenario that every case starts from
+    controllers: tuple[str, ...]  # Labels of the scenario's controllers
+    cases: tuple[CaseSpec, ...]  # The cases
+    parameters: dict[str, type]  # Columns of the varied quantities
+    energy: bool = False  # Whether every run's energy ledger is wanted
+    histories: bool | frozenset[int] = False  # Whether histories are wanted, or of which cases
 
     def __str__(self) -> str:
         return f"cases {self.cases[0].number} to {self.cases[-1].number}"
@@ -65,33 +47,20 @@ class Chunk:
 
 @dataclass
 class Finished:
-    """What came of a chunk.
+    """What came of a chunk."""
 
-    Attributes
-    ----------
-    number : int
-        Place of the chunk in the plan.
-    table : bytes
-        Content of a file of columns, one row per run.
-    n_runs, n_failed : int
-        How many there are, and how many of them failed.
-    histories : dict of str to bytes
-        netCDF by file name.
-    """
-
-    number: int
-    table: bytes
+    number: int  # Place of the chunk in the plan
+    table: bytes  # Content of a file of columns, one row per run
+    # n_runs, n_failed: How many there are, and how many of them failed
     n_runs: int
     n_failed: int
-    histories: dict[str, bytes] = field(default_factory=dict)
+    histories: dict[str, bytes] = field(default_factory=dict)  # netCDF by file name
 
 
 def run_chunk(chunk: Chunk) -> Finished:
-    """Run a chunk.
-
-    A row does not depend on the others, so that neither the size of chunks nor their order
-    matters, to the last bit.
-    """
+    """Run a chunk."""
+    # A row does not depend on the others, so that neither the size of chunks nor their order
+    # matters, to the last bit.
     cache: dict[tuple[str, ...], Any] = {}
     rows = [row for case in chunk.cases for row in _rows(chunk, case, cache)]
     histories: dict[str, bytes] = {}

@@ -29,24 +29,12 @@ from .plan import SweepPlan
 
 @dataclass(frozen=True)
 class CaseSpec:
-    """One case: a scenario's changes; it is run under every controller.
+    """One case: a scenario's changes; it is run under every controller."""
 
-    Attributes
-    ----------
-    number : int
-        Place in the plan, from 0.
-    shown : dict of str to object
-        Varied quantities for the table, by label.
-    changes : tuple of Change
-        What is done to the scenario's data.
-    seed : int or None
-        Of noise and random ground motion; None for those of the scenario.
-    """
-
-    number: int
-    shown: dict[str, Any]
-    changes: tuple[Change, ...]
-    seed: int | None = None
+    number: int  # Place in the plan, from 0
+    shown: dict[str, Any]  # Varied quantities for the table, by label
+    changes: tuple[Change, ...]  # What is done to the scenario's data
+    seed: int | None = None  # Of noise and random ground motion; None for those of the scenario
 
     def data(self, base: dict[str, Any]) -> dict[str, Any]:
         """Return the case's scenario, as data."""
@@ -55,42 +43,22 @@ class CaseSpec:
 
 
 class Design:
-    """All cases of a plan.
+    """All cases of a plan."""
 
-    Parameters
-    ----------
-    plan : SweepPlan
-        The plan.
-    source : str
-        Its file, for errors.
-
-    Attributes
-    ----------
-    plan : SweepPlan
-        The plan.
-    base : dict
-        Data of the scenario that every case starts from, all keys given.
-    axes : list of Axis
-        What is varied; the last one varies fastest.
-    controllers : tuple of str
-        Labels of the controllers.
-
-    Raises
-    ------
-    InputError
-        If a field is unknown, or a value cannot be used whatever the others are.
-    """
+    # source: Its file, for errors.
 
     def __init__(self, plan: SweepPlan, source: str = ""):
         self.plan = plan
-        self.axes: list[Axis] = []
+        self.axes: list[Axis] = []  # What is varied; the last one varies fastest
         try:
+            # Data of the scenario that every case starts from, all keys given
             self.base = plan.scenario.model_dump(mode="json")
             for each in plan.vary:
                 if each.fields == ("controller",):
                     self.base["controller"] = each.values
             scenario = validated(self.base)
             self.base = scenario.model_dump(mode="json")
+            # Labels of the controllers
             self.controllers = tuple(entry.shown for entry in scenario.controller)
             self.axes = axes_of(plan)
             if self.n_cases > MOST_CASES:

@@ -25,21 +25,12 @@ Step = str | int
 
 @dataclass(frozen=True)
 class Change:
-    """What a case does to one field.
+    """What a case does to one field."""
 
-    Attributes
-    ----------
-    field : str
-        Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant.
-    value : object
-        The field's value, or what its value is multiplied by.
-    factor : bool
-        Whether the value multiplies what the scenario has.
-    """
-
+    # Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant
     field: str
-    value: Any
-    factor: bool = False
+    value: Any  # The field's value, or what its value is multiplied by
+    factor: bool = False  # Whether the value multiplies what the scenario has
 
     def new(self, old: Any) -> Any:
         """Return the field's new value."""
@@ -109,21 +100,21 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
     if isinstance(value, list):
         if not isinstance(step, int):
             if not value:
-                raise InputError(f"field {_told(place)}: the scenario has none")
+                raise InputError(f"field {_dotted(place)}: the scenario has none")
             return [_put(each, steps, new, place) for each in value]
         if step >= len(value):
             raise InputError(
-                f"field {_told((*place, step))}: the scenario has {len(value)}, counted from 0"
+                f"field {_dotted((*place, step))}: the scenario has {len(value)}, counted from 0"
             )
         return [
             _put(each, rest, new, (*place, k)) if k == step else each
             for k, each in enumerate(value)
         ]
     if not isinstance(value, dict) or isinstance(step, int):
-        raise InputError(f"field {_told((*place, step))}: {_told(place)} has no such part")
+        raise InputError(f"field {_dotted((*place, step))}: {_dotted(place)} has no such part")
     inner = _opened(value, step, place)
     if step not in inner:
-        raise unknown_name("field", _told((*place, step)), (_told((*place, k)) for k in inner))
+        raise unknown_name("field", _dotted((*place, step)), (_dotted((*place, k)) for k in inner))
     put = {**inner, step: _put(inner[step], rest, new, (*place, step))}
     if "settings" in value and step not in ("name", "label"):
         return {**value, "settings": {k: put[k] for k in {**value["settings"], step: None}}}
@@ -160,7 +151,7 @@ def _published(device: dict[str, Any], place: tuple) -> dict[str, Any]:
     name, chosen = device["law"], device["parameters"]
     if name is None or (chosen is not None and chosen != available_sets(name)[0]):
         raise InputError(
-            f"field {_told((*place, 'parameters'))}: a number of the set {chosen!r} cannot be "
+            f"field {_dotted((*place, 'parameters'))}: a number of the set {chosen!r} cannot be "
             "changed alone; expected: a scenario that gives the law and its numbers"
         )
     current = law(name, chosen).current
@@ -183,6 +174,6 @@ def _times(field: str, old: Any, factor: Any) -> Any:
     return old * factor
 
 
-def _told(place: tuple) -> str:
+def _dotted(place: tuple) -> str:
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place)
     return text.lstrip(".")

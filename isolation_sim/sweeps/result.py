@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError, unknown_name
 from ..io.atomic_write import atomic_write
 from ..rendering import Printed, render
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 _ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED)
 
 
+@checked
 class Sweep(Printed):
     """Results of a sweep.
 
@@ -119,6 +122,7 @@ class Sweep(Printed):
             return []
         return beyond_tests(*(self.table[name].to_numpy() for name in OVER_TESTED))
 
+    @checked
     def best(
         self, criterion: str = "peak_floor_acceleration_m_s2", count: int = 5
     ) -> pandas.DataFrame:
@@ -151,6 +155,7 @@ class Sweep(Printed):
         )
         return good.head(count)
 
+    @checked
     def sensitivity(
         self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
     ) -> pandas.DataFrame:
@@ -182,6 +187,7 @@ class Sweep(Printed):
         values = self.table.loc[self.table["controller"] == label, criterion].to_numpy()
         return indices(self.plan, values, str(self.folder), label)
 
+    @checked
     def history(self, case: int, controller: str | None = None) -> xarray.Dataset:
         """Return a run's histories, where the plan keeps them.
 
@@ -206,6 +212,7 @@ class Sweep(Printed):
 
         return read_run(self._store.histories / history_name(case, self.one_controller(controller)))
 
+    @checked
     def to_csv(self, path: str | Path) -> Path:
         """Write the table as CSV.
 
@@ -223,6 +230,7 @@ class Sweep(Printed):
             self.table.to_csv(unfinished, index=False)
         return Path(path)
 
+    @checked
     def to_html(self, path: str | Path, criterion: str = "peak_floor_acceleration_m_s2") -> Path:
         """Write a report that opens in any browser, in which the reader chooses the runs.
 
@@ -245,6 +253,7 @@ class Sweep(Printed):
         """
         return render("html.sweep_report:sweep_report", self, criterion).write(path)
 
+    @checked
     def plot_comparison(self, criteria: Sequence[str] | None = None) -> Figure:
         """Draw all criteria of all controllers side by side, medians and spreads over the cases.
 
@@ -259,6 +268,7 @@ class Sweep(Printed):
         """
         return render("sweep_figures:comparison", self, criteria)
 
+    @checked
     def plot_map(
         self,
         x: str | None = None,
@@ -286,6 +296,7 @@ class Sweep(Printed):
         """
         return render("sweep_figures:heat_map", self, x, y, criterion)
 
+    @checked
     def plot_sensitivity(
         self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
     ) -> Figure:
@@ -304,6 +315,7 @@ class Sweep(Printed):
         """
         return render("sweep_figures:sensitivity", self, criterion, controller)
 
+    @checked
     def plot(self, criteria: Sequence[str] | None = None) -> Figure:
         """Draw the controllers side by side; the same as `plot_comparison`.
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from functools import cache
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..comparison import UNCONTROLLED
-from ..criteria import GEOMETRIC, Response, benchmark_criteria, response_criteria
+from ..criteria import GEOMETRIC, QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
 from ..simulation.tested_range import OVER_TESTED
@@ -26,41 +25,24 @@ _TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
 
 @dataclass
 class Row:
-    """One run of a chunk, as it comes to be known.
+    """One run of a chunk, as it comes to be known."""
 
-    Attributes
-    ----------
-    case : CaseSpec
-        The case.
-    controller : str
-        Label of the controller.
-    job : Job or None
-        The case made ready; None where it cannot be.
-    control : Controller or None
-        The controller, a fresh one.
-    criteria, energy : dict of str to float
-        What came of it, SI units.
-    clamped : int
-        Commands that were clamped.
-    deformation_over_tested, current_over_tested : float
-        Peaks over those of the tests behind the laws; 0 where there are none.
-    status : {"ok", "diverged", "refused", "error"}
-        Refused is input that cannot be used, a current outside the limits for one.
-    reason : str
-        Why there is no result.
-    """
-
-    case: CaseSpec
-    controller: str
-    job: Job | None = None
-    control: Control | None = None
+    case: CaseSpec  # The case
+    controller: str  # Label of the controller
+    job: Job | None = None  # The case made ready; None where it cannot be
+    control: Control | None = None  # The controller, a fresh one
+    # criteria, energy: What came of it, SI units
     criteria: dict[str, float] = field(default_factory=dict)
     energy: dict[str, float] = field(default_factory=dict)
-    clamped: int = 0
+    clamped: int = 0  # Commands that were clamped
+    # deformation_over_tested, current_over_tested: Peaks over those of the tests behind the laws; 0
+    # where there are none
     deformation_over_tested: float = np.nan
     current_over_tested: float = np.nan
+    # {"ok", "diverged", "refused", "error"}: Refused is input that cannot be used, a current
+    # outside the limits for one
     status: str = "ok"
-    reason: str = ""
+    reason: str = ""  # Why there is no result
 
     def fail(self, error: Exception) -> None:
         """Record why there is no result."""
@@ -69,13 +51,9 @@ class Row:
         self.reason = str(error) if known else f"{type(error).__name__}: {error}"
 
 
-@cache
 def criteria_names() -> tuple[str, ...]:
     """Names of a run's criteria, without ratios."""
-    nothing = np.zeros((2, 2))
-    per_item = (each.name for each in fields(Response))
-    still = Response(**{name: nothing for name in per_item} | {"time": np.arange(2.0)})
-    return tuple(response_criteria(still))
+    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in QUANTITIES.values())
 
 
 def geometric_names() -> tuple[str, ...]:

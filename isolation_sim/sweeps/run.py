@@ -10,6 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ground_motions.argument_types import checked
+
 from ..errors import InputError
 from ..io.output_place import check_writable, free_space
 from ..io.results_folder import file_name
@@ -79,6 +81,7 @@ def estimate(design: Design) -> Estimate:
     return Estimate(n, design.n_runs, seconds * n, size * n, max(1, int(most)))
 
 
+@checked
 def sweep(
     plan: SweepPlan | dict[str, Any] | str | Path,
     out: str | Path | None = None,
@@ -125,8 +128,6 @@ def sweep(
         plan = SweepPlan.read(plan)
     elif isinstance(plan, dict):
         plan = SweepPlan.from_dict(plan)
-    if not isinstance(plan, SweepPlan):
-        raise InputError(f"plan is {plan!r}; expected: a SweepPlan, a dict, or its file's path")
     return run_design(
         Design(plan, source), default_folder(plan) if out is None else out, resume=resume,
         workers=workers, scheduler=scheduler, announce=announce, progress=progress,

@@ -33,16 +33,11 @@ _LEFT_OVER = ".unfinished"
 
 
 class Store:
-    """A sweep's folder.
-
-    Parameters
-    ----------
-    folder : str or pathlib.Path
-        ``manifest.json``, ``chunks/`` while the sweep runs, ``table.npz`` at its end, and
-        ``histories/`` where they are kept.
-    """
+    """A sweep's folder."""
 
     def __init__(self, folder: str | Path):
+        # ``manifest.json``, ``chunks/`` while the sweep runs, ``table.npz`` at its end, and
+        # ``histories/`` where they are kept
         self.folder = Path(folder)
         self.manifest = self.folder / "manifest.json"
         self.table = self.folder / "table.npz"
@@ -59,7 +54,7 @@ class Store:
             raise InputError(f"{self.folder}: a file; expected: a new folder")
         there = self.folder.iterdir() if self.folder.exists() else ()
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
-            remedy = ", or --resume to go on with the sweep there" if self.exists() else ""
+            remedy = ", --overwrite, or --resume to go on there" if self.exists() else ""
             raise InputError(
                 f"{self.folder}: holds something already; expected: a new folder{remedy}"
             )
@@ -126,10 +121,8 @@ class Store:
             yield
 
     def finished(self) -> set[int]:
-        """Numbers of the chunks that are there and whole; what is not whole is removed.
-
-        So is a chunk in which a run ended in an error: the next one may have what it lacked.
-        """
+        """Numbers of the chunks that are there and whole; what is not whole is removed."""
+        # So is a chunk in which a run ended in an error: the next one may have what it lacked.
         numbers = set()
         self.chunks.mkdir(exist_ok=True)
         for path in sorted(self.chunks.iterdir()):

@@ -26,18 +26,10 @@ _ACCEPTED = f"{MIXTURE}, {MIXTURE}:COUNT, {SCENARIO}, a folder of ground motions
 
 @dataclass(frozen=True)
 class MotionSet:
-    """Ground motions under one name.
+    """Ground motions under one name."""
 
-    Attributes
-    ----------
-    name : str
-        Where they come from.
-    records : tuple of tuple of Record
-        One record a direction, motion by motion.
-    """
-
-    name: str
-    records: tuple[tuple[Record, ...], ...]
+    name: str  # Where they come from
+    records: tuple[tuple[Record, ...], ...]  # One record a direction, motion by motion
 
     @property
     def names(self) -> list[str]:

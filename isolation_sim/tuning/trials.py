@@ -30,34 +30,18 @@ neighbours, a quarter of the step apart."""
 
 
 class Trials:
-    """Runs under one set of motions, and how they are scored.
+    """Runs under one set of motions, and how they are scored."""
 
-    A run's score is the weighted sum of its criteria, each over its value without current, minus
-    the least such sum of any constant current under the same motion.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Plant and options.
-    motions : MotionSet
-        Ground motions.
-    criteria : mapping of str to float
-        Weights by criterion.
-    workers : int or None
-        Threads for compiled decisions, processes for those in plain Python; as many as there are
-        processors by default.
-
-    Raises
-    ------
-    InputError
-        If there is no such criterion, it has no value without current, or no element is driven.
-    """
+    # A run's score is the weighted sum of its criteria, each over its value without current, minus
+    # the least such sum of any constant current under the same motion.
 
     def __init__(
         self,
-        scenario: Scenario,
-        motions: MotionSet,
-        criteria: Mapping[str, float],
+        scenario: Scenario,  # Plant and options
+        motions: MotionSet,  # Ground motions
+        criteria: Mapping[str, float],  # Weights by criterion
+        # Threads for compiled decisions, processes for those in plain Python; as many as there are
+        # processors by default
         workers: int | None = None,
     ):
         self.motions, self.criteria = motions, criteria

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.argument_types import checked
 from ground_motions.registry import code_files
 
 from ..errors import InputError, unknown_name
@@ -28,6 +29,7 @@ _PROFILE = 7
 """Values of a setting, over its whole range, that its sensitivity is drawn from."""
 
 
+@checked
 def tune(
     name: str,
     scenario: Scenario | str | Path | None = None,

@@ -23,26 +23,13 @@ _STATE = "tuning.json"
 
 @dataclass(frozen=True)
 class Judgement:
-    """Scores under one set of motions, one number per motion.
+    """Scores under one set of motions, one number per motion."""
 
-    Attributes
-    ----------
-    name : str
-        Of the set.
-    motions : list of str
-        Names of its motions.
-    current : list of float, A
-        Best constant current of each.
-    constant : list of float
-        Weighted sum of criteria under it, each over that without current.
-    before, after : list of float
-        That sum minus the best constant current's, before and after the tuning.
-    """
-
-    name: str
-    motions: list[str]
-    current: list[float]
-    constant: list[float]
+    name: str  # Of the set
+    motions: list[str]  # Names of its motions
+    current: list[float]  # Best constant current of each, A
+    constant: list[float]  # Weighted sum of criteria under it, each over that without current
+    # before, after: That sum minus the best constant current's, before and after the tuning
     before: list[float]
     after: list[float]
 
@@ -107,8 +94,8 @@ class Tuning(Printed):
         if not self.best.settings:
             first = "No candidate did better than the controller as it was."
         else:
-            first = f"Tuned on the {self.judged[0].name}, in {len(self.trials)} trials."
-        return [first, *map(_told, self.judged)]
+            first = f"Tuned on {self.judged[0].name}, in {len(self.trials)} trials."
+        return [first, *map(_sentences, self.judged)]
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()
@@ -295,13 +282,13 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
                 )
         return Tuning(stored.content, stored.trials)
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
-        remedy = ", or --resume to go on with the tuning there" if there.exists() else ""
+        remedy = ", --overwrite, or --resume to go on there" if there.exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     new.save_state(folder)
     return new
 
 
-def _told(evaluated: Judgement) -> str:
+def _sentences(evaluated: Judgement) -> str:
     """What one set of motions says, in one or two sentences."""
     before, after, gain = evaluated.means.values()
     if after.high < 0:

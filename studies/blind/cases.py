@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .campaign import BlindCampaign, make_campaign
+from .campaign import BlindCampaign, make_campaign, true_form_error
 from .devices import BASES, Device, perturbed
 from .effect import FORMS
 from .motion import motions
@@ -144,6 +144,10 @@ class Case:
             displacement_noise=self.noise,
             **self.settings,
         )
+
+    def true_form_error(self, campaign: BlindCampaign) -> float:
+        """Held-out error of the true device with the true effects."""
+        return true_form_error(campaign, self.device, self.hidden)
 
 
 def forms_of(effect: str, base: str) -> list[str]:

@@ -30,7 +30,9 @@ _CANONICAL = {alias: name for name, aliases in _ALIASES.items() for alias in ali
 _MEASURABLE = {
     ("force_offset", "same_everywhere"): "N",
     ("inertia_force", "plate"): "kg",
+    ("inertia_force", "on_a_mount"): "kg",
     ("sensor_delay", "late_channel"): "s",
+    ("sensor_delay", "shifted"): "s",
 }
 
 
@@ -94,6 +96,11 @@ def all_named(result: Scored) -> bool:
     return set(result.truth.effects) <= set(named(result.diagnosis))
 
 
+def exact_set(result: Scored) -> bool:
+    """Whether the causes are the hidden effects, and nothing beside them."""
+    return set(result.truth.effects) == set(named(result.diagnosis))
+
+
 def false_alarm(result: Scored) -> bool:
     """Whether something is said to be wrong."""
     return answer(result.diagnosis) != NOTHING
@@ -143,7 +150,9 @@ def rates(results: Sequence[Scored]) -> dict[str, Rate]:
 
     return {
         "single named first": rate(["single"], named_first),
+        "single named, nothing beside it": rate(["single"], exact_set),
         "pair both named": rate(["pair"], all_named),
+        "pair named, nothing beside it": rate(["pair"], exact_set),
         "triple all named": rate(["triple"], all_named),
         "false alarm on clean data": rate(["clean"], false_alarm),
         "outside not blamed on the catalogue": rate(["outside"], noticed_not_blamed),

@@ -48,7 +48,9 @@ def test_rates_by_kind():
     found = {name: (rate.hits, rate.cases) for name, rate in rates(results).items()}
     assert found == {
         "single named first": (1, 3),
+        "single named, nothing beside it": (0, 3),
         "pair both named": (1, 2),
+        "pair named, nothing beside it": (1, 2),
         "triple all named": (0, 1),
         "false alarm on clean data": (1, 2),
         "outside not blamed on the catalogue": (0, 0),

@@ -7,8 +7,10 @@ import pytest
 
 from controllers import controller
 from controllers.compiled import collect
+from controllers.device_model import DeviceModel
 from controllers.fuzzy import Fuzzy
 from isolation_sim.errors import InputError
+from isolation_sim.laws import LAWS, law
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver
 
@@ -84,3 +86,21 @@ def test_runs_that_differ_in_the_ground_motion_share_a_design(isolated, record):
     assert one.designs == 3 and np.array_equal(weak, expected)
     peaks(learning)
     assert learning.designs >= len(motions)
+
+
+@pytest.mark.parametrize("name", [name for name in LAWS if LAWS[name].sets])
+def test_forces_and_rates_of_a_decision_are_those_of_the_device(name):
+    """The text, in plain Python, against the law itself."""
+    device, rng = law(name).scaled(length=10, force=3000), np.random.default_rng(7)
+    model, size, n = DeviceModel([device]), 0.02, len(device.law.states)
+    low, high = device.current_range
+    for _ in range(5):
+        x, v, current = *rng.uniform(-size, size, 2), rng.uniform(max(low, 0.0), min(high, 3.0))
+        states, rates = 0.1 * rng.uniform(-size, size, n), np.zeros(n)
+        one = np.ones(1)
+        force = model.combined_force(current, (one, x * one, v * one, states, model.numbers))
+        own = device.force(x, v, states.tolist(), current)
+        assert force == pytest.approx(own, rel=1e-12, abs=1e-9)
+        model.state_rates(0, x, v, states, current, model.numbers, rates)
+        expected = device.rates(x, v, states.tolist(), current)
+        np.testing.assert_allclose(rates, expected, rtol=1e-12, atol=1e-12)

@@ -120,7 +120,8 @@ def check(device, motion, wanted, low, high, oracle):
     size, miss = oracle.size, abs(found.force - wanted)
     roots, near = oracle.crossings(wanted)
     assert low <= found.current <= high
-    assert found.force == device.force(*motion, found.current)
+    # the map's text has the device's operations in another order
+    assert abs(found.force - device.force(*motion, found.current)) <= 1e-14 * size
     assert found.saturated == (miss > 1e-9 * size)
     assert miss <= min(abs(oracle.force(c) - wanted) for c in near) + 1e-9 * size
     roots = [c for c in roots if abs(oracle.force(c) - wanted) <= 1e-9 * size]

@@ -141,11 +141,14 @@ def test_bad_tables_are_refused(settings, message):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "columns are missing"),
+        ("", "current.csv: given an empty file"),
         ("time_s,current_mA\n0,1\n", "columns are time_s, current_mA; expected: time_s and"),
         ("time_s,current_A\n", "no rows"),
-        ("time_s,current_A\n0,1\n1,x\n", "line 3: '1,x'; expected: finite numbers"),
-        ("time_s,current_A\n0,1\n1\n", "line 3: '1'"),
+        (
+            "time_s,current_A\n0,1\n1,x\n",
+            "line 3, column current_A: given 'x'; expected: a finite number",
+        ),
+        ("time_s,current_A\n0,1\n1\n", "line 3: 1 cells; expected: 2"),
         ("time_s,current_A\n1,1\n", "first instant is 1 s"),
     ],
 )

@@ -7,9 +7,10 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
+from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.tiers.regression import Regression, conditions
-from isolation_sim.discrepancy.tiers.terms import Number, Term, along
+from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.measured_runs import measured_runs
@@ -53,7 +54,7 @@ def test_the_equation_is_the_true_one(diagnosis, campaign):
     assert coefficient.value == pytest.approx(SQUEEZE, rel=0.02)
     data = measured_runs(campaign.runs)
     columns = np.stack([data.x, data.v, data.x**2 * data.v], axis=1)[data.fitted]
-    weights = np.repeat(1 / data.believed_noise, data.lengths)[data.fitted, np.newaxis]
+    weights = np.repeat(1 / data.assumed_noise, data.lengths)[data.fitted, np.newaxis]
     deviation = np.sqrt(np.linalg.inv((weights * columns).T @ (weights * columns))[2, 2])
     assert coefficient.high - coefficient.low == pytest.approx(2 * 1.96 * deviation, rel=0.5)
 
@@ -93,9 +94,23 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert run.energy.closure_error < 1e-6
 
 
+def test_a_saved_result_holds_the_law_and_nothing_else_that_runs(diagnosis, tmp_path, monkeypatch):
+    diagnosis.save(tmp_path / "out")
+    monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path / "cache_of_another_machine"))
+    loaded = iso.load(tmp_path / "out").extended
+    assert loaded.law is not diagnosis.extended.law
+    at = 0.004, 0.1, (), 0.0
+    assert loaded.force(*at) == diagnosis.extended.force(*at)
+    text = text_of(diagnosis.extended.law) or text_of(loaded.law)
+    assert "x**2" in text
+    for line in ("import os", "open('x')", "np.save('x', 1)", "().__class__", "LAWS['x']()"):
+        with pytest.raises(InputError, match=f"line {text.count(chr(10)) + 1}"):
+            law_of_saved(text + line)
+
+
 def test_a_learned_term_follows_what_no_equation_may(campaign):
     """A learned law is a law as well, whose force stays bounded beyond the tests."""
-    from isolation_sim.discrepancy.tiers.law_file import Network, law_of, law_text
+    from isolation_sim.discrepancy.tiers.law_file import Network, law_text
 
     rows = np.array([[0.3, 50.0, 2.0], [-0.2, 10.0, 5.0]])
     network = Network((), (("x", 0.01), ("v", 0.1)), rows, np.array([[40.0, -15.0]]))
@@ -120,6 +135,22 @@ def test_a_friction_state_is_the_closed_form(campaign):
     rising = slice(run.start, run.start + int(0.25 / 0.5 / STEP))
     expected = 2e-3 * (1 - np.exp(-data.x[rising] / 2e-3))
     np.testing.assert_allclose(value[rising], expected, atol=1e-5)
+
+
+def test_acceleration_is_taken_over_a_short_time(campaign):
+    """In a steady cycle it is late, and smaller, as behind any lag of first order."""
+    data = measured_runs(campaign.runs)
+    terms = [term for term in library(data) if term.state_unit == "m/s"]
+    assert [term.unit for term in terms] == ["N s^2/m", "N s^4/m^2", "N s^4/m^2"]
+    omega, lag = 2 * np.pi * 1.6, terms[0].numbers[0].value
+    run = data.runs[1]
+    time = STEP * np.arange(N)
+    exact = -4e-3 * omega**2 * np.imag(np.exp(1j * omega * time) / (1 + 1j * omega * lag))
+    late = slice(N // 2, None)
+    a, square, signed = (along(term, data)[run][late] for term in terms)
+    np.testing.assert_allclose(a, exact[late], atol=0.01 * np.max(np.abs(exact)))
+    np.testing.assert_allclose(square, a**2)
+    np.testing.assert_allclose(signed, a * np.abs(a))
 
 
 def test_left_out_errors_are_those_of_least_squares():
@@ -164,7 +195,7 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
 
 def test_a_term_shares_no_name_with_the_law():
     """The law ``strain_stiffening`` has a parameter c1 of its own."""
-    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_of, law_text
+    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 
     squeeze = Chosen(Term("x^2 v", "x**2 * v", "N s/m^3"), (0,))
     base = LAWS["strain_stiffening"]

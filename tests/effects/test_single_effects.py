@@ -71,6 +71,15 @@ def test_play_of_the_field():
     np.testing.assert_allclose(offset[falling], 0.1, atol=0.5 * 3.2 * 2e-3)
 
 
+def test_a_play_starts_where_a_current_from_zero_has_dragged_it():
+    t = np.linspace(0, 1, 101)
+    for form, kept in (("play", 0.8), ("settled", 1.0)):
+        numbers = {"share": 0.5, "coercive": 0.2}
+        device = spring((f"magnetic_remanence.{form}", numbers), k=(0.0, 1e4))
+        force, _ = respond(device, t, 0.001 + 0 * t, 0 * t, 1.0 + 0 * t)
+        np.testing.assert_allclose(force, 10 * (1.0 + kept) / 2)
+
+
 def test_remanence_after_the_largest_current():
     device = spring(("magnetic_remanence.largest", {"share": 0.3}), k=(0.0, 1e4))
     t = np.linspace(0, 1, 401)

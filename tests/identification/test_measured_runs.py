@@ -58,7 +58,7 @@ def test_runs_count_alike_where_the_law_is_wrong(runs):
 
 def test_noise_keeps_its_mean_square_when_a_misfit_is_added(runs):
     data = measured_runs(runs)
-    noise = np.repeat(data.believed_noise, data.lengths)
+    noise = np.repeat(data.assumed_noise, data.lengths)
     assert noise / np.repeat(data.sigma, data.lengths) == pytest.approx(1.0)
     weighed = data.weigh(data.force + 50.0)
     assert np.mean((noise * weighed.weight) ** 2) == pytest.approx(1.0)

@@ -10,6 +10,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 import isolation_sim as iso
@@ -17,6 +18,7 @@ from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops
+from isolation_sim.reports.names import as_written
 from isolation_sim.reports.style import (
     DOUBLE_COLUMN,
     contour_lines,
@@ -127,11 +129,17 @@ def test_two_directions_without_coils(passive_biaxial):
         figures.currents(passive_biaxial)
 
 
+class Given(SimpleNamespace):
+    """What the figures need of a run."""
+
+    __class__ = iso.Run
+
+
 def test_a_structure_without_elements(ground):
     isolated = IsolatedStructure(iso.reference_building().fixed_base(), ())
     names, n = output_names(isolated), len(ground)
     values = np.sin(np.arange(n))[:, None] * np.arange(1, len(names) + 1)
-    run = SimpleNamespace(
+    run = Given(
         isolated=isolated,
         records=(ground,),
         time=ground.time,
@@ -177,7 +185,7 @@ def test_panels_of_one_figure_share_their_axes(runs):
     axes = figures.loops(runs).axes
     assert len({panel.get_xlim() for panel in axes}) == 1
     assert len({panel.get_ylim() for panel in axes}) == 1
-    assert [panel.get_title() for panel in axes] == list(runs)
+    assert [panel.get_title() for panel in axes] == [*map(as_written, runs)]
 
 
 def test_the_stack_of_energies_ends_at_what_was_supplied(runs):
@@ -229,7 +237,7 @@ def test_no_value_of_a_contour_is_cut_off():
 def test_runs_without_names(runs):
     run = runs["on_off"]
     labels = [axes.get_title() for axes in figures.loops([run, run]).axes]
-    assert labels == ["on_off", "on_off 2"]
+    assert labels == ["on off", "on off 2"]
 
 
 def test_refusals(runs):
@@ -274,7 +282,7 @@ def test_saved_files(runs, tmp_path):
 
 
 def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
-    class Broken:
+    class Broken(Figure):
         def savefig(self, path, **options):
             path.write_text("half")
             raise RuntimeError("broken")

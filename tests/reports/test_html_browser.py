@@ -5,6 +5,7 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.reports.html import charts
 from isolation_sim.reports.html.page import Cell, Chart, Page, Row, Section, Table
+from isolation_sim.reports.names import as_written
 
 LINKED_CSS = ".plot[data-link='time']"
 LINKED = "[...document.querySelectorAll(\".plot[data-link='time']\")]"
@@ -78,12 +79,12 @@ def test_loops_follow_each_other_and_the_legend_hides_a_run_everywhere(report, o
     assert all(shown == [0, 8] for shown in ranges(page))
     visible = (
         "[...document.querySelectorAll('.plot')].flatMap((plot) => plot._fullData)"
-        ".filter((trace) => trace.meta === 'on_off' && trace.visible === true).length"
+        ".filter((trace) => trace.meta === 'on off' && trace.visible === true).length"
     )
     before = page.evaluate(visible)
-    page.get_by_label("on_off").and_(page.locator("[type=checkbox]")).uncheck()
+    page.get_by_label("on off").and_(page.locator("[type=checkbox]")).uncheck()
     until(page, f"{visible} === 0")
-    page.get_by_label("on_off").and_(page.locator("[type=checkbox]")).check()
+    page.get_by_label("on off").and_(page.locator("[type=checkbox]")).check()
     until(page, f"{visible} === {before}")
     assert before == 7  # trade-off, base, roof, current, loop, acceleration, drift
 
@@ -120,8 +121,8 @@ def test_the_animation_tells_what_the_run_did_and_plays(report, opened, until, r
     page.keyboard.press("End")
     assert page.locator(".controls output").inner_text() == "8.0 s"
     assert page.locator(".slider input").get_attribute("aria-valuetext") == "8.0 s"
-    page.locator("[data-side=left] select").select_option("on_off")
-    page.locator("[data-side=right] select").select_option("on_off")
+    page.locator("[data-side=left] select").select_option("on off")
+    page.locator("[data-side=right] select").select_option("on off")
     assert picture(page) == picture(page, "right")
 
 
@@ -244,7 +245,7 @@ def test_the_points_of_the_trade_off_are_the_runs_criteria(report, opened, runs)
         "document.querySelector('.plot').data.map(({meta, x, y}) => [meta, x[0], y[0]])"
     )
     assert found == [
-        [name, pytest.approx(1e3 * run.criteria["peak_base_displacement_m"]),
+        [as_written(name), pytest.approx(1e3 * run.criteria["peak_base_displacement_m"]),
          pytest.approx(run.criteria["peak_floor_acceleration_m_s2"])]
         for name, run in runs.items()
     ]  # fmt: skip
@@ -282,8 +283,8 @@ def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, opened, runs):
     rows = list(csv.reader(io.StringIO(waited.value.path().read_text())))
     assert rows[0] == ["line", "Time (s)", "mm"]
     for name, run in runs.items():
-        values = [float(y) for line, _, y in rows[1:] if line == name]
-        times = [float(x) for line, x, _ in rows[1:] if line == name]
+        values = [float(y) for line, _, y in rows[1:] if line == as_written(name)]
+        times = [float(x) for line, x, _ in rows[1:] if line == as_written(name)]
         assert max(map(abs, values)) == pytest.approx(
             1e3 * abs(run.output("base_displacement_m")).max(), rel=1e-6
         )
@@ -312,5 +313,5 @@ def test_hover_texts_have_units_and_few_digits(report, opened):
     page = opened(report)
     texts = page.evaluate(f"{LINKED}.map((plot) => plot.data[0].hovertemplate)")
     assert texts[0] == "%{x:.4g} s, %{y:.4g} m/s²<extra>ground</extra>"
-    assert texts[1] == "%{x:.4g} s, %{y:.4g} mm<extra>passive_off</extra>"
+    assert texts[1] == "%{x:.4g} s, %{y:.4g} mm<extra>passive off</extra>"
     assert all(".4g" in text for text in texts)

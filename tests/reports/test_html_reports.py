@@ -8,6 +8,7 @@ from ground_motions import Record
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.reports.html.run_report import criteria_table, run_report
+from isolation_sim.reports.names import as_written
 
 MOST = 6_000_000
 
@@ -20,17 +21,17 @@ def comparison(runs):
 def test_time_histories_are_the_runs_own(comparison, runs, figures, unpacked):
     drawn = figures(run_report(comparison).html())
     base = drawn["Base displacement relative to the ground (mm)"]["data"]
-    assert [trace["name"] for trace in base] == list(runs)
+    assert [trace["name"] for trace in base] == [*map(as_written, runs)]
     for trace, run in zip(base, runs.values(), strict=True):
         expected = 1e3 * run.output("base_displacement_m")
         np.testing.assert_allclose(unpacked(trace["y"]), expected, rtol=1e-6)
         assert trace["dx"] == pytest.approx(run.records[0].dt)
     current = {t["name"]: unpacked(t["y"]) for t in drawn["Coil current (A)"]["data"]}
-    assert set(current["on_off"]) == {0.0, 3.0}
+    assert set(current["on off"]) == {0.0, 3.0}
 
 
 def test_loops_carry_the_current(comparison, runs, figures, unpacked):
-    trace = figures(run_report(comparison).html())["on_off, isolator"]["data"][0]
+    trace = figures(run_report(comparison).html())["on off, isolator"]["data"][0]
     assert set(unpacked(trace["marker"]["color"])) == {0.0, 3.0}
     force = unpacked(trace["y"])
     assert np.abs(force).max() == pytest.approx(
@@ -41,7 +42,9 @@ def test_loops_carry_the_current(comparison, runs, figures, unpacked):
 def test_energies_stack_up_to_what_was_supplied(comparison, runs, figures, unpacked):
     drawn = figures(run_report(comparison).html())
     for name in runs:
-        ledger = next(figure for title, figure in drawn.items() if title.startswith(f"{name} (cl"))
+        ledger = next(
+            figure for title, figure in drawn.items() if title.startswith(f"{as_written(name)} (cl")
+        )
         *stack, _, supplied = (unpacked(trace["y"]) for trace in ledger["data"])
         np.testing.assert_allclose(sum(stack), supplied, atol=1e-5 * supplied.max())
 

@@ -96,7 +96,7 @@ def test_controllers_that_print_alike_are_equally_good(swept):
         table.loc[on, name] = table.loc[off, name].to_numpy() * (1 + 1e-9)
     vars(equal)["table"] = table
     page = sweep_report(equal, FLOOR)
-    assert "is that of passive_off and on_off in case" in page.sections[0].blocks[0].paragraphs[1]
+    assert "is that of passive off and on off in case" in page.sections[0].blocks[0].paragraphs[1]
     rows = page.sections[1].blocks[0].rows
     marks = {row.label: [cell.mark for cell in row.cells] for row in rows}
     # nothing to choose where all print alike; J6 is 1 for every isolated building
@@ -146,10 +146,10 @@ def test_the_report_is_operated(swept, opened, until, tmp_path, cut_off):
     # a map is of one controller, the best run's if the reader does not choose
     title = page.locator(".explorer figcaption").last
     assert title.inner_text().endswith(f"over scale and isolators, {ordered['controller'].iloc[0]}")
-    page.locator(".explorer [data-field='0']").select_option("on_off")
-    assert title.inner_text().endswith("over scale and isolators, on_off")
+    page.locator(".explorer [data-field='0']").select_option("on off")
+    assert title.inner_text().endswith("over scale and isolators, on off")
     assert page.locator(".explorer output").inner_text() == "4 of 8 runs"
-    assert set(table.locator("td:nth-child(2)").all_inner_texts()) == {"on_off"}
+    assert set(table.locator("td:nth-child(2)").all_inner_texts()) == {"on off"}
     points = "[...document.querySelectorAll('.explorer .plot')][1].data.map((t) => t.x.length)"
     until(page, f"JSON.stringify({points}) === '[0,4]'")
     page.locator(".explorer [data-field='1']").select_option("0.5")
@@ -169,7 +169,7 @@ def test_the_report_is_operated(swept, opened, until, tmp_path, cut_off):
     np.testing.assert_allclose(drawn[1], expected, rtol=1e-6)
 
     failed = page.locator("section#failed-runs")
-    failed.locator("select").first.select_option("passive_off")
+    failed.locator("select").first.select_option("passive off")
     assert failed.locator("tbody tr:visible").count() == 2
 
 

@@ -123,14 +123,17 @@ def test_an_unheld_superstructure_has_no_fixed_base_modes():
         (lambda b: b.with_element(law("hybrid"), "base"), "no channel"),
         (lambda b: b.with_element(SPRING, "base", channel=-1), "channel -1"),
         (lambda b: b.with_element(law("hybrid"), "base", channel=1), "without gaps"),
-        (lambda b: b.with_element(SPRING, "base", channel="a"), "channel 'a'"),
+        (lambda b: b.with_element(SPRING, "base", channel="a"), "channel is 'a'"),
         (lambda b: b.on(SPRING).with_element(SPRING, "base", name="isolator"), "share a name"),
         (lambda b: b.on(SPRING, count=0), "force"),
         (lambda b: b.on(SPRING).element("isolater"), "did you mean 'isolator'"),
         (lambda b: b.on(SPRING).current_range(), "drives no element"),
-        (lambda b: IsolatedStructure(b, (Element(LAW, np.ones(6)),)), "needs a Device"),
-        (lambda b: Element(SPRING, "base"), "must be numbers"),
-        (lambda b: b.on(LAW), "needs a Device"),
+        (
+            lambda b: IsolatedStructure(b, (Element(LAW, np.ones(6)),)),
+            "a Device, such as law",
+        ),
+        (lambda b: Element(SPRING, "base"), "expected: an array of numbers"),
+        (lambda b: b.on(LAW), "a Device, such as law"),
     ],
 )
 def test_refuses(make, message):

@@ -179,7 +179,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
     command = ("suite", folder / "three.toml", "--out", suite.folder, "--resume")
     code, out, _ = run(capsys, *command)
     assert code == 0
-    for text in ("passive_off: 4 motions of 3 records", "governs", "a H2", "84 %",
+    for text in ("passive off: 4 motions of 3 records", "governs", "a H2", "84 %",
                  "the maximum is the response to design for"):  # fmt: skip
         assert text in " ".join(out.split())
     code, out, _ = run(capsys, *command, "--json")

@@ -7,8 +7,10 @@ import time
 
 import pytest
 
+import isolation_sim as iso
 from isolation_sim import workers
 from isolation_sim.errors import InputError
+from isolation_sim.laws import LAWS
 from isolation_sim.sweeps import run
 from isolation_sim.sweeps.run import chunk_of, sweep
 
@@ -122,6 +124,38 @@ def test_a_cluster_survives_a_worker_killed_in_mid_run(tmp_path, cluster, monkey
     assert tables[0] == tables[1]
     with pytest.raises(ProcessLookupError):
         _until_gone(pid)
+
+
+OWN = """
+from dataclasses import replace
+from isolation_sim.laws.linear import LAW as LINEAR
+LAW = replace(LINEAR, name="my_spring")
+"""
+
+
+def test_a_cluster_runs_a_law_of_one_s_own(tmp_path, cluster, monkeypatch):
+    """By its file; a module that the workers cannot import is told; so is a registered name."""
+    (tmp_path / "mine.py").write_text(OWN)
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "only_here.py").write_text(OWN)
+    monkeypatch.syspath_prepend(str(tmp_path / "here"))
+
+    def swept(law, folder):
+        isolator = {"law": law, "parameters": {"k": 3e6}, "length_scale": 1.0, "force_scale": 1.0}
+        plan = plan_of(scenario={"ground": {"name": "el_centro_1940_ns", "stop_s": 2.0},
+                                 "isolator": isolator})  # fmt: skip
+        return sweep(plan, tmp_path / folder, scheduler=cluster.scheduler_address)
+
+    assert set(swept(f"{tmp_path / 'mine.py'}:LAW", "file").table["status"]) == {"ok"}
+    (refused,) = swept("only_here:LAW", "module").table["reason"]
+    assert refused == (
+        "isolator: law 'only_here:LAW' cannot be loaded: ModuleNotFoundError: No module named "
+        "'only_here'"
+    )
+    iso.register("law", LAWS[f"{tmp_path / 'mine.py'}:LAW"], replace=True)
+    with pytest.raises(InputError, match="law 'my_spring' was registered in this process"):
+        swept("my_spring", "registered")
+    LAWS._given.clear()
 
 
 def _until_gone(pid):

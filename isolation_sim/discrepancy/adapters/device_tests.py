@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
@@ -34,6 +34,7 @@ from ..decisions import (
     SIGNIFICANT,
     TO_BLAME,
     TO_BLAME_FITTED,
+    WELL_EXPLAINED,
     WORSE,
 )
 from ..device.conditions import conditions
@@ -56,11 +57,10 @@ PARAMETERS = "parameter_values"
 
 
 class DeviceTests(Problem[FittedModel]):
-    """A campaign against a law, with given parameter values or with fitted ones.
+    """A campaign against a law, with given parameter values or with fitted ones."""
 
-    The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
-    them and judged on the samples held out.
-    """
+    # The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
+    # them and judged on the samples held out.
 
     def __init__(
         self,
@@ -146,9 +146,7 @@ class DeviceTests(Problem[FittedModel]):
         """Search for effects, then fit them to all samples."""
         result = search(self.space, base)
         self.progress("fitting all samples")
-        # effects that do not hold on held-out data are dropped, the last one found first
-        earlier = (one.base for one in reversed(result.rounds))
-        for best in dict.fromkeys((self._needed(result.best), *earlier)):
+        for best in self._proposals(result):
             self._extend(best)
             if not best.effects or self._holds():
                 break
@@ -163,6 +161,20 @@ class DeviceTests(Problem[FittedModel]):
             best = self.space.without(best, least)
             self._extend(best)
         return replace(result, best=best)
+
+    def _proposals(self, result: Found[FittedModel]) -> Iterator[FittedModel]:
+        """Models to ask whether they hold on held-out data, until one does.
+
+        Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
+        Otherwise the last one found is dropped first.
+        """
+        best = self._needed(result.best)
+        yield best
+        last = result.rounds[-1] if result.rounds else None
+        if last is not None and last.taken is None and best is last.base and best.effects:
+            if self._left(self.data.fitted) < WELL_EXPLAINED:
+                yield from self.space.second_best(best, last.tried)
+        yield from (one.base for one in reversed(result.rounds) if one.base is not best)
 
     def _needed(self, best: FittedModel) -> FittedModel:
         """Drop effects that most fits from other runs do not ask for."""
@@ -187,20 +199,17 @@ class DeviceTests(Problem[FittedModel]):
             self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
-        """Whether the effects help on fitted and on held-out runs, and make none of these worse.
-
-        An effect that helps on the fitted runs alone, or only where the law diverges, is no cause.
-        """
+        """Whether the effects help on fitted and on held-out runs, and make none of these worse."""
+        # An effect that helps on the fitted runs alone, or only where the law diverges, is no
+        # cause.
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             return False
         return not self._loses()
 
     def _loses(self) -> bool:
-        """Whether the law that was judged is better on held-out runs.
-
-        On a single run far better; on all of them, or on those of one condition, beyond a
-        negligible share of the force and beyond noise.
-        """
+        """Whether the law that was judged is better on held-out runs."""
+        # On a single run far better; on all of them, or on those of one condition, beyond a
+        # negligible share of the force and beyond noise.
         data = self.data
         for run in data.runs:
             if not data.fitted[run].all():
@@ -214,7 +223,7 @@ class DeviceTests(Problem[FittedModel]):
         held_out = ~data.fitted[data.starts[:-1]]
         if not held_out.any():
             return False
-        noise = np.repeat(data.believed_noise, data.lengths)
+        noise = np.repeat(data.assumed_noise, data.lengths)
         residual = self.before - data.force
         change = self.after - self.before
         shared = (runs & held_out for _, runs in conditions(data))
@@ -289,7 +298,7 @@ class DeviceTests(Problem[FittedModel]):
         """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
         data = self.data
         noise = np.mean(self.noise**2, axis=1)[chosen]
-        least = (np.repeat(data.believed_noise, data.lengths) * data.weight)[chosen] ** 2
+        least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
         if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
             return True
         error = data.relative(data.bounded(force) - data.force, chosen)

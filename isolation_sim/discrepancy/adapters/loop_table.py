@@ -26,11 +26,10 @@ from ..search import Found, Round, search
 
 
 class LoopTableTests(Problem[FittedLoops]):
-    """A loop table against a law, with given parameter values or with fitted ones.
+    """A loop table against a law, with given parameter values or with fitted ones."""
 
-    Errors are the RMS of the relative errors of stiffness and damping. Held-out errors are of the
-    rows that the table holds out; without any, of rows or groups of rows left out in turn.
-    """
+    # Errors are the RMS of the relative errors of stiffness and damping. Held-out errors are of the
+    # rows that the table holds out; without any, of rows or groups of rows left out in turn.
 
     def __init__(
         self,

@@ -34,12 +34,11 @@ from .segment import Segment, cell_means
 
 
 class CauseSearch:
-    """The search space of building records; see ``search.SearchSpace``.
+    """The search space of building records; see ``search.SearchSpace``."""
 
-    ``comparison`` holds the noise as it is seen with the causes taken so far in the model,
-    ``before`` the nominal model under that noise, and ``rivals`` the models that the data do not
-    tell from each cause when it was taken, by its label.
-    """
+    # ``comparison`` holds the noise as it is seen with the causes taken so far in the model,
+    # ``before`` the nominal model under that noise, and ``rivals`` the models that the data do not
+    # tell from each cause when it was taken, by its label.
 
     def __init__(
         self,

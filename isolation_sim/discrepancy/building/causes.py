@@ -20,59 +20,33 @@ TYPICAL_PERIOD = 2.0
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of a cause.
+    """A number of a cause."""
 
-    Attributes
-    ----------
-    name, unit : str
-        As reported, SI.
-    lower, upper : float
-        Bounds, in ``unit``.
-    logarithmic : bool
-        Whether only its order of magnitude is known beforehand; its logarithm is fitted.
-    factor : float
-        Reported number over the fitted one; for what is fitted in a device's own scale.
-    """
-
+    # name, unit: As reported, SI
     name: str
     unit: str
+    # lower, upper: Bounds, in ``unit``
     lower: float = -np.inf
     upper: float = np.inf
+    # Whether only its order of magnitude is known beforehand; its logarithm is fitted
     logarithmic: bool = False
+    # Reported number over the fitted one; for what is fitted in a device's own scale
     factor: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A cause that may be put into a building's model.
+    """A cause that may be put into a building's model."""
 
-    Attributes
-    ----------
-    name : str
-        In the catalogue.
-    place : str
-        Which storey or channel; empty where there is only one.
-    parameters : tuple of Parameter
-        What is fitted.
-    starts : tuple of tuple of float
-        Values from which fits start.
-    apply : callable
-        ``apply(model, values)`` -> BuildingModel with the cause.
-    says : str
-        What it is, for the evidence; its values' names in braces.
-    form : str
-        Which way of writing the cause.
-    numbers : dict of str to float
-        Fixed numbers to report beside the fitted ones: the storey's.
-    """
-
-    name: str
-    place: str
-    parameters: tuple[Parameter, ...]
-    starts: tuple[Values, ...]
+    name: str  # In the catalogue
+    place: str  # Which storey or channel; empty where there is only one
+    parameters: tuple[Parameter, ...]  # What is fitted
+    starts: tuple[Values, ...]  # Values from which fits start
+    # ``apply(model, values)`` -> BuildingModel with the cause
     apply: Callable[[BuildingModel, Values], BuildingModel]
-    says: str
-    form: str = ""
+    says: str  # What it is, for the evidence; its values' names in braces
+    form: str = ""  # Which way of writing the cause
+    # Fixed numbers to report beside the fitted ones: the storey's
     numbers: tuple[tuple[str, float], ...] = ()
 
     @property

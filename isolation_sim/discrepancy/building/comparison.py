@@ -27,21 +27,13 @@ CauseValues = tuple[tuple[Candidate, Values], ...]
 
 @dataclass(frozen=True, eq=False)
 class FittedBuilding:
-    """How well a model with some causes follows the records.
+    """How well a model with some causes follows the records."""
 
-    Attributes
-    ----------
-    found : tuple of (Candidate, tuple of float)
-        The causes in it.
-    fitted, held_out : tuple of numpy.ndarray
-        Weighted residuals of each part; see ``Segment.whiten``.
-    optimum : Optimum or None
-        Of the fit, in the fit's coordinates; None where nothing was fitted.
-    """
-
-    found: CauseValues
+    found: CauseValues  # tuple of (Candidate, tuple of float): The causes in it
+    # fitted, held_out: Weighted residuals of each part; see ``Segment.whiten``
     fitted: tuple[NDArray, ...]
     held_out: tuple[NDArray, ...]
+    # Of the fit, in the fit's coordinates; None where nothing was fitted
     optimum: Optimum | None = None
 
     @cached_property
@@ -76,11 +68,9 @@ class FittedBuilding:
 
     @cached_property
     def n_independent(self) -> float:
-        """Number of independent residuals.
-
-        A remainder that is no noise sits at few frequencies; what it is spread over counts
-        (its participation number), against that of noise of the same variance.
-        """
+        """Number of independent residuals."""
+        # A remainder that is no noise sits at few frequencies; what it is spread over counts (its
+        # participation number), against that of noise of the same variance.
         power = np.concatenate([(part**2).sum(axis=2).ravel() for part in self.fitted])
         return self.n * float(min(2 * power.mean() ** 2 / np.mean(power**2), 1.0))
 

@@ -31,58 +31,28 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Soil:
-    """Sway or rocking of a foundation on its soil.
+    """Sway or rocking of a foundation on its soil."""
 
-    Attributes
-    ----------
-    stiffness : float, N/m or N m
-    damping : float, N s/m or N m s
-    mass : float, kg or kg m^2
-        Of the foundation and of the soil that moves with it.
-    rocking : bool
-        Whether it turns about its own level, instead of moving sideways.
-    """
-
-    stiffness: float
-    damping: float
-    mass: float
-    rocking: bool = False
+    stiffness: float  # N/m or N m
+    damping: float  # N s/m or N m s
+    mass: float  # kg or kg m^2: Of the foundation and of the soil that moves with it
+    rocking: bool = False  # Whether it turns about its own level, instead of moving sideways
 
 
 @dataclass(frozen=True, eq=False)
 class BuildingModel:
-    """A building on isolators, changed by causes.
+    """A building on isolators, changed by causes."""
 
-    Attributes
-    ----------
-    nominal : IsolatedStructure
-        As the engineer gave it; its first element is the isolation layer.
-    structure : Structure
-        Linear part.
-    effects : mapping of Effect to dict of str to float
-        What stands around the isolators' law, with its parameters in the device's scale.
-    soil : Soil or None
-        None for a rigid soil.
-    delay : float, s
-        Age of the recorded current when the isolators get it.
-    lag : float, s
-        Time constant with which they follow it.
-    slew : float, A/s
-        Fastest change of the current that the supply brings about.
-    supply_limit : float, A
-        Highest current that reaches them.
-    biases : mapping of str to numpy.ndarray
-        Error of a channel as Legendre coefficients over the record's duration, in its unit.
-    """
-
-    nominal: IsolatedStructure
-    structure: Structure
+    nominal: IsolatedStructure  # As the engineer gave it; its first element is the isolation layer
+    structure: Structure  # Linear part
+    # What stands around the isolators' law, with its parameters in the device's scale
     effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
-    soil: Soil | None = None
-    delay: float = 0.0
-    lag: float = 0.0
-    slew: float = np.inf
-    supply_limit: float = np.inf
+    soil: Soil | None = None  # None for a rigid soil
+    delay: float = 0.0  # Age of the recorded current when the isolators get it, s
+    lag: float = 0.0  # Time constant with which they follow it, s
+    slew: float = np.inf  # Fastest change of the current that the supply brings about, A/s
+    supply_limit: float = np.inf  # Highest current that reaches them, A
+    # Error of a channel as Legendre coefficients over the record's duration, in its unit
     biases: Mapping[str, NDArray] = field(default_factory=dict)
 
     @property
@@ -108,10 +78,8 @@ class BuildingModel:
         )
 
     def predict(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
-        """Simulate a record's channels, (n, n_channels); not a number if the model diverges.
-
-        ``ground`` may take the place of the record's ground motion on the same samples, m/s^2.
-        """
+        """Simulate a record's channels, (n, n_channels); not a number if the model diverges."""
+        # ``ground`` may take the place of the record's ground motion on the same samples, m/s^2.
         return self.simulated(record, ground) + self.bias(record)
 
     def simulated(
@@ -160,10 +128,9 @@ class BuildingModel:
 
 
 class RecordedCurrent:
-    """The current of a record, linear between samples, perhaps late.
+    """The current of a record, linear between samples, perhaps late."""
 
-    Held over half a sample's step about each sample and about each middle between two.
-    """
+    # Held over half a sample's step about each sample and about each middle between two.
 
     name = "recorded"
     period: float | None = None

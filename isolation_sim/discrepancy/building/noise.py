@@ -26,38 +26,23 @@ _DRAWS, _SMOOTHING = 32, 4
 
 @dataclass(frozen=True, eq=False)
 class NoiseFloor:
-    """Noise of one record.
+    """Noise of one record."""
 
-    Attributes
-    ----------
-    sensors : numpy.ndarray, shape (n_channels,)
-        Standard deviation of each channel's noise, in its unit.
-    ground : float, m/s^2
-        Standard deviation of the noise of the measured ground motion.
-    total : numpy.ndarray, shape (n_channels,)
-        RMS that both leave in a channel's residual, in its unit.
-    band : float, Hz
-        Highest frequency that is compared.
-    draws : numpy.ndarray, shape (n_draws, n, n_channels)
-        What the ground's noise does to the simulation, simulated.
-    examples : numpy.ndarray, shape (n_draws, n, n_channels)
-        Residuals of noise alone; as far off the weights as the noise's estimate may be.
-    """
-
-    sensors: NDArray
-    ground: float
-    total: NDArray
-    band: float
+    sensors: NDArray  # (n_channels,): Standard deviation of each channel's noise, in its unit
+    ground: float  # Standard deviation of the noise of the measured ground motion, m/s^2
+    total: NDArray  # (n_channels,): RMS that both leave in a channel's residual, in its unit
+    band: float  # Highest frequency that is compared, Hz
+    # (n_draws, n, n_channels): What the ground's noise does to the simulation, simulated
     draws: NDArray
+    # (n_draws, n, n_channels): Residuals of noise alone; as far off the weights as the noise's
+    # estimate may be
     examples: NDArray
 
 
 def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
-    """Upper end of the band in which building and simulation are compared, Hz.
-
-    Half as much again as the highest natural frequency, and at most 0.6 of the Nyquist frequency,
-    so that noise can be seen above it.
-    """
+    """Upper end of the band in which building and simulation are compared, Hz."""
+    # Half as much again as the highest natural frequency, and at most 0.6 of the Nyquist frequency,
+    # so that noise can be seen above it.
     current = 0.0
     if isolated.n_channels:
         low, high = isolated.current_range()
@@ -68,11 +53,9 @@ def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
 
 
 def white_noise(values: NDArray, dt: float, band: float, quantile: float) -> NDArray:
-    """Standard deviation of the white noise in signals (n, n_channels), from above a band (Hz).
-
-    ``quantile`` chooses among windows of half a second: 0.5 for the median, which impacts do not
-    move; less if the signal fills most of the time.
-    """
+    """Standard deviation of the white noise in signals (n, n_channels), from above a band (Hz)."""
+    # ``quantile`` chooses among windows of half a second: 0.5 for the median, which impacts do not
+    # move; less if the signal fills most of the time.
     size = _window_quantile(values, dt, band, quantile)
     return size / _window_quantile(_unit_noise(len(values)), dt, band, quantile)
 
@@ -139,10 +122,8 @@ def _simulated_noise(
 
 
 def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
-    """How much noise of the ground's sensor does to the channels, and in what proportion.
-
-    Variance over that of the channels' own noise, (n_frequencies,), and the unit vector of it.
-    """
+    """How much noise of the ground's sensor does to the channels, and in what proportion."""
+    # Variance over that of the channels' own noise, (n_frequencies,), and the unit vector of it.
     felt = spectra(draws, n) / sensors
     direction = np.linalg.eigh(covariance(felt))[1][:, :, -1]
     # not smoothed: beside a peak it would be too much, and the noise found too little
@@ -151,12 +132,10 @@ def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
 
 
 def _ground_share(residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> float:
-    """Noise of the ground's sensor over the most that it can be, from what channels share.
-
-    Strong shaking is never without fast motion, so that what lies above the band bounds the noise
-    of the ground's sensor but seldom is it. The residual's part along what such noise does to the
-    channels tells more; the median over frequencies leaves out where something else is wrong.
-    """
+    """Noise of the ground's sensor over the most that it can be, from what channels share."""
+    # Strong shaking is never without fast motion, so that what lies above the band bounds the noise
+    # of the ground's sensor but seldom is it. The residual's part along what such noise does to the
+    # channels tells more; the median over frequencies leaves out where something else is wrong.
     strength, direction = felt
     spectrum = spectra(residual[np.newaxis], len(strength))[0] / sensors
     result = np.abs((direction.conj() * spectrum).sum(1)) ** 2
@@ -175,10 +154,8 @@ def _ground_share(residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDAr
 
 
 def spectra(values: NDArray, n_frequencies: int) -> NDArray:
-    """First Fourier coefficients of signals (n_signals, n, n_channels), scaled to white noise.
-
-    Real and imaginary parts have the variance of white noise.
-    """
+    """First Fourier coefficients of signals (n_signals, n, n_channels), scaled to white noise."""
+    # Real and imaginary parts have the variance of white noise.
     n = values.shape[1]
     result = np.fft.rfft(values, axis=1)[:, :n_frequencies] / np.sqrt(n / 2)
     result[:, 0] /= np.sqrt(2)

@@ -34,34 +34,15 @@ _LARGEST = {"acceleration_m_s2": 100.0, "displacement_m": 5.0, "current_A": 1000
 
 @dataclass(frozen=True, eq=False)
 class BuildingRecord:
-    """Samples of one earthquake at a constant step, read-only, in SI.
+    """Samples of one earthquake at a constant step, read-only, in SI."""
 
-    Attributes
-    ----------
-    name : str
-        Name to print; the file's, without its ending.
-    ground : Record
-        Ground acceleration, m/s^2.
-    response : dict of str to numpy.ndarray, shape (n,)
-        Absolute accelerations of base and floors (m/s^2) from below, then the isolator's
-        displacement (m), by their column's name.
-    current : numpy.ndarray or None, shape (n,), A
-        Coil current; None where it was not measured.
-    hold_out : bool
-        Whether the record is held out of the fit, to validate it.
-
-    Raises
-    ------
-    InputError
-        If a channel is missing, unknown or of another length, holds a number that is not finite or
-        too large for its unit, or never changes.
-    """
-
-    name: str
-    ground: Record
+    name: str  # Name to print; the file's, without its ending
+    ground: Record  # Ground acceleration, m/s^2
+    # dict of str to  (n,): Absolute accelerations of base and floors (m/s^2) from below, then the
+    # isolator's displacement (m), by their column's name
     response: dict[str, NDArray]
-    current: NDArray | None = None
-    hold_out: bool = False
+    current: NDArray | None = None  # (n,), A: Coil current; None where it was not measured
+    hold_out: bool = False  # Whether the record is held out of the fit, to validate it
 
     def __post_init__(self) -> None:
         n = len(self.ground.acceleration)

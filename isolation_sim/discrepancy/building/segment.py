@@ -19,27 +19,16 @@ from .record import BuildingRecord
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """Some time of a record with the weights of its residuals.
+    """Some time of a record with the weights of its residuals."""
 
-    Attributes
-    ----------
-    record : BuildingRecord
-        The whole record.
-    samples : slice
-        The time.
-    frequencies : numpy.ndarray, shape (n_frequencies,), Hz
-        The building's band.
-    whitening : numpy.ndarray, shape (n_frequencies, n_channels, n_channels)
-        Turns Fourier coefficients of residuals into uncorrelated ones of unit variance.
-    noise_cells : numpy.ndarray, shape (n_examples, n_cells)
-        Mean square that examples of noise alone leave in each cell, a channel's residual in a
-        band.
-    """
-
-    record: BuildingRecord
-    samples: slice
-    frequencies: NDArray
+    record: BuildingRecord  # The whole record
+    samples: slice  # The time
+    frequencies: NDArray  # (n_frequencies,), Hz: The building's band
+    # (n_frequencies, n_channels, n_channels): Turns Fourier coefficients of residuals into
+    # uncorrelated ones of unit variance
     whitening: NDArray
+    # (n_examples, n_cells): Mean square that examples of noise alone leave in each cell, a
+    # channel's residual in a band
     noise_cells: NDArray
 
     def whiten(self, residual: NDArray) -> NDArray:

@@ -34,11 +34,9 @@ def evaluate(
     motion: tuple[NDArray, NDArray] | None = None,
     current: NDArray | None = None,
 ) -> dict[str, Any]:
-    """Evaluate an effect along runs, under the law's ``force`` (N).
-
-    ``motion`` (m, m/s) and ``current`` (A) may take the place of the measured ones. Returned are,
-    by function, "motion" (2, n_samples), "current", "factor" and "force" (n_samples,).
-    """
+    """Evaluate an effect along runs, under the law's ``force`` (N)."""
+    # ``motion`` (m, m/s) and ``current`` (A) may take the place of the measured ones. Returned are,
+    # by function, "motion" (2, n_samples), "current", "factor" and "force" (n_samples,).
     x, v = (data.x, data.v) if motion is None else motion
     current = data.current if current is None else current
     if not effect.states:
@@ -127,11 +125,9 @@ def _text(effect: Effect) -> str:
 
 
 def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p: tuple) -> list:
-    """States after one step along which the signals are straight lines.
-
-    Verwer's method of two stages with its term for signals that move: a state that is far faster
-    than a step ends where the signals do, as it should.
-    """
+    """States after one step along which the signals are straight lines."""
+    # Verwer's method of two stages with its term for signals that move: a state that is far faster
+    # than a step ends where the signals do, as it should.
     import casadi
 
     rates, states = effect.rates, casadi.vertcat(*z)

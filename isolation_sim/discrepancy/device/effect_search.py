@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -29,33 +29,15 @@ from .screen import fit_directions, noise_gain, refine, refit, screen
 
 @dataclass(eq=False)
 class EffectSearch:
-    """The search space of device tests; see ``search.SearchSpace``.
+    """The search space of device tests; see ``search.SearchSpace``."""
 
-    Attributes
-    ----------
-    base : FittedModel
-        The law alone.
-    effects : sequence of Effect
-        The catalogue.
-    terms : sequence of Effect
-        Generic terms outside the catalogue, each with one coefficient.
-    noise : (n_fitted, n_examples) array
-        Residuals of noise alone, of the fitted samples.
-    pool : concurrent.futures.ThreadPoolExecutor
-        Threads that share out the fits.
-    advance : callable
-        Called after each fit.
-    most_causes : int
-        Number of effects at which the search stops.
-    """
-
-    base: FittedModel
-    effects: Sequence[Effect]
-    terms: Sequence[Effect]
-    noise: NDArray
-    pool: ThreadPoolExecutor
-    advance: Callable[[], None]
-    most_causes: int = MOST_EFFECTS
+    base: FittedModel  # The law alone
+    effects: Sequence[Effect]  # The catalogue
+    terms: Sequence[Effect]  # Generic terms outside the catalogue, each with one coefficient
+    noise: NDArray  # (n_fitted, n_examples): Residuals of noise alone, of the fitted samples
+    pool: ThreadPoolExecutor  # Threads that share out the fits
+    advance: Callable[[], None]  # Called after each fit
+    most_causes: int = MOST_EFFECTS  # Number of effects at which the search stops
     _known: dict[tuple[Effect, ...], tuple[FittedModel, list[FittedModel]]] = field(
         default_factory=dict, init=False
     )
@@ -89,13 +71,30 @@ class EffectSearch:
         best = min(terms or tried, key=self._penalised, default=None)
         return best if best is not None and self._helps(current, best) else None
 
+    def second_best(
+        self, current: FittedModel, tried: Sequence[FittedModel]
+    ) -> Iterator[FittedModel]:
+        """Models with one more cause that is more than noise, though too small to be chosen."""
+        causes: set[str] = set()
+        for one in tried:
+            gain = current.cost - one.cost
+            if one.causes[-1] in causes or one.causes[-1] == OUTSIDE:
+                continue
+            if gain > max(SIGNIFICANT * self.noise_gain(current, one), LEAST_PART * current.cost):
+                causes.add(one.causes[-1])
+                yield one
+            if len(causes) == RIVALS_TRIED:
+                return
+
     def revise(self, taken: FittedModel) -> FittedModel:
-        """Replace effects found early by others that are better now."""
-        model = taken
-        for place in range(len(model.effects) - 1):
-            tried = self.rivals(model, place)[1]
-            if tried and tried[0].cost < model.cost - SIGNIFICANT:
-                model = tried[0]
+        """Replace effects by others that are better now, until none is."""
+        model, place = taken, 0
+        while place < len(model.effects):
+            best = min(self.rivals(model, place)[1], key=self._penalised, default=model)
+            if self._penalised(best) < self._penalised(model) - SIGNIFICANT:
+                model, place = best, 0
+            else:
+                place += 1
         return model
 
     def finish(self, best: FittedModel) -> FittedModel:

@@ -24,24 +24,12 @@ from ..decisions import (
 
 @dataclass(frozen=True, eq=False)
 class Interference:
-    """A periodic disturbance of the measured force.
+    """A periodic disturbance of the measured force."""
 
-    Attributes
-    ----------
-    frequency : float
-        Hz.
-    modulates : bool
-        Whether it multiplies the force or adds to it.
-    force : (n_samples,) array
-        What it does to the measured force, N.
-    size : float
-        RMS over RMS of the measured force.
-    """
-
-    frequency: float
-    modulates: bool
-    force: NDArray
-    size: float
+    frequency: float  # Hz
+    modulates: bool  # Whether it multiplies the force or adds to it
+    force: NDArray  # (n_samples,): What it does to the measured force, N
+    size: float  # RMS over RMS of the measured force
 
 
 def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:

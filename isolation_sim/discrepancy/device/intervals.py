@@ -19,13 +19,11 @@ from .noise_examples import motion_noise
 
 
 def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[str, Interval]]:
-    """95 % intervals of each effect's parameters, fitted together with everything else.
-
-    Noise of the force spreads the numbers, noise of the displacement also shifts them: smoothing
-    takes a part of the motion away, and what is left of the noise looks like motion. The interval
-    lies about what is left after the shift; the value remains the fitted one, which is the best
-    under motion measured like this.
-    """
+    """95 % intervals of each effect's parameters, fitted together with everything else."""
+    # Noise of the force spreads the numbers, noise of the displacement also shifts them: smoothing
+    # takes a part of the motion away, and what is left of the noise looks like motion. The interval
+    # lies about what is left after the shift; the value remains the fitted one, which is the best
+    # under motion measured like this.
     memory = correlation_time(final.residual, _starts_of_fitted(final))
     half = _half_widths(final.residual, final.jacobian, memory)
     if not np.any(final.model.data.displacement_noise > 0):
@@ -47,12 +45,10 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
 
 
 def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
-    """What noise of the displacement alone does to fitted values, by examples.
-
-    The fitted model's own force under the motion takes the place of the measured one; one step of
-    Gauss and Newton fits the model to it under the same motion with noise that passed the same
-    smoothing.
-    """
+    """What noise of the displacement alone does to fitted values, by examples."""
+    # The fitted model's own force under the motion takes the place of the measured one; one step of
+    # Gauss and Newton fits the model to it under the same motion with noise that passed the same
+    # smoothing.
     full, model = final.model.data, final.model
     keep, part = full.places(SEARCHED), full.thinned(SEARCHED)
     clean = replace(model, data=part).forces(final.values, False)[0]

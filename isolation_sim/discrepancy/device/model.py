@@ -87,12 +87,10 @@ class Model(LawModel):
     def forces(
         self, values: NDArray, derivatives: bool, inner: NDArray | None = None
     ) -> tuple[NDArray, NDArray]:
-        """Force of all samples, (n_samples,), N, and its derivatives, (n_samples, n_values).
-
-        Derivatives are exact by the law's parameters and differences by the effects' parameters.
-        ``inner`` is the law's force before any effect, if it is known and no derivatives are
-        wanted.
-        """
+        """Force of all samples, (n_samples,), N, and its derivatives, (n_samples, n_values)."""
+        # Derivatives are exact by the law's parameters and differences by the effects' parameters.
+        # ``inner`` is the law's force before any effect, if it is known and no derivatives are
+        # wanted.
         law, own = values[: self.n_law], [values[s] for s in self.slices()]
         if inner is None or derivatives:
             inner, jacobian = self._law_force(law, own, derivatives)
@@ -192,27 +190,13 @@ def _combined(inner: NDArray, evaluated: list) -> NDArray:
 
 @dataclass(frozen=True, eq=False)
 class FittedModel:
-    """A model with the values that fit it best.
+    """A model with the values that fit it best."""
 
-    Attributes
-    ----------
-    model : Model
-        The model.
-    values : (n_values,) array
-        The law's parameters, then each effect's parameters.
-    cost : float
-        Sum of squared residuals of the fitted samples over their noise.
-    residual : (n_fitted,) array
-        These residuals.
-    jacobian : (n_fitted, n_values) array
-        Their derivatives by the values.
-    """
-
-    model: Model
-    values: NDArray
-    cost: float
-    residual: NDArray
-    jacobian: NDArray
+    model: Model  # The model
+    values: NDArray  # (n_values,): The law's parameters, then each effect's parameters
+    cost: float  # Sum of squared residuals of the fitted samples over their noise
+    residual: NDArray  # (n_fitted,): These residuals
+    jacobian: NDArray  # (n_fitted, n_values): Their derivatives by the values
 
     @classmethod
     def of(cls, model: Model, optimum: Optimum) -> FittedModel:

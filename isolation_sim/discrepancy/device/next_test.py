@@ -52,10 +52,8 @@ def next_test(
 
 
 def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
-    """Sinusoids within the tested ranges and a little beyond, at steady and at stepped current.
-
-    One has a rest between two equal parts: heat goes, wear and remanence stay.
-    """
+    """Sinusoids within the tested ranges and a little beyond, at steady and at stepped current."""
+    # One has a rest between two equal parts: heat goes, wear and remanence stay.
     largest = float(np.max(np.abs(data.x)))
     low, high = float(data.current.min()), float(data.current.max())
     fastest = float(np.max(np.abs(data.v))) / largest / (2 * np.pi)

@@ -17,35 +17,21 @@ from .model import FittedModel, fit_model
 
 
 def noise_gain(step: NDArray, noise: NDArray) -> float:
-    """Mean decrease of the cost that noise alone brings along a change of the residual.
-
-    ``noise`` holds examples of residuals of noise alone, (n_fitted, n_examples). The result is 1
-    for white noise, and for no change.
-    """
+    """Mean decrease of the cost that noise alone brings along a change of the residual."""
+    # ``noise`` holds examples of residuals of noise alone, (n_fitted, n_examples). The result is 1
+    # for white noise, and for no change.
     length = float(step @ step)
     return float(np.mean((step @ noise) ** 2)) / length if length > 0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Direction:
-    """What an effect would do for a fitted model, if the law answered it linearly.
+    """What an effect would do for a fitted model, if the law answered it linearly."""
 
-    Attributes
-    ----------
-    effect : Effect
-        The effect.
-    gain : float
-        Expected decrease of the cost.
-    noise_gain : float
-        Decrease that noise alone would bring in this direction, on average.
-    start : (n_parameters,) array
-        Its parameters, to start a fit from.
-    """
-
-    effect: Effect
-    gain: float
-    noise_gain: float
-    start: NDArray
+    effect: Effect  # The effect
+    gain: float  # Expected decrease of the cost
+    noise_gain: float  # Decrease that noise alone would bring in this direction, on average
+    start: NDArray  # (n_parameters,): Its parameters, to start a fit from
 
 
 class _Probe:

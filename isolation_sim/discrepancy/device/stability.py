@@ -23,24 +23,15 @@ from .model import FittedModel
 
 @dataclass(frozen=True)
 class Stability:
-    """How often a cause is named again.
+    """How often a cause is named again."""
 
-    Attributes
-    ----------
-    conditions : float
-        Share of the fits without the runs of one condition; not a number where all runs share
-        their conditions.
-    resamplings : float
-        Share of the resamplings of the runs.
-    needed : float
-        Share of both in which the cause, or one that is named instead, is more than noise.
-    rivals : tuple of str
-        Causes that are named instead in a share of these that counts, the most frequent first.
-    """
-
+    # Share of the fits without the runs of one condition; not a number where all runs share their
+    # conditions
     conditions: float
-    resamplings: float
+    resamplings: float  # Share of the resamplings of the runs
+    # Share of both in which the cause, or one that is named instead, is more than noise
     needed: float
+    # Causes that are named instead in a share of these that counts, the most frequent first
     rivals: tuple[str, ...]
 
 

@@ -45,15 +45,9 @@ _UNOBSERVABLE = (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LoopModel(Model):
-    """A model whose loops are reduced to stiffness and damping.
+    """A model whose loops are reduced to stiffness and damping."""
 
-    Attributes
-    ----------
-    table : LoopTable
-        Measured loops.
-    """
-
-    table: LoopTable
+    table: LoopTable  # Measured loops
 
     @np.errstate(all="ignore")
     def loops(self, values: NDArray, derivatives: bool = False) -> tuple[NDArray, NDArray]:
@@ -127,23 +121,12 @@ def loop_motion(table: LoopTable) -> MeasuredRuns:
 
 @dataclass(frozen=True, eq=False)
 class FittedLoops:
-    """A model that fits a loop table best.
+    """A model that fits a loop table best."""
 
-    Attributes
-    ----------
-    model : LoopModel
-        The model.
-    optimum : Optimum
-        Its fit.
-    left_out : float
-        RMS of the relative errors on rows left out of the fit.
-    others : tuple of (n_unknowns,) array
-        Other parameters of the law that were nearly as good without effects.
-    """
-
-    model: LoopModel
-    optimum: Optimum
-    left_out: float
+    model: LoopModel  # The model
+    optimum: Optimum  # Its fit
+    left_out: float  # RMS of the relative errors on rows left out of the fit
+    # tuple of (n_unknowns,): Other parameters of the law that were nearly as good without effects
     others: tuple[NDArray, ...] = ()
 
     @property
@@ -159,27 +142,13 @@ class FittedLoops:
 
 @dataclass(frozen=True, eq=False)
 class LoopSearch:
-    """The search space of loop tables; see ``search.SearchSpace``.
+    """The search space of loop tables; see ``search.SearchSpace``."""
 
-    Attributes
-    ----------
-    table : LoopTable
-        Measured loops.
-    pool : concurrent.futures.ThreadPoolExecutor
-        Threads that share out the fits.
-    seed : int
-        Of random starts and of the rows left out together.
-    advance : callable
-        Called before each fit.
-    most_causes : int
-        Number of effects at which the search stops.
-    """
-
-    table: LoopTable
-    pool: ThreadPoolExecutor
-    seed: int
-    advance: Callable[[], None]
-    most_causes: int = MOST_LOOP_EFFECTS
+    table: LoopTable  # Measured loops
+    pool: ThreadPoolExecutor  # Threads that share out the fits
+    seed: int  # Of random starts and of the rows left out together
+    advance: Callable[[], None]  # Called before each fit
+    most_causes: int = MOST_LOOP_EFFECTS  # Number of effects at which the search stops
 
     def fit_law(self, law: Law, device: Device | None, degree: int) -> FittedLoops:
         """Fit the law alone, its parameters polynomials of a degree in the current."""

@@ -24,34 +24,18 @@ _LEAST_ROWS = 6
 
 @dataclass(frozen=True, eq=False)
 class LoopTable:
-    """MeasuredRuns loops in two numbers each.
+    """Measured loops in two numbers each."""
 
-    Attributes
-    ----------
-    name : str
-        Name to print.
-    amplitude, frequency, current : (n,) array, m, Hz, A
-        Of the tests.
-    stiffness : (n,) array, N/m
-        Effective: force difference over deformation difference at the extremes of the deformation.
-    damping : (n,) array
-        Energy of a cycle over 2 pi stiffness amplitude^2.
-    held_out : (n,) bool array
-        Rows held out of the fit.
-
-    Raises
-    ------
-    InputError
-        If a number is not usable or there are fewer than six rows.
-    """
-
-    name: str
+    name: str  # Name to print
+    # amplitude, frequency, current: (n,), m, Hz, A: Of the tests
     amplitude: NDArray
     frequency: NDArray
     current: NDArray
+    # (n,), N/m: Effective: force difference over deformation difference at the extremes of the
+    # deformation
     stiffness: NDArray
-    damping: NDArray
-    held_out: NDArray
+    damping: NDArray  # (n,): Energy of a cycle over 2 pi stiffness amplitude^2
+    held_out: NDArray  # (n,) bool: Rows held out of the fit
 
     def __post_init__(self) -> None:
         n = len(self.amplitude)

@@ -46,24 +46,13 @@ class _Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Terms selected, the values fitted beside them, and the stability of each term.
+    """Terms selected, the values fitted beside them, and the stability of each term."""
 
-    Attributes
-    ----------
-    chosen : tuple of Chosen
-        Terms in the order in which they were found.
-    coefficients : tuple of (n_powers,) array
-        Of each term, by its powers of the current.
-    stability : tuple of float
-        Share of the conditions without which the term is chosen as well.
-    values : (n_values,) array
-        Values of the model fitted beside the terms.
-    """
-
-    chosen: tuple[Chosen, ...]
+    chosen: tuple[Chosen, ...]  # Terms in the order in which they were found
+    # tuple of (n_powers,): Of each term, by its powers of the current
     coefficients: tuple[NDArray, ...]
-    stability: tuple[float, ...]
-    values: NDArray
+    stability: tuple[float, ...]  # Share of the conditions without which the term is chosen as well
+    values: NDArray  # (n_values,): Values of the model fitted beside the terms
 
 
 def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...archive import law_of
 from ...effects import extend
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
@@ -25,7 +26,7 @@ from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .equation import select
-from .law_file import Chosen, Network, TermParameterisation, first_place, law_of, law_text, shown
+from .law_file import Chosen, Network, TermParameterisation, first_place, law_text, shown
 from .learned import learn
 from .regression import conditions
 from .result import EquationTerm, Ladder, Rung, Tier
@@ -52,16 +53,10 @@ class _Rung:
 
 
 class Climb:
-    """Models of all rungs.
-
-    Parameters
-    ----------
-    problem : DeviceTests
-        After its search.
-    """
+    """Models of all rungs."""
 
     def __init__(self, problem: DeviceTests):
-        self.problem = problem
+        self.problem = problem  # After its search
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
         self.folds = conditions(self.data)
@@ -127,9 +122,9 @@ class Climb:
             ]
             model, text = self._extended(start.model, chosen, None)
             values = np.insert(found.values, start.model.n_law, np.concatenate(numbers))
-            rung = self._rung(
-                fit_model(model, values, _LAST_STEPS, 1e-5), chosen, found.stability, text
-            )
+            # a term's state may be faster than the law
+            part = fit_model(model.resolve_steps(values, 1), values, _LAST_STEPS, 1e-5)
+            rung = self._rung(part, chosen, found.stability, text)
             if not self.losses(rung, self.law):
                 return rung
         return None
@@ -142,7 +137,7 @@ class Climb:
             without = self._without(start)
         network, left_out = learn(start.model, start.force, without, self.masks, self.problem.seed)
         model, text = self._extended(start.model, below.chosen, network)
-        part = fit_model(model, start.values, 0)
+        part = fit_model(model.resolve_steps(start.values, 1), start.values, 0)
         whole = replace(model, data=self.problem.data).resolve_steps(start.values)
         return _Rung(
             fit_model(whole, start.values, 0), part, without, left_out, below.chosen,
@@ -333,11 +328,9 @@ def _judging(rung: Rung) -> float:
 
 
 def _offered(errors: dict[str, Rung], generic: bool) -> str:
-    """The rung with the least error left out among those that lose nowhere.
-
-    One nearly as good is preferred to the learned term. An equation takes the place of causes with
-    a generic term, since such a term cannot be saved.
-    """
+    """The rung with the least error left out among those that lose nowhere."""
+    # One nearly as good is preferred to the learned term. An equation takes the place of causes
+    # with a generic term, since such a term cannot be saved.
     good = {name: one.left_out for name, one in errors.items() if not one.worse}
     least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
     if generic and "equation" in good:

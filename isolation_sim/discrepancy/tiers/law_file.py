@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...generated import load_text
 from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
 from ...laws.registry import LAWS
 from .terms import Term
 
-NAME = "LAW"
 _HEAD = '''"""{title}
 
     F = {base}(x, v)
@@ -37,39 +35,22 @@ N_STATES, N_PARAMETERS = len(BASE.states), len(BASE.parameters)
 
 @dataclass(frozen=True)
 class Chosen:
-    """A term of an equation.
+    """A term of an equation."""
 
-    Attributes
-    ----------
-    term : Term
-        The term.
-    powers : tuple of int
-        Powers of the current that its coefficient has.
-    """
-
-    term: Term
-    powers: tuple[int, ...]
+    term: Term  # The term
+    powers: tuple[int, ...]  # Powers of the current that its coefficient has
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A learned term: a sum of hyperbolic tangents of bounded inputs.
+    """A learned term: a sum of hyperbolic tangents of bounded inputs."""
 
-    Attributes
-    ----------
-    states : tuple of Term
-        Terms with a state, whose value over their first number is an input.
-    inputs : tuple of (str, float)
-        Python code of each input, and the value at which it is limited.
-    units : (n_units, n_inputs + 1) array
-        Offset and weights of each unit.
-    weights : (n_powers, n_units) array
-        N; what each unit adds at each power of the current over the largest current.
-    """
-
-    states: tuple[Term, ...]
+    states: tuple[Term, ...]  # Terms with a state, whose value over their first number is an input
+    # tuple of (str, float): Python code of each input, and the value at which it is limited
     inputs: tuple[tuple[str, float], ...]
-    units: NDArray
+    units: NDArray  # (n_units, n_inputs + 1): Offset and weights of each unit
+    # (n_powers, n_units): N; what each unit adds at each power of the current over the largest
+    # current
     weights: NDArray
 
 
@@ -90,7 +71,8 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )
         if one.term.rate:
-            states.append(f'    Quantity("s_{k}", "m", "hysteretic state of c_{k}"),')
+            unit = one.term.state_unit
+            states.append(f'    Quantity("s_{k}", "{unit}", "state of c_{k}"),')
             rates.append(_named(one.term.rate, names))
         force.append(f"{coefficient} * ({_named(one.term.code, names)})")
         lines.append(f"      + c_{k} ({shown(one, k)})")
@@ -232,32 +214,16 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
     return text, parameters, states, rates, f"learned({', '.join(arguments)}, ({shares},))"
 
 
-def law_of(text: str) -> Law:
-    """Load a law from the text of its file, which is kept in the cache folder."""
-    module = load_text("law", text)
-    return LAWS[f"{module.__file__}:{NAME}"]
-
-
 class TermParameterisation(Parameterisation):
-    """Unknowns of a law with terms: some parameters have given powers of the current alone.
-
-    Parameters
-    ----------
-    law : Law
-        The law with its terms.
-    base : Parameterisation
-        That of the law without them.
-    powers : mapping of str to tuple of int
-        Powers of the current of each further parameter; none where it is held.
-    held : mapping of str to sequence of float
-        Coefficients (ascending powers of the current) of parameters that are not free.
-    """
+    """Unknowns of a law with terms: some parameters have given powers of the current alone."""
 
     def __init__(
         self,
-        law: Law,
-        base: Parameterisation,
+        law: Law,  # The law with its terms
+        base: Parameterisation,  # That of the law without them
+        # Powers of the current of each further parameter; none where it is held
         powers: Mapping[str, tuple[int, ...]],
+        # Coefficients (ascending powers of the current) of parameters that are not free
         held: Mapping[str, Sequence[float]] | None = None,
     ):
         # as the base's, with all further parameters fixed; those with powers are freed below

@@ -30,12 +30,10 @@ _WEIGHT = 0.5
 def learn(
     model: Model, force: NDArray, without: NDArray, folds: Sequence[NDArray], seed: int = 0
 ) -> tuple[Network, NDArray]:
-    """Fit the learned term to what a model misses on fitted data.
-
-    ``force`` is the model's, (n_samples,), N; ``without`` that of the same model fitted without
-    each fold, (n_folds, n_samples). Returned are the term, and the residual of every fold, N,
-    after a term that was fitted without it.
-    """
+    """Fit the learned term to what a model misses on fitted data."""
+    # ``force`` is the model's, (n_samples,), N; ``without`` that of the same model fitted without
+    # each fold, (n_folds, n_samples). Returned are the term, and the residual of every fold, N,
+    # after a term that was fitted without it.
     data = model.data
     states = _states(library(data))
     known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}

@@ -20,11 +20,9 @@ _RIDGE = 1e-9
 
 
 def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
-    """Groups of fitted samples to leave out in turn, and their names.
-
-    Runs of nearly the same amplitude and velocity are one motion. Many motions are put together by
-    their size, so that what is left out is also an extrapolation. A single run is cut in time.
-    """
+    """Groups of fitted samples to leave out in turn, and their names."""
+    # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
+    # by their size, so that what is left out is also an extrapolation. A single run is cut in time.
     own = [run for run in data.runs if data.fitted[run].any()]
     number = np.zeros(len(data.x), dtype=int)
     if len(own) < 3:
@@ -68,18 +66,11 @@ def _runs_mask(data: MeasuredRuns, runs: Sequence[slice]) -> NDArray:
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """Normal equations of a residual and of columns that may reduce it, fold by fold.
+    """Normal equations of a residual and of columns that may reduce it, fold by fold."""
 
-    Attributes
-    ----------
-    gram : (n_folds, n + 1, n + 1) array
-        Products of all columns, the residual last, of each fold's samples.
-    size : (n + 1,) array
-        Norm of each column over all folds.
-    """
-
+    # (n_folds, n + 1, n + 1): Products of all columns, the residual last, of each fold's samples
     gram: NDArray
-    size: NDArray
+    size: NDArray  # (n + 1,): Norm of each column over all folds
 
     @classmethod
     def of(cls, columns: NDArray, residual: NDArray, folds: Sequence[NDArray]) -> Regression:
@@ -118,11 +109,9 @@ class Regression:
         ])  # fmt: skip
 
     def gains(self, chosen: NDArray, groups: Sequence[NDArray], without: int) -> NDArray:
-        """Decrease of the squared residual by each group of columns beside those chosen.
-
-        The columns are first made orthogonal to the chosen ones (orthogonal least squares).
-        ``without`` is a fold to leave out; none if negative.
-        """
+        """Decrease of the squared residual by each group of columns beside those chosen."""
+        # The columns are first made orthogonal to the chosen ones (orthogonal least squares).
+        # ``without`` is a fold to leave out; none if negative.
         total = self.gram.sum(axis=0) - (self.gram[without] if without >= 0 else 0.0)
         if len(chosen):
             inside = total[np.ix_(chosen, chosen)] + _RIDGE * np.eye(len(chosen))

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import numpy as np
-
-from ..interval import Interval
+from ..interval import Interval, number
 
 Tier = Literal["causes", "equation", "learned"]
 TIERS: tuple[Tier, ...] = ("causes", "equation", "learned")
@@ -16,78 +14,42 @@ TIERS: tuple[Tier, ...] = ("causes", "equation", "learned")
 
 @dataclass(frozen=True)
 class Rung:
-    """One model of the ladder.
+    """One model of the ladder."""
 
-    Attributes
-    ----------
-    name : str
-        "law", "causes", "equation" or "learned".
-    fit, held_out : float
-        RMS residual over RMS force of the fitted and of the held-out samples.
-    left_out : float
-        The same of each condition, predicted by the model fitted without it, pooled.
-    worse : tuple of str
-        Conditions left out, and runs held out, on which the model loses against the one before.
-    """
-
-    name: str
+    name: str  # "law", "causes", "equation" or "learned"
+    # fit, held_out: RMS residual over RMS force of the fitted and of the held-out samples
     fit: float
     held_out: float
-    left_out: float
+    left_out: float  # The same of each condition, predicted by the model fitted without it, pooled
+    # Conditions left out, and runs held out, on which the model loses against the one before
     worse: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class EquationTerm:
-    """One term of an equation.
+    """One term of an equation."""
 
-    Attributes
-    ----------
-    text : str
-        The term, with its numbers' names.
-    stability : float
-        Share of the conditions without which the term is chosen as well.
-    numbers : mapping of str to Interval
-        Coefficients by power of the current, and the numbers inside, with 95 % intervals.
-    """
-
-    text: str
-    stability: float
+    text: str  # The term, with its numbers' names
+    stability: float  # Share of the conditions without which the term is chosen as well
+    # Coefficients by power of the current, and the numbers inside, with 95 % intervals
     numbers: Mapping[str, Interval]
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Law, causes, equation, learned term, and what is attainable.
+    """Law, causes, equation, learned term, and what is attainable."""
 
-    Attributes
-    ----------
-    rungs : tuple of Rung
-        In the order of the tiers.
-    terms : tuple of EquationTerm
-        The equation; empty where none was found.
-    law_text : str
-        File of the extended law, if a tier beyond the causes is offered; else empty.
-    offered : str
-        The rung whose law is offered.
-    attainable : float
-        Smallest error of any rung, on the data that judge.
-    explainable : float
-        Share of the law's squared misfit that causes and equation leave and a flexible model of the
-        measured variables explains; not a number where none was fitted.
-    inexplicable : float
-        Share that nothing measured explains.
-    notes : tuple of str
-        Such as a rung that is not offered, and why.
-    """
-
-    rungs: tuple[Rung, ...]
-    terms: tuple[EquationTerm, ...] = ()
+    rungs: tuple[Rung, ...]  # In the order of the tiers
+    terms: tuple[EquationTerm, ...] = ()  # The equation; empty where none was found
+    # File of the extended law, if a tier beyond the causes is offered; else empty
     law_text: str = ""
-    offered: str = "causes"
-    attainable: float = float("nan")
+    offered: str = "causes"  # The rung whose law is offered
+    attainable: float = float("nan")  # Smallest error of any rung, on the data that judge
+    # Share of the law's squared misfit that causes and equation leave and a flexible model of the
+    # measured variables explains; not a number where none was fitted
     explainable: float = float("nan")
-    inexplicable: float = float("nan")
+    inexplicable: float = float("nan")  # Share that nothing measured explains
+    # Such as a rung that is not offered, and why
     notes: tuple[str, ...] = field(default_factory=tuple)
 
     @property
@@ -125,11 +87,6 @@ class Ladder:
             "inexplicable_share": number(self.inexplicable),
             "notes": list(self.notes),
         }  # fmt: skip
-
-
-def number(value: float) -> float | None:
-    """A number for JSON."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _coefficients(term: EquationTerm) -> list[str]:

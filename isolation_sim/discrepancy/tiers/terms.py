@@ -46,27 +46,15 @@ class Number:
 
 @dataclass(frozen=True)
 class Term:
-    """A function of the motion, to be multiplied by a coefficient.
+    """A function of the motion, to be multiplied by a coefficient."""
 
-    Attributes
-    ----------
-    text : str
-        As it is printed; its numbers' symbols, and ``s`` for its state, stand for themselves.
-    code : str
-        As Python code of ``x``, ``v``, ``s`` and its numbers' symbols.
-    unit : str
-        SI unit of its coefficient.
-    numbers : tuple of Number
-        Numbers inside the term, all positive but a position.
-    rate : str
-        Python code of the state's time derivative; empty where there is no state.
-    """
-
+    # As it is printed; its numbers' symbols, and ``s`` for its state, stand for themselves
     text: str
-    code: str
-    unit: str
-    numbers: tuple[Number, ...] = ()
-    rate: str = ""
+    code: str  # As Python code of ``x``, ``v``, ``s`` and its numbers' symbols
+    unit: str  # SI unit of its coefficient
+    numbers: tuple[Number, ...] = ()  # Numbers inside the term, all positive but a position
+    rate: str = ""  # Python code of the state's time derivative; empty where there is no state
+    state_unit: str = "m"  # SI unit of the state
 
     @property
     def title(self) -> str:
@@ -104,9 +92,17 @@ _MEMORY = (
         "r",
     ),
 )
+_ACCELERATION = "(v - s) / t"
+_INERTIA = (
+    ("a", _ACCELERATION, "N s^2/m"),
+    ("a^2", f"({_ACCELERATION})**2", "N s^4/m^2"),
+    ("a |a|", f"{_ACCELERATION} * np.fabs({_ACCELERATION})", "N s^4/m^2"),
+)
 _LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)
 _TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+_FAST = 0.03
+"""Time over which the acceleration is taken, over that of the motion: laws do not know it."""
 _MEANINGS = {
     "r": ("m", "deformation at which it yields"),
     "w": ("m/s", "velocity at which it saturates"),
@@ -134,6 +130,11 @@ def _library(x: float, v: float) -> Iterator[Term]:
         yield Term(
             "u exp(-u^2/2), u = (x - b)/r", f"{u} * np.exp(-0.5 * ({u})**2)", "N",
             _numbers(b=share * x, r=0.15 * x),
+        )  # fmt: skip
+    for text, code, unit in _INERTIA:
+        yield Term(
+            f"{text}, a = s' = (v - s)/t", code, unit, _numbers(t=_FAST * x / v), _ACCELERATION,
+            "m/s",
         )  # fmt: skip
     for text, rate, symbols in _MEMORY:
         if symbols == "t":

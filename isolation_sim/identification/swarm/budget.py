@@ -12,41 +12,22 @@ class BudgetSpent(Exception):
 
 
 class Budget:
-    """An objective within bounds, counted.
-
-    Parameters
-    ----------
-    objective : callable
-        Point, shape (n_parameters,), to a number.
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        Bounds, in the parameters' units.
-    allowed : int
-        Evaluations that may be spent.
-
-    Attributes
-    ----------
-    lower, upper : numpy.ndarray, shape (n_parameters,)
-        The bounds.
-    allowed, spent : int
-        Evaluations that may be and have been spent.
-    best : numpy.ndarray or None, shape (n_parameters,)
-        Best point so far; None before a finite value.
-    history : list of float
-        Best value after each evaluation, in the objective's unit.
-    """
+    """An objective within bounds, counted."""
 
     def __init__(
         self,
-        objective: Callable[[np.ndarray], float],
+        objective: Callable[[np.ndarray], float],  # Point, shape (n_parameters,), to a number
+        # lower, upper: (n_parameters,): Bounds, in the parameters' units
         lower: np.ndarray,
         upper: np.ndarray,
-        allowed: int,
+        allowed: int,  # Evaluations that may be spent
     ):
         self._objective = objective
         self.lower, self.upper = lower, upper
         self.allowed = allowed
+        # (n_parameters,): Best point so far; None before a finite value
         self.best: np.ndarray | None = None
-        self.history: list[float] = []
+        self.history: list[float] = []  # Best value after each evaluation, in the objective's unit
 
     @property
     def spent(self) -> int:

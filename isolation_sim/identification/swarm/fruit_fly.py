@@ -30,21 +30,11 @@ _SCALE_WIDTHS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """Outcome of independent flights.
+    """Outcome of independent flights."""
 
-    Attributes
-    ----------
-    coefficients : numpy.ndarray, shape (n_runs, n_parameters)
-        Best smell coefficients, 1/D.
-    values : numpy.ndarray, shape (n_runs,)
-        The objective there, in its own unit.
-    history : numpy.ndarray, shape (n_runs, iterations)
-        Best value after each iteration.
-    """
-
-    coefficients: np.ndarray
-    values: np.ndarray
-    history: np.ndarray
+    coefficients: np.ndarray  # (n_runs, n_parameters): Best smell coefficients, 1/D
+    values: np.ndarray  # (n_runs,): The objective there, in its own unit
+    history: np.ndarray  # (n_runs, iterations): Best value after each iteration
 
 
 def fly(
@@ -77,36 +67,16 @@ def fly(
     return Flight(coefficients, best, history)
 
 
-def adaptive_step(
+def fruit_fly(
     evaluate: Budget,
     rng: np.random.Generator,
     population: int = 50,
     step: float = 20.0,
     scale: Any = None,
+    *,
+    adaptive: bool = True,
 ) -> None:
-    """Search with the step that falls by exp(-10) over the budget."""
-    _search(evaluate, rng, population, step, scale, adaptive=True)
-
-
-def fixed_step(
-    evaluate: Budget,
-    rng: np.random.Generator,
-    population: int = 50,
-    step: float = 20.0,
-    scale: Any = None,
-) -> None:
-    """Search with one step throughout, the standard method."""
-    _search(evaluate, rng, population, step, scale, adaptive=False)
-
-
-def _search(
-    evaluate: Budget,
-    rng: np.random.Generator,
-    population: int,
-    step: float,
-    scale: Any,
-    adaptive: bool,
-) -> None:
+    """Search with the step that falls by exp(-10) over the budget, or with one step throughout."""
     lower, upper = evaluate.lower, evaluate.upper
     scales = _SCALE_WIDTHS * (upper - lower) if scale is None else np.array(scale, dtype=float)
     if scales.shape not in ((), lower.shape) or not np.all(np.isfinite(scales) & (scales > 0)):

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from ...errors import InputError, unknown_name
 from ..force_comparison import fitness, half_range_error, rms_error, squared_force_error
@@ -27,8 +30,9 @@ which cannot see the sign of a force; by samples of 1 s), ``misfit`` (linearised
 ``half_range`` (Tao et al., Eq 24, dimensionless)."""
 
 
+@checked
 def force_objective(
-    name: str, measured: Any, model: Callable[[np.ndarray], Any]
+    name: str, measured: ArrayLike, model: Callable[[np.ndarray], Any]
 ) -> Callable[[np.ndarray], float]:
     """Build an objective of the parameters from a measured force and a model.
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ground_motions.argument_types import checked
 
 from ...errors import InputError, unknown_name
 from . import fish_swarm, fruit_fly, library
@@ -15,14 +19,14 @@ from .budget import Budget, BudgetSpent
 
 # one line per method: a function of the budgeted objective and a random generator
 _METHODS: dict[str, Callable[..., None]] = {
-    "fruit_fly": fruit_fly.adaptive_step,
-    "fruit_fly_fixed": fruit_fly.fixed_step,
+    "fruit_fly": fruit_fly.fruit_fly,
+    "fruit_fly_fixed": partial(fruit_fly.fruit_fly, adaptive=False),
     "fish_swarm": fish_swarm.fish_swarm,
     "genetic": library.genetic,
     "particle_swarm": library.particle_swarm,
     "cma_es": library.cma_es,
 }
-_GIVEN = ("evaluate", "rng")
+_GIVEN = ("evaluate", "rng", "adaptive")
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +64,11 @@ def available_methods() -> tuple[str, ...]:
     return tuple(_METHODS)
 
 
+@checked
 def search(
     method: str,
     objective: Callable[[np.ndarray], float],
-    bounds: Any,
+    bounds: ArrayLike,
     budget: int,
     seed: int,
     **settings: Any,

@@ -22,20 +22,11 @@ _MARKS_A_LINE = 12
 
 @dataclass(frozen=True)
 class Look:
-    """How a line looks in charts and in the legend: as in the figures for print.
+    """How a line looks in charts and in the legend: as in the figures for print."""
 
-    Attributes
-    ----------
-    colour : str
-        Colour, as HTML writes it.
-    dashes : str
-        Lengths of dashes and gaps, px; empty for a solid line.
-    symbol, glyph : str
-        Marker, in plotly's words and as a letter.
-    """
-
-    colour: str
-    dashes: str
+    colour: str  # Colour, as HTML writes it
+    dashes: str  # Lengths of dashes and gaps, px; empty for a solid line
+    # symbol, glyph: Marker, in plotly's words and as a letter
     symbol: str
     glyph: str
 

@@ -27,19 +27,18 @@ from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
 from .page import (
     Block,
     Bullets,
-    Cell,
     Facts,
     Gallery,
     LineChoice,
     Listing,
     Page,
     Prose,
-    Row,
     Section,
     Table,
     TimeRange,
+    text_rows,
 )
-from .run_report import versions
+from .run_report import code_facts, versions
 from .text import capital
 
 if TYPE_CHECKING:
@@ -53,6 +52,7 @@ _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     """Report of a diagnosis."""
     traces = worst_first(diagnosis.traces)
+    code = code_facts(diagnosis.details.get("code", {}))
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
         ("Measured against simulated", [*_measured(traces)]),
@@ -65,7 +65,8 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
         ("What it changes for control", [*_consequence(diagnosis)]),
         ("What was diagnosed", [
-            Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, "Versions": versions()})
+            Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, **code,
+                   "Versions": versions()})
         ]),
         ("References", [*_references(diagnosis)]),
     ]  # fmt: skip
@@ -76,12 +77,11 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     )
 
 
-def told(step: Step) -> list[Block]:
+def step_blocks(step: Step) -> list[Block]:
     """A step in words, with its table."""
     if not step.rows:
         return [Facts({step.title: step.text})]
-    rows = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in step.rows)
-    return [Prose((step.text,)), Table(step.title, step.headings, rows)]
+    return [Prose((step.text,)), Table(step.title, step.headings, text_rows(step.rows))]
 
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -135,7 +135,7 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
         yield from over_time(traces, residual=True)
     for step in diagnosis.steps:
         if step.title == _DEPENDENCE:
-            yield from told(step)
+            yield from step_blocks(step)
     if diagnosis.depends_on:
         yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
 
@@ -146,22 +146,18 @@ def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
         if step.title == _DEPENDENCE:
             continue
         # rounds of a search begin alike, and differ in their tables
-        yield from told(step)[bool(step.rows) and step.text == before :]
+        yield from step_blocks(step)[bool(step.rows) and step.text == before :]
         before = step.text
 
 
 def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     if not diagnosis.causes:
         return
-    rows = []
-    for cause in diagnosis.causes:
-        for name, *cells in cause_rows(cause):
-            rows.append(Row(name, tuple(map(Cell, cells))))
     yield Table(
         caption="Causes, those that remove most first, with 95 % intervals of their parameters",
         headings=("Cause", "Form", "Share of the misfit, %", "p", "Named again, %", "Parameter",
                   "Value (95 %)", "Unit"),
-        rows=tuple(rows),
+        rows=text_rows(row for cause in diagnosis.causes for row in cause_rows(cause)),
         note="p: the chance of such an improvement if the cause were absent. Named again: in the "
         "fits without the runs of one condition, and in the resamplings of the runs.",
     )  # fmt: skip
@@ -178,9 +174,8 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
 def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.ladder is None:
         return
-    rows = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in ladder_rows(diagnosis))
     yield Table(
-        LADDER, LADDER_HEADINGS, rows,
+        LADDER, LADDER_HEADINGS, text_rows(ladder_rows(diagnosis)),
         note="Every condition left out is predicted by a model fitted without it.",
     )  # fmt: skip
     yield Prose(tuple(ladder_text(diagnosis)))
@@ -219,9 +214,9 @@ def equations(part: Law | Effect) -> str:
 
 
 def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
-    rows = tuple(Row(name, (Cell(b), Cell(a))) for name, b, a in error_rows(diagnosis))
     yield Table(
-        "Residual over what was measured (RMS)", ("", "Before, %", "After, %"), rows,
+        "Residual over what was measured (RMS)", ("", "Before, %", "After, %"),
+        text_rows(error_rows(diagnosis)),
         note="Nothing was fitted to the data held out." * bool(diagnosis.gain),
     )  # fmt: skip
 
@@ -232,8 +227,7 @@ def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
     yield Prose(tuple(consequence_text(diagnosis.consequence)))
     rows = consequence_rows(diagnosis.consequence)
     if rows:
-        cells = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
-        yield Table(TITLE, HEADINGS, cells, note=NOTE)
+        yield Table(TITLE, HEADINGS, text_rows(rows), note=NOTE)
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:

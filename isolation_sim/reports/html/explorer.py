@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...criteria import is_gain
+from ..names import as_written
 from ..style import light_shades
-from ..sweep_tables import heading, told
+from ..sweep_tables import heading, value_text
 from ..units import unit_of
 from .charts import layout, looks
 from .page import Chart, Explorer
@@ -89,7 +90,8 @@ def _field(column: pandas.Series) -> dict[str, Any]:
     if number:
         values.sort()
     if len(values) <= _MOST_VALUES or not number:
-        groups = [told(value) for value in values]
+        word = as_written if column.name == "controller" else value_text
+        groups = [word(value) for value in values]
         places = {value: place for place, value in enumerate(values)}
         codes = column.map(places).to_numpy()
     else:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...effects.serialisation import device_code
 from ..references import cited
 from .charts import Look, layout, numbers
 from .page import (
@@ -23,7 +24,7 @@ from .page import (
     Section,
     Table,
 )
-from .run_report import versions
+from .run_report import code_facts, versions
 from .text import capital
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
         Section("What was evaluated", [Facts({
             "Law": f"{law.title} ({law.name}); {device.source or law.source}",
             "Campaign": f"{campaign.name}; {campaign.source or 'no source given'}",
+            **code_facts(device_code(device)),
             "Versions": versions(),
         })]),
     ]  # fmt: skip

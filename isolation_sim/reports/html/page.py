@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -20,120 +20,71 @@ from .text import is_number, tied
 
 @dataclass(frozen=True)
 class Prose:
-    """Paragraphs.
-
-    Attributes
-    ----------
-    paragraphs : tuple of str
-        Plain text.
-    role : {"", "verdict", "warning"}
-        How it is set off from the rest.
-    """
+    """Paragraphs."""
 
     kind: ClassVar[str] = "prose"
-    paragraphs: tuple[str, ...]
-    role: str = ""
+    paragraphs: tuple[str, ...]  # Plain text
+    role: str = ""  # {"", "verdict", "warning"}: How it is set off from the rest
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What something is called, and what it is, pair by pair.
-
-    Attributes
-    ----------
-    items : mapping of str to str
-        Text by its heading.
-    """
+    """What something is called, and what it is, pair by pair."""
 
     kind: ClassVar[str] = "facts"
-    items: Mapping[str, str]
+    items: Mapping[str, str]  # Text by its heading
 
 
 @dataclass(frozen=True)
 class Bullets:
-    """A list.
-
-    Attributes
-    ----------
-    items : tuple of str
-        Plain text.
-    """
+    """A list."""
 
     kind: ClassVar[str] = "bullets"
-    items: tuple[str, ...]
+    items: tuple[str, ...]  # Plain text
 
 
 @dataclass(frozen=True)
 class Listing:
-    """Text shown as it stands, folded away until it is asked for.
-
-    Attributes
-    ----------
-    title, text : str
-        What it is, and the text.
-    """
+    """Text shown as it stands, folded away until it is asked for."""
 
     kind: ClassVar[str] = "listing"
+    # title, text: What it is, and the text
     title: str
     text: str
 
 
 @dataclass(frozen=True)
 class Cell:
-    """Cell of a table.
+    """Cell of a table."""
 
-    Attributes
-    ----------
-    text : str
-        What to print.
-    mark : str
-        Why it stands out, such as ``"best"``; empty if it does not.
-    """
-
-    text: str
-    mark: str = ""
+    text: str  # What to print
+    mark: str = ""  # Why it stands out, such as ``"best"``; empty if it does not
 
 
 @dataclass(frozen=True)
 class Row:
-    """Row of a table.
+    """Row of a table."""
 
-    Attributes
-    ----------
-    label : str
-        Its heading.
-    cells : tuple of Cell
-        One a column; none for a heading of the rows that follow.
-    """
+    label: str  # Its heading
+    cells: tuple[Cell, ...] = ()  # One a column; none for a heading of the rows that follow
 
-    label: str
-    cells: tuple[Cell, ...] = ()
+
+def text_rows(rows: Iterable[Sequence[str]]) -> tuple[Row, ...]:
+    """Rows of plain texts, each with its label first."""
+    return tuple(Row(label, tuple(map(Cell, texts))) for label, *texts in rows)
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
-
-    Attributes
-    ----------
-    caption : str
-        What it shows.
-    headings : tuple of str
-        Columns, that of the row labels first.
-    rows : tuple of Row
-        Rows.
-    note : str
-        What a mark means.
-    filters : tuple of str
-        Headings of columns by whose values the reader can choose rows; points of charts that name
-        a row (`isolation_sim.reports.html.charts.points`) follow.
-    """
+    """A table."""
 
     kind: ClassVar[str] = "table"
-    caption: str
-    headings: tuple[str, ...]
-    rows: tuple[Row, ...]
-    note: str = ""
+    caption: str  # What it shows
+    headings: tuple[str, ...]  # Columns, that of the row labels first
+    rows: tuple[Row, ...]  # Rows
+    note: str = ""  # What a mark means
+    # Headings of columns by whose values the reader can choose rows; points of charts that name a
+    # row (`isolation_sim.reports.html.charts.points`) follow
     filters: tuple[str, ...] = ()
 
     @property
@@ -158,49 +109,27 @@ class Table:
 
 @dataclass(frozen=True)
 class Chart:
-    """A Plotly figure.
-
-    Attributes
-    ----------
-    title : str
-        What it shows, with units; printed above it.
-    figure : mapping of str to object
-        ``data`` and ``layout`` of plotly.js; see `isolation_sim.reports.html.charts`.
-    summary : str
-        What it shows, in words, for those who cannot see it.
-    link : str
-        Charts with the same link follow each other's zoom: ``"time"`` along x, ``"loop"`` along
-        both axes; others do not.
-    height : int
-        Pixels.
-    """
+    """A Plotly figure."""
 
     kind: ClassVar[str] = "chart"
-    title: str
+    title: str  # What it shows, with units; printed above it
+    # ``data`` and ``layout`` of plotly.js; see `isolation_sim.reports.html.charts`
     figure: Mapping[str, Any]
-    summary: str
+    summary: str  # What it shows, in words, for those who cannot see it
+    # Charts with the same link follow each other's zoom: ``"time"`` along x, ``"loop"`` along both
+    # axes; others do not
     link: str = ""
-    height: int = 230
+    height: int = 230  # Pixels
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure for publication, as it was saved.
-
-    Attributes
-    ----------
-    title : str
-        What it shows.
-    path : pathlib.Path or None
-        SVG or PNG file, read when the page is made.
-    svg : str
-        Text of the SVG in place of a file.
-    """
+    """A figure for publication, as it was saved."""
 
     kind: ClassVar[str] = "picture"
-    title: str
-    path: Path | None = None
-    svg: str = ""
+    title: str  # What it shows
+    path: Path | None = None  # SVG or PNG file, read when the page is made
+    svg: str = ""  # Text of the SVG in place of a file
 
     @property
     def address(self) -> str:
@@ -215,92 +144,55 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Charts side by side as far as the page is wide.
-
-    Attributes
-    ----------
-    charts : tuple of Chart
-        The charts.
-    """
+    """Charts side by side as far as the page is wide."""
 
     kind: ClassVar[str] = "gallery"
-    charts: tuple[Chart, ...]
+    charts: tuple[Chart, ...]  # The charts
 
 
 @dataclass(frozen=True)
 class LineChoice:
-    """Legend of all charts of the page, whose lines it shows and hides by name.
-
-    Attributes
-    ----------
-    lines : mapping of str to Look
-        Look of each line by its name, which is its trace's ``meta``.
-    what : str
-        What the names are, such as ``"Controllers"``.
-    """
+    """Legend of all charts of the page, whose lines it shows and hides by name."""
 
     kind: ClassVar[str] = "choice"
-    lines: Mapping[str, Look]
-    what: str
+    lines: Mapping[str, Look]  # Look of each line by its name, which is its trace's ``meta``
+    what: str  # What the names are, such as ``"Controllers"``
 
 
 @dataclass(frozen=True)
 class Key:
-    """What filled areas and lines of charts mean.
-
-    Attributes
-    ----------
-    areas : mapping of str to tuple of str
-        Colour and hatch, as plotly names it or empty, by what the area is.
-    lines : mapping of str to Look
-        Look by what the line is.
-    """
+    """What filled areas and lines of charts mean."""
 
     kind: ClassVar[str] = "key"
+    # Colour and hatch, as plotly names it or empty, by what the area is
     areas: Mapping[str, tuple[str, str]]
-    lines: Mapping[str, Look]
+    lines: Mapping[str, Look]  # Look by what the line is
 
 
 @dataclass(frozen=True)
 class TimeRange:
-    """Fields that set the interval that all charts over time show.
-
-    Attributes
-    ----------
-    start, stop : float, s
-        Whole interval.
-    """
+    """Fields that set the interval that all charts over time show."""
 
     kind: ClassVar[str] = "timerange"
+    # start, stop: Whole interval, s
     start: float
     stop: float
 
 
 @dataclass(frozen=True)
 class Animation:
-    """Two runs of a building side by side; see `isolation_sim.reports.html.animation`.
-
-    Attributes
-    ----------
-    data : mapping of str to object
-        What ``animation.js`` draws.
-    """
+    """Two runs of a building side by side; see `isolation_sim.reports.html.animation`."""
 
     kind: ClassVar[str] = "animation"
-    data: Mapping[str, Any]
+    data: Mapping[str, Any]  # What ``animation.js`` draws
 
 
 @dataclass(frozen=True)
 class Explorer:
-    """Runs of a sweep that the reader chooses from; see `isolation_sim.reports.html.explorer`.
-
-    Attributes
-    ----------
-    data, charts : mapping of str to object, tuple of Chart
-        What ``explorer.js`` draws, and into which charts.
-    """
+    """Runs of a sweep that the reader chooses from; see `isolation_sim.reports.html.explorer`."""
 
     kind: ClassVar[str] = "explorer"
+    # data, charts: What ``explorer.js`` draws, and into which charts
     data: Mapping[str, Any]
     charts: tuple[Chart, ...]
 
@@ -313,18 +205,10 @@ Block: TypeAlias = (
 
 @dataclass(frozen=True)
 class Section:
-    """Part of a page under a heading.
+    """Part of a page under a heading."""
 
-    Attributes
-    ----------
-    title : str
-        Heading, different from the others of its page.
-    blocks : sequence of Block
-        What it holds.
-    """
-
-    title: str
-    blocks: Sequence[Block]
+    title: str  # Heading, different from the others of its page
+    blocks: Sequence[Block]  # What it holds
 
     @property
     def anchor(self) -> str:
@@ -334,19 +218,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A report.
+    """A report."""
 
-    Attributes
-    ----------
-    title, subtitle : str
-        What it is about.
-    sections : sequence of Section
-        What it says.
-    """
-
+    # title, subtitle: What it is about
     title: str
     subtitle: str
-    sections: Sequence[Section]
+    sections: Sequence[Section]  # What it says
 
     def html(self) -> str:
         """The whole page."""

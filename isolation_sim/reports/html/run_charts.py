@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...criteria import columns
-from ...simulation.quantities import level_dofs, storey_rows
+from ..chart import Panel, base_and_roof, coil_current, element_along, ground_acceleration, loop
+from ..chart import envelopes as level_envelopes
 from ..energy import SINKS, instants_of, supply
-from ..panels import base_dof, element_along, roof_dof, without_direction
+from ..panels import LABELS_A_HEIGHT
 from .charts import Look, layout, numbers, over, peaks, span, thinned
 from .page import Chart, Gallery, Key
 
@@ -78,51 +78,36 @@ _OPEN = dict(zip("●■▲◆▼✚✖★", "○□△◇▽✛✕☆", strict=
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:
     """Ground, base and roof in each direction and the coils' currents, over time."""
     first = next(iter(runs.values()))
-    directions = first.isolated.structure.directions
-    panels: list[tuple[str, str, dict[str, NDArray], str]] = []
-    for number, direction in enumerate(directions):
-        along = f" along {direction}" if len(directions) > 1 else ""
-        base, roof = base_dof(first, number), roof_dof(first, number)
-        for what, symbol, dof, quantity, factor in (
-            ("Base displacement relative to the ground", "mm", base, "displacement_m", 1e3),
-            ("Absolute roof acceleration", "m/s²", roof, "acceleration_m_s2", 1.0),
-        ):
-            lines = {
-                name: factor * columns(run, [dof], quantity)[:, 0] for name, run in runs.items()
-            }
-            panels.append((f"{what}{along} ({symbol})", symbol, lines, "linear"))
-    for channel in range(max(run.isolated.n_channels for run in runs.values())):
-        which = f", channel {channel}" if first.isolated.n_channels > 1 else ""
-        lines = {
-            name: run.current[:, channel]
-            for name, run in runs.items() if run.isolated.n_channels > channel
-        }  # fmt: skip
-        panels.append((f"Coil current{which} (A)", "A", lines, "hv"))
+    directions = range(len(first.isolated.structure.directions))
+    panels = [panel for number in directions for panel in base_and_roof(runs, number)]
+    channels = max(run.isolated.n_channels for run in runs.values())
+    panels += [coil_current(runs, channel) for channel in range(channels)]
     most = _POINTS_OVER_TIME // (len(runs) * len(panels))
-    ground = [_ground(first, number, most) for number in range(len(directions))]
-    charts = []
-    for title, symbol, lines, shape in panels:
-        traces = []
-        for name, values in lines.items():
-            keep = thinned(most, values)
-            drawn = over(runs[name].time[keep], values[keep])
-            traces.append({"name": name, "meta": name, **looks[name].line(shape=shape), **drawn})
-        charts.append(_over_time(title, symbol, traces, first.time, peaks(lines, symbol)))
-    return ground + charts
-
-
-def _ground(run: Run, number: int, most: int) -> Chart:
-    record = run.records[number]
-    keep = thinned(most, record.acceleration)
-    trace = {
-        "type": "scatter", "mode": "lines", "name": "ground",
+    ground = {
+        "mode": "lines",
+        "name": "ground",
+        "meta": "ground",
         "line": {"color": "#555", "width": 1.2},
-        **over(record.time[keep], record.acceleration[keep]),
-    }  # fmt: skip
-    directions = run.isolated.structure.directions
-    along = f" along {directions[number]}" if len(directions) > 1 else ""
-    summary = peaks({record.name: record.acceleration}, "m/s²")
-    return _over_time(f"Ground acceleration{along} (m/s²)", "m/s²", [trace], run.time, summary)
+    }
+    charts = []
+    for number in directions:
+        panel = ground_acceleration(first, number)
+        charts.append(_panel(panel, dict.fromkeys(panel.lines, ground), first.time, most))
+    for panel in panels:
+        shape = "hv" if panel.steps else "linear"
+        drawn = {name: looks[name].line(shape=shape) for name in panel.lines}
+        charts.append(_panel(panel, drawn, first.time, most))
+    return charts
+
+
+def _panel(panel: Panel, drawn: Mapping[str, dict[str, Any]], time: NDArray, most: int) -> Chart:
+    traces = []
+    for name, (at, values) in panel.lines.items():
+        keep = thinned(most, values)
+        trace = {"type": "scatter", "name": name, "meta": name, **drawn[name]}
+        traces.append(trace | over(at[keep], values[keep]))
+    summary = peaks({name: values for name, (_, values) in panel.lines.items()}, panel.unit)
+    return _over_time(f"{panel.title} ({panel.unit})", panel.unit, traces, time, summary)
 
 
 def _over_time(
@@ -144,8 +129,9 @@ def loops(runs: Mapping[str, Run]) -> list[Gallery]:
 
 
 def _loops(runs: Mapping[str, Run], element: str, most: int) -> Gallery:
-    deformation = {n: 1e3 * columns(r, [element], "deformation_m")[:, 0] for n, r in runs.items()}
-    force = {n: 1e-3 * columns(r, [element], "force_N")[:, 0] for n, r in runs.items()}
+    lines = loop(runs, element).lines
+    deformation = {name: x for name, (x, _) in lines.items()}
+    force = {name: y for name, (_, y) in lines.items()}
     channel = next(iter(runs.values())).isolated.element(element).channel
     currents = {n: _current(run, channel) for n, run in runs.items()}
     low, high = span(currents.values(), 0.0)
@@ -184,36 +170,29 @@ def _current(run: Run, channel: int | None) -> NDArray:
 
 def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
     """Peak absolute acceleration and peak drift over the height."""
-    structure = next(iter(runs.values())).isolated.structure
-    levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
-    storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
     charts = []
-    for title, unit, labels, values in (
-        ("Peak absolute acceleration (m/s²)", "m/s²", levels,
-         {name: run.peaks["floor_acceleration_m_s2"] for name, run in runs.items()}),
-        ("Peak storey drift (mm)", "mm", storeys,
-         {name: 1e3 * run.peaks["drift_m"] for name, run in runs.items()}),
-    ):  # fmt: skip
-        if not labels:
+    for panel in level_envelopes(runs):
+        n, title = len(panel.levels), f"{panel.title} ({panel.unit})"
+        if not n:
             continue
-        height = np.arange(len(labels))
         traces = [
             {"name": name, "meta": name, **looks[name].line(),
              "x": each.tolist(), "y": height.tolist()}
-            for name, each in values.items()
+            for name, (each, height) in panel.lines.items()
         ]  # fmt: skip
-        every = -(-len(labels) // 12)
+        every = -(-n // LABELS_A_HEIGHT)
         ticks = {
-            "tickvals": height[::every].tolist(),
-            "ticktext": without_direction(labels, structure.directions)[::every],
-            "range": [-0.4, len(labels) - 0.6],
+            "tickvals": list(range(0, n, every)),
+            "ticktext": panel.levels[::every],
+            "range": [-0.4, n - 0.6],
         }
         axes = layout(
             title, "", yaxis=ticks, hovermode="closest", xaxis={"rangemode": "tozero"},
             margin={"l": 78},
         )  # fmt: skip
+        values = {name: each for name, (each, _) in panel.lines.items()}
         figure = {"data": traces, "layout": axes}
-        charts.append(Chart(title, figure, peaks(values, unit), height=340))
+        charts.append(Chart(title, figure, peaks(values, panel.unit), height=340))
     return Gallery(tuple(charts))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from ground_motions import STANDARD_GRAVITY
 
 from ...version import __version__
 from ..drawing import structure_drawing
+from ..names import with_written_names
 from ..references import of_runs
 from ..style import svg_text
 from ..tables import criteria_lines
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
     """Report of a comparison: what was run, the verdict, tables, charts and an animation."""
+    comparison = with_written_names(comparison)
     runs = comparison.runs
     first = next(iter(runs.values()))
     look = looks(list(runs))
@@ -162,6 +164,12 @@ def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
     yield Facts(facts)
     if scenario:
         yield Listing("The scenario, to run it again", scenario)
+
+
+def code_facts(files: Mapping[str, str]) -> dict[str, str]:
+    """Files of one's own that were run, each with its digest."""
+    said = "; ".join(f"{path}, SHA-256 {digest}" for path, digest in files.items())
+    return {"Code": said} if said else {}
 
 
 def versions() -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
-from .run_report import versions
+from .page import Block, Facts, Page, Picture, Prose, Section, Table, text_rows
+from .run_report import code_facts, versions
 from .text import capital, is_number
 
 
@@ -17,12 +17,13 @@ def study_report(
     figures: Sequence[Path] = (),
     about: str = "",
     command: str = "",
+    code: Mapping[str, str] | None = None,
 ) -> Page:
     """Report of a study."""
     pictures: list[Block] = [
         Picture(capital(path.stem.replace("_", " ")), path) for path in figures
     ]
-    run = {"Study": title, "Command": command, "Versions": versions()}
+    run = {"Study": title, "Command": command, **code_facts(code or {}), "Versions": versions()}
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Finding", [Prose(tuple(finding), "verdict")]),
         ("Numbers", [_table(caption, *each) for caption, each in tables.items()]),
@@ -39,5 +40,4 @@ def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]])
         for heading, column in zip(headings, zip(*rows, strict=True), strict=False)
         if 1 < len(set(column)) < len(column) and not any(map(is_number, column))
     ]
-    lines = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
-    return Table(caption, tuple(headings), lines, filters=tuple(words))
+    return Table(caption, tuple(headings), text_rows(rows), filters=tuple(words))

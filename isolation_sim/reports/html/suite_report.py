@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..suite_figures import SPOKEN
-from ..suite_tables import HEADINGS, records_rows, statistics_rows, told_of, verdict
+from ..names import as_written
+from ..suite_figures import COMBINATIONS
+from ..suite_tables import HEADINGS, motions_text, records_rows, statistics_rows, verdict
 from ..sweep_tables import heading
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table, text_rows
 from .run_report import versions
 from .text import capital
 
@@ -27,7 +28,7 @@ _CHANGES = {
 
 def suite_report(suite: Suite, picture: Path) -> Page:
     """Report of a suite."""
-    combined = SPOKEN[suite.index["spectra"]["combination"]]
+    combined = COMBINATIONS[suite.index["spectra"]["combination"]]
     statistics: list[Block] = [_statistics(suite, label) for label in suite.controllers]
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
@@ -39,35 +40,32 @@ def suite_report(suite: Suite, picture: Path) -> Page:
         ("What was run", [
             Facts({
                 "Suite": suite.name,
-                "Motions": told_of(suite),
+                "Motions": motions_text(suite),
                 "Rule": f"{suite.rule.name}: {suite.rule.clause}; {suite.rule.response_clause}",
                 "Scaling": suite.index["scaling"],
-                "Controllers": ", ".join(suite.controllers),
+                "Controllers": ", ".join(map(as_written, suite.controllers)),
                 "All numbers": "runs.csv and statistics.csv, in SI units",
                 "Versions": versions(),
             })
         ]),
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
-    return Page(f"Suite: {suite.name}", told_of(suite), sections)
+    return Page(f"Suite: {suite.name}", motions_text(suite), sections)
 
 
 def _statistics(suite: Suite, label: str) -> Table:
     first, *rest = (capital(name) for name in HEADINGS)
-    rows = tuple(
-        Row(name, tuple(Cell(text) for text in cells))
-        for name, *cells in statistics_rows(suite, label)
-    )
-    return Table(label, (first, *rest), rows)
+    rows = text_rows(statistics_rows(suite, label))
+    return Table(as_written(label), (first, *rest), rows)
 
 
 def _records(suite: Suite, criterion: str) -> Table:
     rows = tuple(
-        Row(motion, tuple(Cell(text.strip(), "best" if "*" in text else "") for text in cells))
+        Row(motion, tuple(Cell(text.rstrip("* "), "best" if "*" in text else "") for text in cells))
         for motion, *cells in records_rows(suite, criterion)
     )
     return Table(
-        capital(heading(criterion)), ("Motion", *suite.controllers), rows,
+        capital(heading(criterion)), ("Motion", *map(as_written, suite.controllers)), rows,
         note="* governs under this controller.",
     )  # fmt: skip
 

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
 from ...errors import InputError
+from ..names import as_written
 from ..sweep_figures import title_of
-from ..sweep_tables import heading, median_rows, told
+from ..sweep_tables import heading, median_rows, value_text
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
-from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table, text_rows
 from .run_report import versions
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
     any_good = bool((sweep.table["status"] == "ok").any())
     chosen: list[Block] = []
     if any_good:
-        chosen = [Key({}, looks(list(sweep.controllers))), explorer(sweep, criterion)]
+        chosen = [Key({}, looks([*map(as_written, sweep.controllers)])), explorer(sweep, criterion)]
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(sweep, criterion), "verdict")]),
         ("Controllers side by side", [_medians(sweep)] if any_good else []),
@@ -38,7 +39,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
             Facts({
                 "Sweep": sweep.plan.name + ("" if sweep.finished else ", unfinished"),
                 "Varied": ", ".join(sweep.parameters) or "nothing",
-                "Controllers": ", ".join(sweep.controllers),
+                "Controllers": ", ".join(map(as_written, sweep.controllers)),
                 "All numbers": "table.npz in the sweep's folder; isolation-sim sweep show "
                                "FOLDER --csv FILE writes them as CSV",
                 "Versions": versions(),
@@ -66,13 +67,13 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     place = good[criterion].idxmax() if is_gain(criterion) else good[criterion].idxmin()
     best = good.loc[place]
     unit, factor = unit_of(criterion)
-    varied = ", ".join(f"{name} {told(best[name])}" for name in sweep.parameters)
+    varied = ", ".join(f"{name} {value_text(best[name])}" for name in sweep.parameters)
     printed = good[criterion].mul(factor).map("{:.4g}".format)
     alike = (good["case"] == best["case"]) & (printed == printed[place])
     return first, (
         f"The {'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}, "
         f"{f'{printed[place]} {unit}'.strip()}, is that of "
-        f"{' and '.join(good['controller'][alike])} in "
+        f"{' and '.join(map(as_written, good['controller'][alike]))} in "
         f"case {best['case']}{f' ({varied})' if varied else ''}."
     )
 
@@ -87,9 +88,9 @@ def _medians(sweep: Sweep) -> Table:
     )
     return Table(
         caption="Medians over the cases",
-        headings=("Criterion", *sweep.controllers),
+        headings=("Criterion", *map(as_written, sweep.controllers)),
         rows=rows,
-        note="* best of the row. J1 to J9 refer to passive_off." * (len(sweep.controllers) > 1),
+        note="* best of the row. J1 to J9 refer to passive off." * (len(sweep.controllers) > 1),
     )
 
 
@@ -101,14 +102,18 @@ def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
             result = sweep.sensitivity(criterion, label)
         except InputError as error:
             # the rest of the report is as good without
-            yield Prose((f"No sensitivity of {label}: {error}.",), "warning")
+            yield Prose((f"No sensitivity of {as_written(label)}: {error}.",), "warning")
             continue
-        rows = tuple(
-            Row(str(quantity), tuple(Cell(f"{value:.3g}") for value in values))
+        rows = text_rows(
+            (str(quantity), *(f"{value:.3g}" for value in values))
             for quantity, values in zip(result.index, result.to_numpy(), strict=True)
         )
         columns = tuple(name.replace("_conf", " ±") for name in result.columns)
-        yield Table(f"Sensitivity of {heading(criterion)}: {label}", ("Quantity", *columns), rows)
+        yield Table(
+            f"Sensitivity of {heading(criterion)}: {as_written(label)}",
+            ("Quantity", *columns),
+            rows,
+        )
 
 
 def _failed(sweep: Sweep) -> Iterator[Block]:
@@ -117,9 +122,11 @@ def _failed(sweep: Sweep) -> Iterator[Block]:
         return
     names = ["controller", "status", "reason", *sweep.parameters]
     shown = failed.head(_MOST_FAILED)
-    rows = tuple(
-        Row(str(case), tuple(Cell(told(value)) for value in values))
-        for case, values in zip(shown["case"], shown[names].astype(object).to_numpy(), strict=True)
+    rows = text_rows(
+        (str(case), as_written(controller), *map(value_text, values))
+        for case, (controller, *values) in zip(
+            shown["case"], shown[names].astype(object).to_numpy(), strict=True
+        )
     )
     if len(shown) < len(failed):
         yield Prose((f"The first {len(shown)} of {len(failed):,}.",))

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..names import as_written
+from ..sweep_figures import title_of
 from ..tuning_tables import gains_texts, settings_texts
 from .charts import Look, layout, numbers
 from .page import (
     Block,
-    Cell,
     Chart,
     Facts,
     Gallery,
@@ -19,9 +20,9 @@ from .page import (
     Listing,
     Page,
     Prose,
-    Row,
     Section,
     Table,
+    text_rows,
 )
 from .run_report import versions
 from .text import capital
@@ -40,7 +41,9 @@ _SCORE = "Mean score"
 def tuning_report(tuning: Tuning) -> Page:
     """Report of a tuning."""
     content = tuning.content
-    criteria = " + ".join(f"{weight:g} {name}" for name, weight in content["criteria"].items())
+    criteria = " + ".join(
+        f"{weight:g} {title_of(name)}" for name, weight in content["criteria"].items()
+    )
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(tuning.verdict()), "verdict")]),
         ("Gain", [_texts("Mean score with 95 % intervals", *gains_texts(tuning)),
@@ -54,7 +57,7 @@ def tuning_report(tuning: Tuning) -> Page:
         ]),
         ("What was run", [
             Facts({
-                "Controller": tuning.controller,
+                "Controller": f"{as_written(tuning.controller)} ({tuning.controller})",
                 "Score": f"{criteria}, each over its value without current, minus the least such "
                          "sum of any constant current under the same motion",
                 "Seeds": f"{content['seed']} of the search and the intervals, "
@@ -68,25 +71,24 @@ def tuning_report(tuning: Tuning) -> Page:
         ]),
     ]  # fmt: skip
     return Page(
-        f"Tuning report: {tuning.controller}",
+        f"Tuning report: {as_written(tuning.controller)}",
         f"{len(tuning.trials)} trials of {len(content['settings'])} settings",
         [Section(title, blocks) for title, blocks in parts],
     )
 
 
 def _texts(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    lines = tuple(Row(first, tuple(map(Cell, rest))) for first, *rest in rows)
-    return Table(caption, tuple(map(capital, headings)), lines)
+    return Table(caption, tuple(map(capital, headings)), text_rows(rows))
 
 
 def _by_motion(evaluated: Judgement) -> Table:
     columns = (evaluated.current, evaluated.constant, evaluated.before, evaluated.after)
-    rows = tuple(
-        Row(name, tuple(Cell(f"{value:.3f}") for value in values))
+    rows = (
+        (name, *(f"{value:.3f}" for value in values))
         for name, *values in zip(evaluated.motions, *columns, strict=True)
     )
     headings = ("Motion", "Best constant current, A", "Its J", "Score before", "Score, tuned")
-    return Table(capital(evaluated.name), headings, rows)
+    return Table(capital(evaluated.name), headings, text_rows(rows))
 
 
 def _progress(tuning: Tuning) -> Chart:

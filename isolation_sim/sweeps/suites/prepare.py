@@ -209,7 +209,7 @@ def _spectra(
         return np.array([combined_spectrum(r.components, periods, rule.combination)
                          for r in records])  # fmt: skip
 
-    def wanted(periods: np.ndarray) -> list[float | None]:
+    def target_psa(periods: np.ndarray) -> list[float | None]:
         if target is None:
             return [None] * len(periods)
         inside = (periods >= target.shortest_period) & (periods <= target.longest_period)
@@ -225,12 +225,12 @@ def _spectra(
             "psa_m_s2": {
                 r.name: row.tolist() for r, row in zip(records, of_all(plotted), strict=True)
             },
-            "target_m_s2": wanted(plotted),
+            "target_m_s2": target_psa(plotted),
         },
         "range": {
             "period_s": checked.tolist(),
             "mean_m_s2": of_all(checked).mean(axis=0).tolist(),
-            "target_m_s2": wanted(checked),
+            "target_m_s2": target_psa(checked),
             "floor": rule.floors.tolist(),
         },
     }

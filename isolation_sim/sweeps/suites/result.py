@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ground_motions import SUITE_RULES, SuiteRule
+from ground_motions.argument_types import checked
 
 from ...errors import InputError
 from ...rendering import Printed, render
@@ -23,6 +24,7 @@ STATISTICS = ("mean", "median", "percentile_84", "maximum")
 """Statistics over the motions of a suite."""
 
 
+@checked
 class Suite(Printed):
     """Results of a suite of records.
 

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ground_motions.argument_types import checked
+
 from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...io.results_folder import file_name, write_contents
@@ -22,6 +24,7 @@ SCENARIO = "scenario.toml"
 MOTION = "motion"
 
 
+@checked
 def run_suite(
     scenario: Scenario | str | Path,
     out: str | Path | None = None,
@@ -70,7 +73,7 @@ def run_suite(
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
     if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
-        remedy = ", or --resume to go on with the suite there" if (folder / INDEX).exists() else ""
+        remedy = ", --overwrite, or --resume to go on there" if (folder / INDEX).exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)

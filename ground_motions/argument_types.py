@@ -1,0 +1,236 @@
+"""Arguments of exported names against their annotations: a wrong type is told in one line."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from ground_motions.errors import InputError
+
+T = TypeVar("T", bound=Callable[..., Any])
+_HINTS = {
+    "Control": "controller(name), or an instance of a subclass of controllers.Controller",
+    "Device": "a Device, such as law(name)",
+    "IsolatedStructure": "an IsolatedStructure, such as structure.on(device)",
+    "Record": "a Record, such as read_record(path)",
+}
+"""What is expected, by the name of its class, where the name alone does not say how to get one."""
+
+_NOT_NEEDED = {"Control": ("compiled", "current", "preview_time")}
+"""Members that a protocol's users look for and can do without."""
+
+_LISTS = (Sequence, Iterable, list, tuple)
+_WORDS = {
+    float: "a number",
+    int: "a whole number",
+    bool: "True or False",
+    str: "text",
+    NoneType: "None",
+    Mapping: "a mapping",
+    dict: "a mapping",
+    Callable: "a function",
+}
+
+
+def checked(thing: T) -> T:
+    """Decorate a function or a class: arguments of a wrong type raise `InputError`."""
+    if isinstance(thing, type):
+        thing.__init__ = _with_check(thing.__init__, thing.__module__)  # type: ignore[misc]
+        return thing
+    return _with_check(thing, thing.__module__)
+
+
+def refuse_wrong_type(place: str, value: Any, kind: Any) -> None:
+    """Raise `InputError` where a value is not of the annotated kind."""
+    wrong = _misfit(place, value, kind)
+    if wrong is not None:
+        place, value, kind = wrong
+        raise InputError(f"{place} is {shown(value)}; expected: {_described(kind)}")
+
+
+def shown(value: Any) -> str:
+    """Return a value as an error names it: itself where it is short, its type otherwise."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return f"{value!r}"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if isinstance(value, os.PathLike):
+        return f"the path {os.fspath(value)!r}"
+    if isinstance(value, list) and len(repr(value)) < 40:
+        return repr(value)
+    return f"of type {type(value).__name__}"
+
+
+def _with_check(function: Any, module: str) -> Any:
+    positional = [
+        each.name
+        for each in inspect.signature(function).parameters.values()
+        if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)
+    ]
+
+    @functools.cache
+    def kinds() -> dict[str, Any]:
+        names = _Names(module)
+        found = {name: names.kind(text) for name, text in function.__annotations__.items()}
+        return {name: kind for name, kind in found.items() if name != "return"}
+
+    @functools.wraps(function)
+    def with_check(*args: Any, **kwargs: Any) -> Any:
+        expected = kinds()
+        for name, value in (*zip(positional, args, strict=False), *kwargs.items()):
+            refuse_wrong_type(name, value, expected.get(name, Any))
+        return function(*args, **kwargs)
+
+    return with_check
+
+
+class _Names(dict[str, Any]):
+    """The names of a module, those that it imports for type checkers alone included."""
+
+    def __init__(self, module: str) -> None:
+        self.module = sys.modules[module]
+        super().__init__(vars(self.module))
+
+    def __missing__(self, name: str) -> Any:
+        for node in ast.walk(ast.parse(inspect.getsource(self.module))):
+            if isinstance(node, ast.ImportFrom):
+                for each in node.names:
+                    if name == (each.asname or each.name):
+                        home = "." * node.level + (node.module or "")
+                        self[name] = getattr(
+                            import_module(home, self.module.__package__), each.name
+                        )
+                        return self[name]
+        raise KeyError(name)
+
+    def kind(self, annotation: Any) -> Any:
+        """An annotation's value; `Any` where the sources that it needs are not at hand."""
+        if not isinstance(annotation, str):
+            return annotation
+        try:
+            return eval(annotation, {}, self)
+        except (NameError, OSError):
+            return Any
+
+
+def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
+    """The place within a value that is of another kind, what is there, and the kind."""
+    origin = get_origin(kind) or kind
+    wrong = place, value, kind
+    if _is_array(origin):
+        return None if _is_numeric(value) else wrong
+    if origin in (Union, UnionType):
+        found = [_misfit(place, value, each) for each in _alternatives(kind)]
+        if None in found:
+            return None
+        deepest = max(found, key=lambda each: len(each[0]) if each else 0)
+        return deepest if deepest and deepest[0] != place else wrong
+    if origin is Annotated:
+        return _misfit(place, value, get_args(kind)[0])
+    if origin in _LISTS:
+        return wrong if not _is_list(value) else _misfit_inside(place, value, kind)
+    return None if _is_a(value, kind, origin) else wrong
+
+
+def _alternatives(union: Any) -> list[Any]:
+    """The members of a union; what NumPy takes for an array is one of them."""
+    members = get_args(union)
+    if not any(getattr(each, "__module__", "").startswith("numpy.") for each in members):
+        return [*members]
+    from numpy import ndarray
+    from numpy.typing import ArrayLike
+
+    return [ndarray, *(each for each in members if each not in get_args(ArrayLike))]
+
+
+def _is_array(origin: Any) -> bool:
+    return getattr(origin, "__name__", "") == "ndarray"
+
+
+def _misfit_inside(place: str, values: Any, kind: Any) -> tuple[str, Any, Any] | None:
+    """The first element of a list that is of another kind."""
+    inner = [each for each in get_args(kind) if each is not ...]
+    if not isinstance(values, list | tuple) or not inner:
+        return None
+    if get_origin(kind) is tuple and ... not in get_args(kind):
+        if len(inner) != len(values):
+            return place, values, kind
+    else:
+        inner = inner[:1] * len(values)
+    found = (_misfit(f"{place}[{k}]", *each) for k, each in enumerate(zip(values, inner)))  # noqa: B905
+    return next((each for each in found if each is not None), None)
+
+
+def _is_a(value: Any, kind: Any, origin: Any) -> bool:
+    """Whether a value is of a kind without parts."""
+    if origin is Literal:
+        return isinstance(value, tuple({type(each) for each in get_args(kind)}))
+    if origin is Any or not isinstance(origin, type):
+        return True
+    if isinstance(value, type):
+        return issubclass(origin, type)
+    if origin is float:
+        single = getattr(value, "ndim", 0) == 0
+        return hasattr(value, "__float__") and single and not _is_bool(value)
+    if origin is int:
+        return hasattr(value, "__index__") and not _is_bool(value)
+    if origin is bool:
+        return _is_bool(value)
+    if getattr(origin, "_is_protocol", False):
+        return all(hasattr(value, name) for name in _members(origin))
+    return isinstance(value, Mapping if origin is dict else origin)
+
+
+def _is_bool(value: Any) -> bool:
+    """Whether a value is Python's or NumPy's True or False."""
+    return type(value).__name__ in ("bool", "bool_")
+
+
+def _members(protocol: type) -> list[str]:
+    """The names that a protocol cannot do without."""
+    names = [name for name in vars(protocol) if name == "__call__" or not name.startswith("_")]
+    return [name for name in names if name not in _NOT_NEEDED.get(protocol.__name__, ())]
+
+
+def _is_list(value: Any) -> bool:
+    """Whether a value is a row of things: neither text nor a mapping."""
+    return hasattr(value, "__iter__") and not isinstance(value, str | bytes | Mapping | type)
+
+
+def _is_numeric(value: Any) -> bool:
+    if value is None or isinstance(value, str | bytes | type | Mapping):
+        return False
+    import numpy as np
+
+    try:
+        return np.asarray(value).dtype.kind in "buifc"
+    except (TypeError, ValueError):
+        return False
+
+
+def _described(kind: Any) -> str:
+    """A kind in words, led by its article."""
+    origin = get_origin(kind) or kind
+    if origin in (Union, UnionType):
+        parts = dict.fromkeys(_described(each) for each in _alternatives(kind))
+        return " or ".join(parts)
+    if origin is Literal:
+        return " or ".join(repr(each) for each in get_args(kind))
+    if origin in _LISTS:
+        inner = [each for each in get_args(kind) if each is not ...]
+        return f"a list, each {_described(inner[0])}" if inner else "a list"
+    if _is_array(origin):
+        return "an array of numbers"
+    if origin in _WORDS:
+        return _WORDS[origin]
+    if isinstance(origin, type) and issubclass(origin, os.PathLike):
+        return "a path"
+    name = getattr(origin, "__name__", str(origin))
+    return _HINTS.get(name, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")

@@ -1,0 +1,52 @@
+"""The order in which a search exchanges effects, and what it proposes beside them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from isolation_sim.discrepancy.device.effect_search import EffectSearch
+from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
+
+
+def fitted(cost, *causes, n_values=3):
+    """A stand-in of a fitted model, whose effects are their causes; noise has no direction."""
+    residual = np.zeros(100)
+    residual[len(causes)] = np.sqrt(cost)
+    return SimpleNamespace(
+        cost=cost, effects=causes, causes=causes, values=np.zeros(n_values), residual=residual
+    )
+
+
+class Space(EffectSearch):
+    """A search whose rivals are given by the effects that stay and the place."""
+
+    def __init__(self, table=None):
+        super().__init__(fitted(1e4), (), (), np.full((100, 2), 0.1), None, None)
+        self.table = table or {}
+
+    def rivals(self, model, place):
+        return None, self.table.get((model.effects, place), [])
+
+
+def test_an_effect_is_exchanged_again_after_another_one_was():
+    # the last effect was best beside "filter"; beside "delay" another one is
+    space = Space({
+        (("filter", "payne"), 0): [fitted(900, "payne", "delay")],
+        (("payne", "delay"), 0): [fitted(300, "delay", "mullins")],
+    })  # fmt: skip
+    assert space.revise(fitted(1000, "filter", "payne")).effects == ("delay", "mullins")
+
+
+def test_effects_as_good_as_others_stay():
+    rival = fitted(990, "mullins", n_values=9)
+    space = Space({(("payne",), 0): [rival]})
+    assert space.revise(fitted(1000, "payne")).effects == ("payne",)
+
+
+def test_what_is_more_than_noise_is_proposed_once_a_cause_the_best_first():
+    tried = [
+        fitted(500, "heat", "stop"), fitted(520, "heat", "stop"), fitted(530, "heat", OUTSIDE),
+        fitted(700, "heat", "lag"), fitted(990, "heat", "offset"),
+    ]  # fmt: skip
+    proposed = list(Space().second_best(fitted(1000, "heat"), tried))
+    assert [(one.cost, one.effects[-1]) for one in proposed] == [(500, "stop"), (700, "lag")]
