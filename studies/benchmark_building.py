@@ -1,11 +1,13 @@
-"""The smart base-isolated benchmark building: linear bearings, then MR isolators under control.
+"""The smart base-isolated benchmark building: passive bearings, then MR isolators under control.
 
 Eight storeys with an L-shaped plan, of x, y and rotation each, on a rigid base; seven bidirectional
 records, each in both orientations. Matrices and records are those of ``benchmark_8_storey`` in the
 shared data. The 92 bearings act as four groups whose centre and radius of gyration are those of
 all: their sum is the supplied base case to the last digit, eccentricity included. A group of MR
 isolators has one coil and acts along x and y. Isolator displacements are those at the positions of
-the 92 bearings.
+the 92 bearings. The lead-rubber and friction bearings are biaxial. Their numbers are not those of
+the definition papers, which are not public: they have the stiffness of the linear bearings after
+yielding or slip, and common textbook values beside it.
 
 Source: S. Narasimhan, S. Nagarajaiah, E. A. Johnson and H. P. Gavin, "Smart base-isolated benchmark
 building. Part I: problem definition", Structural Control and Health Monitoring 13 (2006) 573-588.
@@ -19,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import isolation_sim as iso
-from ground_motions import Record, read
+from ground_motions import STANDARD_GRAVITY, Record, read
 from isolation_sim.criteria import criteria
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.io.csv_table import write_table
@@ -39,7 +41,13 @@ TITLE = "Smart base-isolated benchmark building"
 RECORDS = ("newhall", "sylmar", "elcentro", "rinaldi", "kobe", "jiji", "erzikan")
 COMPONENTS = ("fault_parallel", "fault_normal")
 """Of a record: each acts along x once, the other one along y."""
-CONTROLLERS = ("passive_off", "passive_on", "on_off", "clipped_lqr", "clipped_lqg")
+CONTROLLERS: dict[str, dict[str, str]] = {
+    name: published_entry(name)
+    for name in ("passive_off", "passive_on", "on_off", "clipped_lqr", "clipped_lqg")
+} | {
+    f"tuned {name}": {"name": name} for name in ("on_off", "clipped_lqr", "clipped_lqg")
+} | {"mpc": {"name": "mpc"}}  # fmt: skip
+"""With published settings, with those tuned on the reference building, and without preview."""
 
 EIGENVALUES = (49.62, 65.66, 91.05, 496.42, 557.82, 860.45)
 """rad^2/s^2, the first six of the superstructure on a held base as supplied with its matrices. They
@@ -57,6 +65,14 @@ DESIGN_DISPLACEMENT = 0.4
 DESIGN_CURRENT = 1.5
 """Current at which MR isolators are as stiff there as the linear bearings, A."""
 LINEAR = "linear bearings"
+LEAD_RUBBER = "lead-rubber bearings"
+FRICTION = "friction bearings"
+STRENGTH = 0.05
+"""Characteristic strength of the lead-rubber bearings over the weight."""
+YIELD_DEFORMATION = 0.01
+"""Yield deformation of the lead, m."""
+SLIDING = {"mu_max": 0.06, "mu_min": 0.03, "a": 50.0, "u_y": 0.002, "n": 2.0}
+"""Friction by speed, deformation before slip (m) and smoothness of the friction bearings."""
 PEAKS = (
     "peak_base_displacement_m", "peak_isolator_displacement_m", "peak_floor_acceleration_m_s2",
     "peak_superstructure_acceleration_m_s2", "peak_drift_m", "peak_drift_ratio",
@@ -100,25 +116,42 @@ def groups() -> tuple[float, NDArray]:
     return len(places) / 4, centre + signs * corner
 
 
-def on_bearings(folder: Path, device: Device) -> IsolatedStructure:
-    """Put the building on its 92 bearings."""
+def on_bearings(folder: Path, device: Device, biaxial: bool = False) -> IsolatedStructure:
+    """Put the building on its 92 bearings, whose directions act on each other if biaxial."""
     building = structure(folder)
     count, places = groups()
-    isolated: Any = building
+    isolated = IsolatedStructure(building, ())
     for k, (x, y) in enumerate(places):
-        for axis, arm in (("x", -y), ("y", x)):
-            row = building.direction_row(f"base_{axis}")
-            row = row + arm * building.direction_row("base_rotation")
-            channel = k if device.depends_on_current else None
-            isolated = isolated.with_element(
-                device.scaled(force=count), row, channel, f"isolator{k + 1}_{axis}"
-            )
+        channel = k if device.depends_on_current else None
+        bearings, name = device.scaled(force=count), f"isolator{k + 1}"
+        turn = building.direction_row("base_rotation")
+        rows = [
+            building.direction_row(f"base_{axis}") + arm * turn
+            for axis, arm in (("x", -y), ("y", x))
+        ]
+        if biaxial:
+            isolated = isolated.with_biaxial(bearings, rows, channel, name)
+            continue
+        for axis, row in zip("xy", rows, strict=True):
+            isolated = isolated.with_element(bearings, row, channel, f"{name}_{axis}")
     return isolated
 
 
 def linear_bearing() -> Device:
     """Return the published base case's bearing."""
     return iso.law("kelvin_voigt", {"k": BEARING_STIFFNESS, "c": BEARING_DAMPING})
+
+
+def lead_rubber_bearing(weight: float) -> Device:
+    """Return a bearing with lead in the place of the linear one's damping."""
+    values = {"Q": STRENGTH * weight, "u_y": YIELD_DEFORMATION, "beta": 0.5, "gamma": 0.5}
+    return iso.law("park_wen_ang", {"k": BEARING_STIFFNESS, "c": 0.0} | values)
+
+
+def friction_bearing(weight: float) -> Device:
+    """Return a friction pendulum with the linear bearing's stiffness in sliding."""
+    radius = weight / BEARING_STIFFNESS
+    return iso.law("friction_pendulum", {"W": weight, "R": radius} | SLIDING)
 
 
 def mr_isolator(frequency: float) -> Device:
@@ -147,10 +180,15 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     data = data_folder("benchmark_8_storey")
     linear = on_bearings(data, linear_bearing())
     controlled = on_bearings(data, mr_isolator(1 / isolated_period(linear.structure)))
+    weight = linear.structure.total_mass * STANDARD_GRAVITY / len(BEARINGS)
+    passive = {
+        LEAD_RUBBER: on_bearings(data, lead_rubber_bearing(weight), biaxial=True),
+        FRICTION: on_bearings(data, friction_bearing(weight), biaxial=True),
+    }
     target = RECORDS[2:4] if short else RECORDS
-    names = (*CONTROLLERS[:2], "clipped_lqr") if short else CONTROLLERS
+    names = ("passive_off", "passive_on", "clipped_lqr") if short else tuple(CONTROLLERS)
     motions = [(motion, along_x) for motion in target for along_x in COMPONENTS]
-    share = 1 / (len(motions) * (len(names) + 1))
+    share = 1 / (len(motions) * (len(names) + len(passive) + 1))
     runs: list[dict[str, Any]] = []
     for motion, along_x in motions:
         ground = records(data, motion, along_x)
@@ -158,8 +196,11 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         step(f"{motion}, {LINEAR}", 0.0)
         base = iso.simulate(linear, ground)
         runs.append(label | _row(LINEAR, base, base))
+        for name, plant in passive.items():
+            step(f"{motion}, {name}", share)
+            runs.append(label | _row(name, iso.simulate(plant, ground), base))
         for name in names:
-            one = iso.controller(**published_entry(name))
+            one = iso.controller(**CONTROLLERS[name])
             step(f"{motion}, {name}", share)
             runs.append(label | _row(name, iso.simulate(controlled, ground, one), base))
         step(motion, share)
@@ -167,7 +208,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     headings = ("peak_isolator_displacement_m", *INDICES, DISSIPATION)
     table = [
         {"median of": name} | {heading: _median(runs, name, heading) for heading in headings}
-        for name in (LINEAR, *names)
+        for name in (LINEAR, *passive, *names)
     ]
     figures = {"indices": _figure(runs, names)}
     return Outcome(table, _finding(linear.structure, runs, names), figures)
@@ -188,7 +229,11 @@ def _finding(building: Structure, runs: list[dict[str, Any]], names: tuple[str, 
     periods = ", ".join(f"{period:.4f}" for period in building.fixed_base_periods()[:6])
     supplied = ", ".join(f"{period:.4f}" for period in 2 * np.pi / np.sqrt(EIGENVALUES))
     twist = np.median(
-        [row["peak_isolator_displacement_m"] / row["peak_base_displacement_m"] for row in runs]
+        [
+            row["peak_isolator_displacement_m"] / row["peak_base_displacement_m"]
+            for row in runs
+            if row["controller"] in (LINEAR, *names)
+        ]
     )
     gains = "; ".join(
         f"{name}: J3 {_median(runs, name, 'J3'):.2f}, J5 {_median(runs, name, 'J5'):.2f}, "
@@ -203,9 +248,9 @@ def _finding(building: Structure, runs: list[dict[str, Any]], names: tuple[str, 
     beyond = [
         row
         for row in runs
-        if row["controller"] != LINEAR and row["peak_isolator_displacement_m"] > DESIGN_DISPLACEMENT
+        if row["controller"] in names and row["peak_isolator_displacement_m"] > DESIGN_DISPLACEMENT
     ]
-    most = max((row for row in runs if row["controller"] != LINEAR), key=lambda r: r[DISSIPATION])
+    most = max((row for row in runs if row["controller"] in names), key=lambda r: r[DISSIPATION])
     field = (
         f" The devices dissipated up to {most[DISSIPATION]:.2f} of the input energy "
         f"({most['controller']}, {most['record']}): there the current, stiffening deformed "
@@ -220,7 +265,8 @@ def _finding(building: Structure, runs: list[dict[str, Any]], names: tuple[str, 
     return (
         f"The building's fixed-base periods are {periods} s by the supplied matrices and "
         f"{supplied} s by the eigenvalues supplied with them; its linear bearings alone give the "
-        f"whole mass {isolated_period(building):.2f} s. With MR isolators as stiff as these at "
+        f"whole mass {isolated_period(building):.2f} s. {_passive(runs)} "
+        "With MR isolators as stiff as the linear bearings at "
         f"{DESIGN_DISPLACEMENT:g} m and {DESIGN_CURRENT:g} A, the medians over {count} motions "
         "(each record in both orientations), "
         f"over the linear bearings, are {gains}. Isolator displacement is least with "
@@ -229,6 +275,16 @@ def _finding(building: Structure, runs: list[dict[str, Any]], names: tuple[str, 
         f"{twist:.2f} times as far as the base's centre (median). In {len(beyond)} of "
         f"{count * len(names)} runs an MR isolator is strained further than it was tested.{field}"
     )
+
+
+def _passive(runs: list[dict[str, Any]]) -> str:
+    """What the nonlinear bearings do, in a sentence."""
+    told = [
+        f"{name} J1 {_median(runs, name, 'J1'):.2f}, J3 {_median(runs, name, 'J3'):.2f}, "
+        f"J5 {_median(runs, name, 'J5'):.2f}"
+        for name in (LEAD_RUBBER, FRICTION)
+    ]
+    return f"Nonlinear bearings of the same stiffness, over the linear ones: {'; '.join(told)}."
 
 
 def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
@@ -248,7 +304,7 @@ def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
             values = np.array(
                 [[row[index] for index in INDICES] for row in runs if row["controller"] == name]
             )
-            at = np.arange(len(INDICES)) + 0.13 * (k - (len(names) - 1) / 2)
+            at = np.arange(len(INDICES)) + 0.8 / len(names) * (k - (len(names) - 1) / 2)
             middle = np.median(values, axis=0)
             bars = np.stack([middle - values.min(axis=0), values.max(axis=0) - middle])
             look = {**look, "linestyle": ""}

@@ -98,18 +98,15 @@ def _levels(structure: Structure) -> tuple[np.ndarray, float]:
 
 def _in_space(axes: Any, structure: Structure) -> None:
     """Draw floors and isolators, seen from above."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
     places = structure.isolator_positions
     assert places is not None
     low, high = places.min(axis=0), places.max(axis=0)
     corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     z, tall = _levels(structure)
-    floors = [np.column_stack([corners, np.full(4, level)]) for level in z]
-    faces = ["0.45"] + ["0.75"] * (len(z) - 1)
-    axes.add_collection3d(
-        Poly3DCollection(floors, facecolors=faces, edgecolors="0.3", alpha=0.25, linewidths=0.8)
-    )
+    x_floor, y_floor = np.meshgrid([low[0], high[0]], [low[1], high[1]])
+    for level in z:
+        axes.plot_surface(x_floor, y_floor, np.full((2, 2), level), color="0.6", edgecolor="0.3",
+                          alpha=0.25, linewidth=0.8)  # fmt: skip
     for x, y in corners:
         axes.plot([x, x], [y, y], [z[0], z[-1]], color="0.2", linewidth=1.2)
     for x, y in places:

@@ -129,11 +129,22 @@ def test_mr_isolators_are_as_stiff_as_the_bearings_at_the_design_displacement():
     assert in_phase == pytest.approx(study.BEARING_STIFFNESS, rel=0.1)
 
 
+def test_nonlinear_bearings_have_the_linear_stiffness_after_yielding_or_slip():
+    weight, far = 2.5e6, 0.3
+    for device, strength in (
+        (study.lead_rubber_bearing(weight), study.STRENGTH * weight),
+        (study.friction_bearing(weight), study.SLIDING["mu_max"] * weight),
+    ):
+        states = (1.0,) if device.law.name == "park_wen_ang" else (study.SLIDING["mu_max"],)
+        force = device.force(far, 1.0, states, 0.0)
+        assert force == pytest.approx(study.BEARING_STIFFNESS * far + strength, rel=1e-12)
+
+
 def test_short_form(tmp_path, data):
     found, path = perform("benchmark_building", tmp_path / "study", True)
     with (path / "runs.csv").open(newline="", encoding="utf-8") as file:
         runs = list(csv.DictReader(file))
-    assert len(runs) == 2 * 2 * 4
+    assert len(runs) == 2 * 2 * 6
     for row in runs:
         values = np.array([float(row[index]) for index in study.INDICES])
         assert np.all(values > 0) and np.all(values < 10)
