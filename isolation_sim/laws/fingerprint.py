@@ -30,7 +30,9 @@ def fingerprint(law: Law) -> str | None:
 
 
 def _functions(law: Law) -> list[Any]:
-    return [law.force, law.rates, law.stored_energy]
+    """Those of the law; two laws may differ in their states at rest alone."""
+    rest = [] if law.rest is None else [law.rest]
+    return [law.force, law.rates, law.stored_energy, *rest]
 
 
 def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
