@@ -18,7 +18,7 @@ from .estimating import Estimating
 from .observers.observer import Running
 from .predictive.force_scale import ForceScale
 from .predictive.slow_ground import SlowGround
-from .settings import Integer, Number, OneOf, Optional, setting
+from .settings import Integer, Number, OneOf, Optional, SearchRange, setting
 
 if TYPE_CHECKING:
     from .predictive.prediction import Prediction
@@ -26,6 +26,8 @@ from .predictive.running_peaks import RunningPeaks
 
 _STOPPING = 0.35
 """Time in which the ground comes to rest after the horizon, while the building floats on, s."""
+_ENOUGH = 0.5
+"""Preview time from which the programme decides when a stiff start ends, s."""
 _INFEASIBLE = 1e-6
 """How far a solution may be outside a constraint, in the programme's units."""
 _PROXIMAL = 1e-6
@@ -95,7 +97,8 @@ class MPC(Estimating):
 
     While the ground motion is slow for the building at the highest current (``stiff_start``), that
     current is held instead, so that the building follows the ground. A long near-fault pulse is
-    recognised too late otherwise.
+    recognised too late otherwise. With ``preview`` the known ground motion counts, and from 0.5 s
+    on each programme starts from the highest current but may lower it.
 
     With ``filter`` an observer estimates displacements and velocities from accelerations and
     isolator deformations. With ``learning`` the isolator force is multiplied by an estimated
@@ -134,7 +137,7 @@ class MPC(Estimating):
     )  # fmt: skip
     horizon: float | None = setting(
         None, "prediction horizon; None for 0.9 s plus half of the preview time",
-        Optional(Number(above=0)), "s",
+        Optional(Number(above=0)), "s", SearchRange(0.5, 2.0),
     )  # fmt: skip
     blocks: int | None = setting(
         None, "move blocking: number of blocks of commands, the first ones one decision long; "
@@ -146,60 +149,70 @@ class MPC(Estimating):
     )  # fmt: skip
     settling: float | None = setting(
         1.0, "time constant with which the forecast ground velocity returns to zero; None for no "
-        "return", Optional(Number(above=0)), "s",
+        "return", Optional(Number(above=0)), "s", SearchRange(0.3, 3.0),
     )  # fmt: skip
     fading: float | None = setting(
         0.15, "time constant with which the autoregressive forecast fades; None for no fading",
-        Optional(Number(above=0)), "s",
+        Optional(Number(above=0)), "s", SearchRange(0.05, 1.0),
     )  # fmt: skip
-    displacement: float = setting(0.5, "weight of squared displacement", Number(at_least=0))
-    acceleration: float = setting(0.5, "weight of squared acceleration", Number(at_least=0))
+    displacement: float = setting(
+        0.5, "weight of squared displacement", Number(at_least=0), search=SearchRange(0.05, 5.0)
+    )
+    acceleration: float = setting(
+        0.5, "weight of squared acceleration", Number(at_least=0), search=SearchRange(0.05, 5.0)
+    )
     end: float = setting(
         0.25, "terminal weight, of the squared vibration amplitude after the horizon",
-        Number(at_least=0),
+        Number(at_least=0), search=SearchRange(0.02, 2.0),
     )  # fmt: skip
     stop: float | None = setting(
         None, "terminal ground-velocity factor: the share of the ground velocity at the end of the "
         "horizon that the ground is expected to lose; None for 1.6 per second of preview, at most "
         "1.3", Optional(Number(at_least=0)),
     )  # fmt: skip
-    change: float = setting(0.1, "proximal weight, of squared changes of the plan", Number(above=0))
+    change: float = setting(
+        0.1, "proximal weight, of squared changes of the plan", Number(above=0),
+        search=SearchRange(0.01, 1.0),
+    )  # fmt: skip
     roughness: float = setting(
-        0.05, "input-rate weight, of squared differences between commands", Number(at_least=0)
-    )
+        0.05, "input-rate weight, of squared differences between commands", Number(at_least=0),
+        search=SearchRange(0.005, 0.5),
+    )  # fmt: skip
     effort: float = setting(0.0, "input weight, of squared currents", Number(at_least=0))
     margin: float = setting(
         1.0, "constraint tightening of accelerations, in standard deviations of the forecast error "
-        "before the coils can respond", Number(at_least=0),
+        "before the coils can respond", Number(at_least=0), search=SearchRange(0.0, 3.0, "linear"),
     )  # fmt: skip
     displacement_excess: float | None = setting(
         None, "slack weight, of the displacement above its level; None for 0.2 plus 2.5 per second "
-        "of preview", Optional(Number(at_least=0)),
+        "of preview", Optional(Number(at_least=0)), search=SearchRange(0.05, 8.0),
     )  # fmt: skip
     acceleration_excess: float = setting(
-        2.4, "slack weight, of the acceleration above its level", Number(at_least=0)
-    )
+        2.4, "slack weight, of the acceleration above its level", Number(at_least=0),
+        search=SearchRange(0.5, 10.0),
+    )  # fmt: skip
     regret: float | None = setting(
         None, "slack weight, of the acceleration above the peak without current, past and "
         "forecast; None for 2 minus 2.5 per second of preview, at least 0",
-        Optional(Number(at_least=0)),
+        Optional(Number(at_least=0)), search=SearchRange(0.0, 6.0, "linear"),
     )  # fmt: skip
     displacement_level: float = setting(
         0.2, "unavoidable displacement, as a fraction of the peak without current so far",
-        Number(at_least=0),
+        Number(at_least=0), search=SearchRange(0.0, 0.9, "linear"),
     )  # fmt: skip
     acceleration_level: float = setting(
         0.25, "unavoidable acceleration, as a fraction of the peak without current so far",
-        Number(at_least=0),
+        Number(at_least=0), search=SearchRange(0.0, 0.9, "linear"),
     )  # fmt: skip
     stiff_start: float = setting(
-        1.3, "the highest current is held while the period of the ground motion exceeds this "
-        "multiple of the first period at that current; 0 for never", Number(at_least=0),
+        1.3, "the highest current is held, with 0.5 s of preview planned from, while the period of "
+        "the ground motion exceeds this multiple of the first period at that current; 0 for never",
+        Number(at_least=0), search=SearchRange(0.7, 3.0),
     )  # fmt: skip
     least_peak: float = setting(
         0.13, "lower limit of the peaks without current, as a multiple of the largest ground "
         "acceleration so far; displacements: over the squared first circular frequency",
-        Number(above=0),
+        Number(above=0), search=SearchRange(0.03, 0.5),
     )  # fmt: skip
     delay: float | None = setting(
         None, "age of a measurement when its command takes effect, over which the state is "
@@ -328,7 +341,8 @@ class MPC(Estimating):
         plan = self.commands.copy()
         if self._slow:
             plan[:] = self.coils[:, 3]
-        for _ in range(0 if self._slow else self.iterations):
+        held = self._slow and self.preview < _ENOUGH
+        for _ in range(0 if held else self.iterations):
             p.predict(z, states, coil, plan, self._ground.path[self._n_late * p.n_sub :])
             move = self._solve(plan, before)
             if move is None:
@@ -364,6 +378,7 @@ class MPC(Estimating):
         elif self._force_scale is not None:
             seen = seen[n:]
         z = p.modes_of(seen[:n], seen[n : 2 * n])
+        first = self._last is None
         if self._last is not None:
             then, old, old_coil = self._last
             p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
@@ -375,7 +390,9 @@ class MPC(Estimating):
                 self._estimated.strengthen(p.strength)
         self._ground.look(ground, t + self._foreseen)
         self._uncontrolled.follow(self._ground.path, p.strength)
-        was_slow, self._slow = self._slow, self._slow_ground.follow(ground, self._seen.peaks[1])
+        was_slow, known = self._slow, self._ground.known
+        for sample in self._ground.acceleration[0 if first else known - 1 : known]:
+            self._slow = self._slow_ground.follow(sample, self._seen.peaks[1])
         if was_slow and not self._slow:
             self.commands[:] = self.coils[:, 2]
         if self._since is None:

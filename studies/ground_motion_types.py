@@ -50,18 +50,27 @@ SEED = 700
 PERIODS = (0.5, 6.0)
 """Shortest and longest pulse, s."""
 SOILS = ("firm", "medium", "soft")
+DEGRADED = {
+    "noise, delay and 20 % too soft": "soft", "noise, delay and 20 % too stiff": "stiff",
+    "passive rule": runs.PASSIVE,
+}  # fmt: skip
+"""Conditions under which the observing controller is judged besides, on the recorded motions."""
 
 Rows = list[dict[str, Any]]
 
 
-def candidates(short: bool) -> dict[str, Controller]:
-    """Return the controllers to judge, by the name to print."""
+def candidates(short: bool) -> dict[str, tuple[Controller, runs.Case]]:
+    """Return the controllers to judge and their conditions, by the name to print."""
+    ideal = runs.CASES[runs.NOMINAL]
     if short:
-        return {"mpc": controller("mpc")}
+        return {"mpc": (controller("mpc"), ideal)}
+    observing = controller("mpc", **OBSERVING)
     return {
-        "mpc": controller("mpc"),
-        "mpc, observing": controller("mpc", **OBSERVING),
-        f"mpc, {PREVIEW:g} s preview": controller("mpc", preview=PREVIEW),
+        "mpc": (controller("mpc"), ideal),
+        "mpc, observing": (observing, ideal),
+        f"mpc, {PREVIEW:g} s preview": (controller("mpc", preview=PREVIEW), ideal),
+    } | {
+        f"mpc, observing, {name}": (observing, runs.CASES[case]) for name, case in DEGRADED.items()
     }
 
 
@@ -124,14 +133,14 @@ def motions(short: bool) -> dict[tuple[str, str], Record]:
     }
 
 
-def scored(one: Controller, record: Record) -> dict[str, float]:
+def scored(one: Controller, record: Record, case: runs.Case) -> dict[str, float]:
     """Score one controller under one motion; it is kept in the cache folder."""
 
     def find() -> dict[str, float]:
-        (row,) = runs.judged({one.name: one}, record, runs.Case())
+        (row,) = runs.judged({one.name: one}, record, case)
         return {key: float(row[key]) for key in ("base", "floor", "J", "constant")}
 
-    content = np.append(record.acceleration, record.dt).tobytes() + repr(one).encode()
+    content = np.append(record.acceleration, record.dt).tobytes() + f"{one!r} {case!r}".encode()
     return cached_result("ground_motion_types", content, find)
 
 
@@ -139,9 +148,10 @@ def scores(short: bool, step: Step) -> Rows:
     """Run every controller under every motion."""
     given, records = candidates(short), motions(short)
     tasks = {
-        (kind, motion, name): (scored, (one, record))
-        for name, one in given.items()
+        (kind, motion, name): (scored, (one, record, case))
+        for name, (one, case) in given.items()
         for (kind, motion), record in records.items()
+        if case == runs.CASES[runs.NOMINAL] or kind in (RECORDED, HOME)
     }
     workers = 1 if short else os.cpu_count() or 1
     result = runs.in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))

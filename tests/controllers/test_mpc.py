@@ -222,6 +222,19 @@ def test_a_long_pulse_is_ridden_out_stiffly(isolated, sign):
     assert early < weighted_peak(on, off) + 0.02
 
 
+@pytest.mark.parametrize("period", [2.6, 4.5])
+def test_with_preview_the_stiff_start_costs_nothing_under_a_pulse(isolated, period):
+    """The best constant current is none under the shorter pulse, the highest under the longer."""
+    pulse = mavroeidis_papageorgiou_pulse(0.45, period, 2.0, 0.5, 0.02, after=4.0).scaled(-1.0)
+    off, on, ahead = (
+        simulate(isolated, pulse, one, driver=LAGGING)
+        for one in (controller("passive_off"), controller("passive_on"), MPC(preview=0.8))
+    )
+    stiff = weighted_peak(on, off)
+    assert (stiff > 2.0) == (period < 3.0)
+    assert weighted_peak(ahead, off) < min(stiff, 2.0)
+
+
 def swing(period):
     """A sinusoid that begins gently, 12 s at 50 Hz, m/s^2."""
     time = np.arange(0, 12, 0.02)
