@@ -5,7 +5,6 @@ All quantities are in SI units: m, s, m/s^2. Every motion is a `Record`.
 
 from __future__ import annotations
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -184,10 +183,11 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "GroundMotionError":
-        warnings.warn(
+        from ground_motions.errors import warn
+
+        warn(
             "GroundMotionError is now InputError; the old name goes with the next release",
             DeprecationWarning,
-            stacklevel=2,
         )
         name = "InputError"
     if name not in _HOMES:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import sys
+import warnings
 from collections.abc import Iterable
 
 
@@ -31,6 +33,17 @@ class InputError(ValueError):
             if self.expected
             else self.place
         )
+
+
+_PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
+
+
+def warn(text: str, kind: type[Warning]) -> None:
+    """Warn at the line of the user's code that called into these packages."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _PACKAGES:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, kind, stacklevel=level)
 
 
 def _one_line(text: object) -> str:

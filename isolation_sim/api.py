@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from .errors import InputError, PlausibilityWarning, TestedRangeWarning
+from .errors import InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
 from .simulation.control import CoilDriver, Control, Sensors
 from .simulation.result import Run
@@ -401,4 +400,4 @@ def _warn(implausible: Sequence[str], beyond: Sequence[str]) -> None:
     """Warn the caller of a verb, once for each line."""
     for lines, kind in ((implausible, PlausibilityWarning), (beyond, TestedRangeWarning)):
         for line in lines:
-            warnings.warn(line, kind, stacklevel=3)
+            warn(line, kind)

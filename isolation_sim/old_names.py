@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import functools
-import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from .errors import InputError
+from .errors import InputError, warn
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -48,4 +47,4 @@ def renamed_arguments(**new_names: str) -> Callable[[F], F]:
 
 def _note(old: str, new: str) -> None:
     text = f"{old} is now called {new}; the old name is accepted until version 0.3"
-    warnings.warn(text, FutureWarning, stacklevel=4)
+    warn(text, FutureWarning)

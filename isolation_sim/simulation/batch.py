@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from ..errors import Diverged, InputError, TestedRangeWarning
+from ..errors import Diverged, InputError, TestedRangeWarning, warn
 from ..structures import IsolatedStructure
 from . import kernel
 from .control import CoilDriver, Control, Sensors
@@ -169,7 +168,7 @@ def simulate_many(
         tolerance=tolerance, current_outside=current_outside, threads=threads, progress=progress,
     )  # fmt: skip
     for sentences in result.warnings():
-        warnings.warn(sentences, TestedRangeWarning, stacklevel=2)
+        warn(sentences, TestedRangeWarning)
     return result
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections import namedtuple
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
-from ..errors import AccuracyWarning, InputError
+from ..errors import AccuracyWarning, InputError, warn
 from ..laws.passive_switching import papers_rule
 from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
@@ -77,13 +76,12 @@ def simulate(
     run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
     run.source = getattr(controller, "source", "")
     if run.unresolved:
-        warnings.warn(
+        warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "
             f"meet {run.reached:.2g}. A force that jumps, or that changes sign many times within a "
             "sample, cannot be followed more accurately: give it a smoothing velocity or a contact "
             "stiffness",
             AccuracyWarning,
-            stacklevel=2,
         )
     return run
 
