@@ -288,6 +288,7 @@ def _passive(runs: list[dict[str, Any]]) -> str:
 
 
 def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
+    from isolation_sim.reports.names import as_written
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
         legend,
@@ -307,8 +308,15 @@ def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
             at = np.arange(len(INDICES)) + 0.8 / len(names) * (k - (len(names) - 1) / 2)
             middle = np.median(values, axis=0)
             bars = np.stack([middle - values.min(axis=0), values.max(axis=0) - middle])
-            look = {**look, "linestyle": ""}
-            axes.errorbar(at, middle, bars, label=name, elinewidth=0.8, capsize=1.5, **look)
+            # without lines the styles repeat after the seventh: the rest is hollow
+            look = {
+                **look,
+                "linestyle": "",
+                "markerfacecolor": "white" if k >= 7 else look["color"],
+            }
+            axes.errorbar(
+                at, middle, bars, label=as_written(name), elinewidth=0.8, capsize=1.5, **look
+            )
         axes.axhline(1.0, color="0.4", linewidth=0.6)
         axes.set_xticks(
             range(len(INDICES)),
