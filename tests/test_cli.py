@@ -174,7 +174,7 @@ def test_divergence_keeps_the_other_results(here, call, monkeypatch):
     assert json.loads((results / "criteria.json").read_text()) == report
     assert f"passive_on has no result: {reason}" in (results / "table.txt").read_text()
     # as data of the page
-    assert "passive_on has no result: short.toml" in (results / "report.html").read_text()
+    assert "passive on has no result: short.toml" in (results / "report.html").read_text()
     assert "isolation-sim: short.toml: controller 'passive_on': the run diverged at t = 1 s" in err
     assert (here / "results" / "short" / "passive_off.nc").exists()
 

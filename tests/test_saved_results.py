@@ -17,6 +17,7 @@ from isolation_sim.effects import effect, extend
 from isolation_sim.errors import Diverged, InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS
 from isolation_sim.laws.law import Law, Quantity
 
 pytestmark = pytest.mark.filterwarnings("ignore::isolation_sim.errors.TestedRangeWarning")
@@ -63,7 +64,7 @@ def diagnosis():
 
 
 def _others():
-    law = iso.law.__globals__["LAWS"]["bouc_wen"]
+    law = LAWS["bouc_wen"]
     known = {"k", "c"}
     return {q.name: max(1.0, q.lower if np.isfinite(q.lower) else 1.0)
             for q in law.parameters if q.name not in known}  # fmt: skip

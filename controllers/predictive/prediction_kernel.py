@@ -208,5 +208,16 @@ def predict(
                     sb[e, q] += 0.5 * h * (r1[e, q] - r0[e, q])
                     for j in range(width):
                         dsb[e, q, j] += 0.5 * h * (dr1[e, q, j] - dr0[e, q, j])
-            za, zb, sa, sb, ia, ib = zb, za, sb, sa, ib, ia
-            dza, dzb, dsa, dsb, dia, dib = dzb, dza, dsb, dsa, dib, dia
+            for m in range(2 * n_modes):
+                za[m] = zb[m]
+                for j in range(width):
+                    dza[m, j] = dzb[m, j]
+            for e in range(n_devices):
+                for q in range(n_states):
+                    sa[e, q] = sb[e, q]
+                    for j in range(width):
+                        dsa[e, q, j] = dsb[e, q, j]
+            for c in range(n_channels):
+                ia[c] = ib[c]
+                for j in range(width):
+                    dia[c, j] = dib[c, j]

@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
+from isolation_sim.reports.names import as_written
 from isolation_sim.reports.sweep_tables import best_table
 from isolation_sim.reports.tables import as_text
 from isolation_sim.sweeps.result import Sweep
@@ -151,7 +152,9 @@ def test_the_comparison_shows_medians_over_the_uncontrolled_run(mixed):
 def test_the_map_shows_medians_over_what_else_is_varied(mixed):
     figure = mixed.plot_map("current", "isolators", "peak_base_shear_N")
     *panels, bar = figure.axes
-    assert [panel.get_title() for panel in panels] == list(mixed.controllers)
+    assert [panel.get_title() for panel in panels] == [
+        as_written(name) for name in mixed.controllers
+    ]
     assert bar.get_ylabel() == "peak base shear, kN"
     rows = mixed.table[mixed.table["controller"] == "constant"]
     expected = rows.groupby(["isolators", "current"])["peak_base_shear_N"].median() / 1e3
