@@ -177,7 +177,7 @@ def _finding(rows: list[dict[str, Any]], result: list[TableDiagnosis]) -> str:
 
 
 def _pair(row: dict[str, Any]) -> str:
-    return f"{row['stiffness, RMS error %']:.3g} and {row['damping, %']:.2g}"
+    return f"{row['stiffness, RMS error %']:.3g} and {row['damping, %']:.3g}"
 
 
 def _figure(result: list[TableDiagnosis]) -> Figure:
