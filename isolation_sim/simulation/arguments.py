@@ -15,6 +15,8 @@ class Sizes(NamedTuple):
 
     n_modes: int
     n_pad: int
+    n_elements: int
+    n_ground: int
     n_channels: int
     n_windows: int
     n_levels: int

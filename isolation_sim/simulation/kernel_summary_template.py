@@ -31,20 +31,20 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
 
     The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
-    n_modes, n_pad = sizes.n_modes, sizes.n_pad
+    n_modes, n_pad, n_elements, n_ground = sizes[:4]
     rows, n_quantities, n_directions, fast, _ = quantities
     lengths, ground = intervals.lengths, intervals.ground
     z, forces = history.z, history.forces
     points, present, values, changed, near, bulges, margins, bounds = scratch
     per_block = 8 // n_directions
     n_blocks = -(-n_quantities // per_block)
-    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    size = 8 * (2 * n_modes + n_elements + n_ground)
     n_points = lengths.shape[0] + 1
     duration = 0.0
     for k in range(n_points - 1):
         duration += lengths[k]
     for start in range(0, n_points, POINTS * FIRST_LOOK):
-        gather(points, present, forces, start, FIRST_LOOK, n_points)
+        gather(points, present, forces, n_elements, start, FIRST_LOOK, n_points)
         for block in range(n_blocks):
             to = block * 2 * SLOTS + PAST
             quantities_at(
@@ -58,10 +58,10 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                 n_modes,
                 n_pad,
                 present,
-                N_ELEMENTS,
-                N_ELEMENTS,
+                n_elements,
+                n_elements,
                 ground,
-                N_GROUND,
+                n_ground,
             )
             n_items = min(per_block, n_quantities - block * per_block)
             for p in range(POINTS):
@@ -71,10 +71,12 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
     # one point more: the motion is mirrored at its end, where nothing is known of the next slope
     for start in range(0, n_points + 1, CHUNK):
         for first in range(0, CHUNK, POINTS):
-            gather(points, present, forces, start + first, 1, n_points)
+            gather(points, present, forces, n_elements, start + first, 1, n_points)
             for p in range(POINTS):
                 point = start + first + p
-                changed[PAST + first + p] = 0 < point < n_points and changes(forces, point)
+                changed[PAST + first + p] = 0 < point < n_points and changes(
+                    forces, n_elements, point
+                )
             for block in range(n_blocks):
                 to = block * 2 * SLOTS + PAST + first
                 quantities_at(
@@ -88,10 +90,10 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     n_modes,
                     n_pad,
                     present,
-                    N_ELEMENTS,
-                    N_ELEMENTS,
+                    n_elements,
+                    n_elements,
                     ground,
-                    N_GROUND,
+                    n_ground,
                 )
                 n_items = min(per_block, n_quantities - block * per_block)
                 for p in range(POINTS):
@@ -99,7 +101,14 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     if changed[PAST + first + p]:
                         before = after + SLOTS * ROWS
                         undo_changes(
-                            values, after, before, rows, block * size, n_modes, forces, points[p]
+                            values,
+                            after,
+                            before,
+                            rows,
+                            block * size,
+                            sizes,
+                            forces,
+                            points[p],
                         )
                         take_norms(values, before, n_items, n_directions)
                     take_norms(values, after, n_items, n_directions)
@@ -122,7 +131,7 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     begun = (to + slot - 2) * ROWS
                     ended = (to + slot - 1 + SLOTS * changed[slot - 1]) * ROWS
                     find_bulges(
-                        bulges, interval, intervals, history, n_pad, values, begun, ended, track, at
+                        bulges, interval, intervals, history, sizes, values, begun, ended, track, at
                     )
                     find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z)
                     next_length = lengths[min(point, n_points - 1) - 1]
@@ -214,10 +223,10 @@ def add_candidate(candidates, lane, interval, item, bound):
 
 
 @inline
-def record_layout(steps, n_pad):
+def record_layout(steps, n_pad, n_elements):
     """Numbers of an element in a step's record; where the step's own numbers are."""
     own = steps.shape[1] // LANES - STEP
-    return (own - 2 * n_pad) // N_ELEMENTS, own
+    return (own - 2 * n_pad) // n_elements, own
 
 
 @inner
@@ -226,7 +235,7 @@ def strongly_cut(interval, lane, intervals, history):
     steps, cuts = history.steps, history.cuts
     if cuts[interval, lane] < STRONGLY_CUT:
         return False
-    _, own = record_layout(steps, 0)
+    own = steps.shape[1] // LANES - STEP
     own = own * LANES + lane
     n_intervals = intervals.windows[intervals.window_of[interval], 2]
     number = history.first_step[interval, lane]
@@ -238,23 +247,23 @@ def strongly_cut(interval, lane, intervals, history):
 
 
 @inline
-def gather(points, present, forces, start, stride, n_points):
+def gather(points, present, forces, n_elements, start, stride, n_points):
     """Grid points of the next evaluation and the elements' forces there, after any change."""
     for p in range(POINTS):
         point = start + stride * p
         points[p] = max(min(point, 2 * (n_points - 1) - point), 0)
-        for e in range(N_ELEMENTS):
-            at = ((points[p] * N_ELEMENTS + e) * FORCES + AFTER) * LANES
+        for e in range(n_elements):
+            at = ((points[p] * n_elements + e) * FORCES + AFTER) * LANES
             for lane in range(LANES):
-                present[(p * N_ELEMENTS + e) * LANES + lane] = forces[at + lane]
+                present[(p * n_elements + e) * LANES + lane] = forces[at + lane]
 
 
 @inline
-def changes(forces, point):
+def changes(forces, n_elements, point):
     """Whether a current, and with it a force, changes at a grid point in some lane."""
     count = 0
-    for e in range(N_ELEMENTS):
-        at = (point * N_ELEMENTS + e) * FORCES * LANES
+    for e in range(n_elements):
+        at = (point * n_elements + e) * FORCES * LANES
         for lane in range(LANES):
             at_end = forces[at + BEFORE * LANES + lane]
             count += 1 if forces[at + AFTER * LANES + lane] != at_end else 0
@@ -314,21 +323,22 @@ def bound_inside(
 
 
 @inner
-def find_bulges(bulges, interval, intervals, history, n_pad, values, begun, ended, track, at_block):
+def find_bulges(bulges, interval, intervals, history, sizes, values, begun, ended, track, at_block):
     """How far every force leaves the straight line inside an interval, N in the device's scale."""
+    n_pad, n_elements = sizes.n_pad, sizes.n_elements
     forces, steps, cuts = history.forces, history.steps, history.cuts
     window = intervals.window_of[interval]
     n_intervals = intervals.windows[window, 2]
     within = interval - intervals.windows[window, 0]
-    width, own = record_layout(steps, n_pad)
-    for e in range(N_ELEMENTS):
+    width, own = record_layout(steps, n_pad, n_elements)
+    for e in range(n_elements):
         for lane in range(LANES):
             n_sub = max(-cuts[interval, lane], 1)
             past = within & (n_sub - 1)  # of the step, which spans a power of two of intervals
-            first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
-            last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
+            first = forces[((interval * n_elements + e) * FORCES + AFTER) * LANES + lane]
+            last = forces[((interval + 1) * n_elements + e) * FORCES * LANES + lane]
             tau = (past + 0.5) / n_sub
-            at = ((interval - past) * N_ELEMENTS + e) * FORCES + AT_NODES
+            at = ((interval - past) * n_elements + e) * FORCES + AT_NODES
             middle = 0.0
             for k in range(3):
                 weight = fused(tau, fused(tau, LAGRANGE[k][2], LAGRANGE[k][1]), LAGRANGE[k][0])
@@ -336,9 +346,9 @@ def find_bulges(bulges, interval, intervals, history, n_pad, values, begun, ende
             bulges[e * LANES + lane] = BULGE * abs(fused(-0.5, first + last, middle))
     for lane in range(LANES):
         if cuts[interval, lane] > 1 and near_in(lane, values, begun, ended, track, at_block):
-            for e in range(N_ELEMENTS):
-                first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
-                last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
+            for e in range(n_elements):
+                first = forces[((interval * n_elements + e) * FORCES + AFTER) * LANES + lane]
+                last = forces[((interval + 1) * n_elements + e) * FORCES * LANES + lane]
                 most = 0.0
                 number = history.first_step[interval, lane]
                 for step in range(cuts[interval, lane]):
@@ -368,14 +378,14 @@ def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z
     fast for the grid count with all their size.
     """
     rows, _, n_directions, fast, moduli = quantities
-    n_modes, n_pad = sizes.n_modes, sizes.n_pad
-    at = 8 * (block * (2 * n_modes + N_ELEMENTS + N_GROUND) + 2 * n_modes)
+    n_modes, n_pad, n_elements, n_ground = sizes[:4]
+    at = 8 * (block * (2 * n_modes + n_elements + n_ground) + 2 * n_modes)
     first = block * (8 // n_directions)
     for item in range(n_items):
         own = item * LANES
         for lane in range(LANES):
             margins[own + lane] = 0.0
-        for e in range(N_ELEMENTS):
+        for e in range(n_elements):
             for direction in range(n_directions):
                 weight = (at + 8 * e + item * n_directions + direction) * TABLE_LANES
                 for lane in range(LANES):
@@ -400,13 +410,14 @@ def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z
 
 
 @inner
-def undo_changes(values, after, before, rows, at, n_modes, forces, point):
+def undo_changes(values, after, before, rows, at, sizes, forces, point):
     """A block's rows just before the current changed, from those just after it."""
+    n_modes, n_elements = sizes.n_modes, sizes.n_elements
     for r in range(8):
         for lane in range(LANES):
             value = values[after + r * LANES + lane]
-            for e in range(N_ELEMENTS):
-                own = (point * N_ELEMENTS + e) * FORCES * LANES + lane
+            for e in range(n_elements):
+                own = (point * n_elements + e) * FORCES * LANES + lane
                 change = forces[own + BEFORE * LANES] - forces[own + AFTER * LANES]
                 weight = (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
                 value = fused(rows[weight], change, value)
@@ -481,7 +492,7 @@ def raise_peaks(
     lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense, track
 ):
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane."""
-    n_modes, n_pad = sizes.n_modes, sizes.n_pad
+    n_modes, n_pad, n_elements, n_ground = sizes[:4]
     windows, window_of, lengths, ground = intervals
     _, n_quantities, n_directions, _, _ = quantities
     z, _, forces, steps, _, cuts, first_step, _ = history
@@ -498,7 +509,7 @@ def raise_peaks(
         value = modes[m, lane % TABLE_LANES]
         fastest = max(fastest, value.real * value.real + value.imag * value.imag)
     fastest = np.sqrt(fastest)
-    width, own = record_layout(steps, n_pad)
+    width, own = record_layout(steps, n_pad, n_elements)
     number, following = first_step[interval, lane], 0
     begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
     past = 1.0  # distance between the instants before this step
@@ -515,7 +526,7 @@ def raise_peaks(
         resolved = n_dense <= MOST_DENSE
         n_dense = min(n_dense, MOST_DENSE)
         length = length / n_dense
-        set_weights(length, lane % TABLE_LANES, n_modes, modes, dense)
+        set_weights(length, lane % TABLE_LANES, sizes, modes, dense)
         share = 1.0 / (n_sub * n_dense)
         tau = (within % n_sub) / n_sub
         for m in range(n_modes):
@@ -525,9 +536,9 @@ def raise_peaks(
             else:
                 at = m * LANES + lane
                 state[m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
-        for e in range(N_ELEMENTS):
-            at = (begin * N_ELEMENTS + e) * FORCES * LANES + lane
-            end = ((begin + n_sub) * N_ELEMENTS + e) * FORCES * LANES + lane
+        for e in range(n_elements):
+            at = (begin * n_elements + e) * FORCES * LANES + lane
+            end = ((begin + n_sub) * n_elements + e) * FORCES * LANES + lane
             ending = forces[end + BEFORE * LANES]
             for k in range(8):
                 polynomials[e, k] = 0.0
@@ -555,30 +566,30 @@ def raise_peaks(
                 for m in range(n_modes):
                     dense.z[p * 2 * n_modes + m] = state[m].real
                     dense.z[p * 2 * n_modes + n_modes + m] = state[m].imag
-                for e in range(N_ELEMENTS):
+                for e in range(n_elements):
                     force = 0.0
                     for power in range(4, -1, -1):
                         force = force * a + polynomials[e, 3 + power]
-                    dense.forces[p * N_ELEMENTS + e] = force
-                for i in range(N_GROUND):
-                    low = ground[(interval * N_GROUND + i) * LANES + lane]
-                    high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
-                    dense.ground[p * N_GROUND + i] = low + (high - low) * b
+                    dense.forces[p * n_elements + e] = force
+                for i in range(n_ground):
+                    low = ground[(interval * n_ground + i) * LANES + lane]
+                    high = ground[((interval + 1) * n_ground + i) * LANES + lane]
+                    dense.ground[p * n_ground + i] = low + (high - low) * b
                 if first + p < n_dense:
                     for m in range(n_modes):
                         state[m] *= dense.weights[0, m]
-                    for e in range(N_ELEMENTS):
+                    for e in range(n_elements):
                         c1, c2 = polynomials[e, 1], polynomials[e, 2]
                         push0 = polynomials[e, 0] + a * (c1 + a * c2)
                         push1 = share * (c1 + 2.0 * a * c2)
                         push2 = share * share * c2
-                        to = 1 + 2 * N_GROUND + 3 * e
+                        to = 1 + 2 * n_ground + 3 * e
                         add_input(state, dense.weights, to, push0)
                         add_input(state, dense.weights, to + 1, push1)
                         add_input(state, dense.weights, to + 2, push2)
-                    for i in range(N_GROUND):
-                        low = ground[(interval * N_GROUND + i) * LANES + lane]
-                        high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
+                    for i in range(n_ground):
+                        low = ground[(interval * n_ground + i) * LANES + lane]
+                        high = ground[((interval + 1) * n_ground + i) * LANES + lane]
                         add_input(state, dense.weights, 1 + 2 * i, low + (high - low) * b)
                         rise = (high - low) * part / n_dense
                         add_input(state, dense.weights, 2 + 2 * i, rise)
@@ -588,7 +599,7 @@ def raise_peaks(
                     item = chosen[k]
                     if item // per_block == block:
                         if not evaluated:
-                            evaluate(block, lane, n_modes, quantities, dense)
+                            evaluate(block, lane, sizes, quantities, dense)
                             evaluated = True
                         follow(
                             item % per_block * n_directions,
@@ -610,24 +621,25 @@ def raise_peaks(
 
 
 @exact_inline
-def set_weights(length, own, n_modes, modes, dense):
+def set_weights(length, own, sizes, modes, dense):
     """Decay of the modes over a time, and the weights of the inputs' powers of time in it."""
     weights, integral, phi = dense.weights, dense.integral, dense.phi
+    n_modes, _, n_elements, n_ground = sizes[:4]
     if dense.weights_for[0] == length and dense.weights_for[1] == own:
         return
     dense.weights_for[0], dense.weights_for[1] = length, own
-    first = n_modes * (1 + 2 * N_ELEMENTS)
+    first = n_modes * (1 + 2 * n_elements)
     for m in range(n_modes):
         powers(modes[m, own], length, length, integral, phi)
         weights[0, m] = phi[0]
-        for i in range(N_GROUND):
+        for i in range(n_ground):
             column = modes[first + n_modes * i + m, own]
             for power in range(2):
                 weights[1 + 2 * i + power, m] = column * integral[power]
-        for e in range(N_ELEMENTS):
-            column = modes[first + n_modes * (N_GROUND + e) + m, own]
+        for e in range(n_elements):
+            column = modes[first + n_modes * (n_ground + e) + m, own]
             for power in range(3):
-                weights[1 + 2 * N_GROUND + 3 * e + power, m] = column * integral[power]
+                weights[1 + 2 * n_ground + 3 * e + power, m] = column * integral[power]
 
 
 @exact_inline
@@ -638,9 +650,10 @@ def add_input(state, weights, k, value):
 
 
 @exact_inline
-def evaluate(block, lane, n_modes, quantities, dense):
+def evaluate(block, lane, sizes, quantities, dense):
     """A block's rows at the instants of a dense evaluation."""
-    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    n_modes, _, n_elements, n_ground = sizes[:4]
+    size = 8 * (2 * n_modes + n_elements + n_ground)
     for k in range(size):
         dense.rows[k] = quantities.rows[(block * size + k) * TABLE_LANES + lane % TABLE_LANES]
     dense_quantities_at(
@@ -654,10 +667,10 @@ def evaluate(block, lane, n_modes, quantities, dense):
         n_modes,
         n_modes,
         dense.forces,
-        N_ELEMENTS,
-        N_ELEMENTS,
+        n_elements,
+        n_elements,
         dense.ground,
-        N_GROUND,
+        n_ground,
     )
 
 
