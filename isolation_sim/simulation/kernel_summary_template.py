@@ -14,6 +14,7 @@ BULGE = 1.25  # largest distance of a force from its chord, over that in the mid
 PER_RADIAN = 4.5  # points of a dense evaluation, by the fastest mode
 FIRST_LOOK = 16  # every so many points are looked at first, to know about how large the peaks are
 NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the next interval
+UNREST = 0.25  # of its peak: what fast modes add to a smaller value before it is looked at
 FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
 STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a candidate
 CHUNK = 8  # grid points whose quantities are kept at once
@@ -32,10 +33,11 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
     The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
     n_modes, n_pad, n_elements, n_ground = sizes[:4]
-    rows, n_quantities, n_directions, fast, _ = quantities
+    rows, n_quantities, n_directions, fast, _, _, _ = quantities
     lengths, ground = intervals.lengths, intervals.ground
     z, forces = history.z, history.forces
-    points, present, values, changed, near, bulges, margins, bounds = scratch
+    points, present, values, changed, near, bulges, margins, bounds = scratch[:8]
+    swings, loudness, unrest = scratch[8:]
     per_block = 8 // n_directions
     n_blocks = -(-n_quantities // per_block)
     size = 8 * (2 * n_modes + n_elements + n_ground)
@@ -68,6 +70,7 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                 at = (to + p) * ROWS
                 take_norms(values, at, n_items, n_directions)
                 look(track, block * KINDS * ROWS, values, at, at, 0.0, 0.0)
+    find_loudness(loudness, quantities, track)
     # one point more: the motion is mirrored at its end, where nothing is known of the next slope
     for start in range(0, n_points + 1, CHUNK):
         for first in range(0, CHUNK, POINTS):
@@ -112,6 +115,20 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                         )
                         take_norms(values, before, n_items, n_directions)
                     take_norms(values, after, n_items, n_directions)
+        if fast.shape[0] > 0:
+            for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
+                interval = start + slot - PAST - 2
+                if interval >= 0:
+                    find_swings(
+                        swings[slot],
+                        unrest[slot],
+                        loudness,
+                        interval,
+                        sizes,
+                        intervals,
+                        quantities,
+                        history,
+                    )
         for block in range(n_blocks):
             at = block * KINDS * ROWS
             to = block * 2 * SLOTS
@@ -126,14 +143,14 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     near[block, slot] = look(track, at, values, before, after, left, right)
                 if point < 2:
                     continue
-                if near[block, slot - 2] + near[block, slot - 1] > 0 or fast.shape[0] > 0:
+                if near[block, slot - 2] + near[block, slot - 1] + restless(unrest[slot]) > 0:
                     interval = point - 2
                     begun = (to + slot - 2) * ROWS
                     ended = (to + slot - 1 + SLOTS * changed[slot - 1]) * ROWS
                     find_bulges(
                         bulges, interval, intervals, history, sizes, values, begun, ended, track, at
                     )
-                    find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z)
+                    find_margins(margins, block, n_items, sizes, quantities, bulges, swings[slot])
                     next_length = lengths[min(point, n_points - 1) - 1]
                     exceeded = bound_inside(
                         bounds,
@@ -158,7 +175,8 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                             lane = k % LANES
                             peak = track[at + PEAK * ROWS + k]
                             top = max(abs(values[begun + k]), abs(values[ended + k]))
-                            if bounds[k] > peak and (top > NEAR * peak or fast.shape[0] > 0):
+                            high = top > NEAR * peak or unrest[slot, lane] > UNREST
+                            if high and bounds[k] > peak:
                                 if candidates.number[lane] == CANDIDATES:
                                     look_inside(
                                         lane,
@@ -370,15 +388,71 @@ def near_in(lane, values, begun, ended, track, at):
     return count > 0
 
 
+@exact
+def find_swings(swings, unrest, loudness, interval, sizes, intervals, quantities, history):
+    """How far every fast mode swings inside an interval about what it follows.
+
+    It follows ground motion and forces that are linear in time without swinging.
+    """
+    _, n_pad, n_elements, n_ground = sizes[:4]
+    fast, follows = quantities.fast, quantities.follows
+    ground, z, forces = intervals.ground, history.z, history.forces
+    inverse = 1.0 / intervals.lengths[interval]
+    for lane in range(LANES):
+        own = lane % TABLE_LANES
+        total = 0.0
+        for k in range(fast.shape[0]):
+            at = (interval * 2 * n_pad + fast[k]) * LANES + lane
+            swing = complex(z[at], z[at + n_pad * LANES])
+            for i in range(n_ground):
+                at = (interval * n_ground + i) * LANES + lane
+                begun, ended = ground[at], ground[at + n_ground * LANES]
+                swing += follows[0, i, k, own] * begun
+                swing += follows[1, i, k, own] * ((ended - begun) * inverse)
+            for e in range(n_elements):
+                at = (interval * n_elements + e) * FORCES
+                begun = forces[(at + AFTER) * LANES + lane]
+                ended = forces[(at + n_elements * FORCES + BEFORE) * LANES + lane]
+                swing += follows[0, n_ground + e, k, own] * begun
+                swing += follows[1, n_ground + e, k, own] * ((ended - begun) * inverse)
+            swings[k, lane] = abs(swing)
+            total += loudness[k, lane] * swings[k, lane]
+        unrest[lane] = total
+
+
 @inner
-def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z):
+def find_loudness(loudness, quantities, track):
+    """Most that a fast mode swings any quantity, over the peak that is known so far."""
+    moduli, n_directions = quantities.fast_moduli, quantities.n_directions
+    for k in range(quantities.fast.shape[0]):
+        for lane in range(LANES):
+            loudest = 0.0
+            for item in range(quantities.n_quantities):
+                share = 2.0 * moduli[item, k, lane % TABLE_LANES]
+                peak = track[row_of(item, 8 // n_directions) * LANES + PEAK * ROWS + lane]
+                if share > 0.0:
+                    loudest = max(loudest, share / peak)
+            loudness[k, lane] = loudest
+
+
+@inline
+def restless(unrest):
+    """Number of lanes in which fast modes may raise a small value to a peak."""
+    count = 0
+    for lane in range(LANES):
+        count += 1 if unrest[lane] > UNREST else 0
+    return count
+
+
+@inner
+def find_margins(margins, block, n_items, sizes, quantities, bulges, swings):
     """What forces that leave the straight line, and fast modes, may add to a block's values.
 
     What follows a force directly has kinks where the current begins to change. Modes that are too
-    fast for the grid count with all their size.
+    fast for the grid add what they swing to either side.
     """
-    rows, _, n_directions, fast, moduli = quantities
-    n_modes, n_pad, n_elements, n_ground = sizes[:4]
+    rows, _, n_directions, fast, moduli, forced, _ = quantities
+    n_modes, _, n_elements, n_ground = sizes[:4]
     at = 8 * (block * (2 * n_modes + n_elements + n_ground) + 2 * n_modes)
     first = block * (8 // n_directions)
     for item in range(n_items):
@@ -394,19 +468,13 @@ def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z
                     margins[own + lane] = fused(share, bulge, margins[own + lane])
         if fast.shape[0] > 0:
             for lane in range(LANES):
-                most = 0.0
-                for end in range(2):
-                    total = 0.0
-                    for k in range(fast.shape[0]):
-                        real = z[((interval + end) * 2 * n_pad + fast[k]) * LANES + lane]
-                        imaginary = z[
-                            ((interval + end) * 2 * n_pad + n_pad + fast[k]) * LANES + lane
-                        ]
-                        modulus = np.sqrt(fused(real, real, imaginary * imaginary))
-                        share = moduli[first + item, k, lane % TABLE_LANES]
-                        total = fused(share, modulus, total)
-                    most = max(most, total)
-                margins[own + lane] += most
+                for k in range(fast.shape[0]):
+                    share = 2.0 * moduli[first + item, k, lane % TABLE_LANES]
+                    margins[own + lane] = fused(share, swings[k, lane], margins[own + lane])
+                for e in range(n_elements):
+                    share = forced[first + item, e, lane % TABLE_LANES]
+                    bulge = bulges[e * LANES + lane]
+                    margins[own + lane] = fused(share, bulge, margins[own + lane])
 
 
 @inner
@@ -494,7 +562,7 @@ def raise_peaks(
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane."""
     n_modes, n_pad, n_elements, n_ground = sizes[:4]
     windows, window_of, lengths, ground = intervals
-    _, n_quantities, n_directions, _, _ = quantities
+    _, n_quantities, n_directions, _, _, _, _ = quantities
     z, _, forces, steps, _, cuts, first_step, _ = history
     state, polynomials = dense.state, dense.polynomials
     per_block = 8 // n_directions

@@ -5,7 +5,7 @@ Part of every compiled kernel, and a module of its own: it does not depend on th
 """
 
 
-@inner
+@exact
 def phi_functions(z, phi):
     """phi[k] = sum_n z**n / (n + k)!, the integrals of exp against powers, for k = 0..3."""
     if abs(z) < 1.0:
@@ -30,7 +30,7 @@ def phi_functions(z, phi):
         phi[3] = (phi[2] - 0.5) / z
 
 
-@inner
+@exact
 def powers(eigenvalue, span, h, integral, phi):
     """integral[p] = int_0^span exp(eigenvalue (span - t)) (t / h)**p dt."""
     phi_functions(eigenvalue * span, phi)

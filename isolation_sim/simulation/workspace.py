@@ -266,7 +266,7 @@ class Workspace:
 
     def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
         """Every quantity's peak and mean square, (n_quantities, lanes)."""
-        n_quantities = quantities.n_quantities
+        n_quantities, n_fast = quantities.n_quantities, quantities.fast.size
         module, grid, lanes = self.module.summary, self.grid, self.module.LANES
         n_modes, _, n_elements, n_ground = self.sizes[:4]
         per_block = 8 // quantities.n_directions
@@ -287,6 +287,9 @@ class Workspace:
             np.empty(n_elements * lanes),
             np.zeros(8 * lanes),
             np.empty(8 * lanes),
+            np.empty((module.SLOTS, n_fast, lanes)),
+            np.empty((n_fast, lanes)),
+            np.zeros((module.SLOTS, lanes)),
         )
         dense = DenseScratch(
             np.empty(n_modes, complex),
