@@ -67,6 +67,18 @@ class _NotYet(Exception):
     """The kind of a variable is not known yet."""
 
 
+class Fields(tuple):
+    """Kind of a tuple whose parts have names."""
+
+    names: tuple[str, ...]
+
+    def __new__(cls, names: Sequence[str], kinds: Sequence[Kind]) -> Fields:
+        """Kind of parts of these names and kinds."""
+        result = super().__new__(cls, kinds)
+        result.names = tuple(names)
+        return result
+
+
 class CText:
     """Writes functions of a module as C.
 
@@ -79,13 +91,20 @@ class CText:
     external : mapping of str to (kind, str), optional
         Kind of the result and C text of functions that take the place of the module's own or of
         those that it imports, by name; an empty text leaves their calls out.
+    records : mapping of str to sequence of str, optional
+        Names of the fields of named tuples that it makes.
     """
 
     def __init__(
-        self, text: str, prefix: str, external: Mapping[str, tuple[Kind, str]] | None = None
+        self,
+        text: str,
+        prefix: str,
+        external: Mapping[str, tuple[Kind, str]] | None = None,
+        records: Mapping[str, Sequence[str]] | None = None,
     ):
         self.prefix = prefix
         self.external = external or {}
+        self.records = records or {}
         self.arrays: dict[str, str] = {}
         self.sources: dict[str, ast.FunctionDef] = {}
         self.constants: dict[str, Any] = {}
@@ -253,7 +272,8 @@ class _Function:
             self.kinds[target.id] = _joined(self.kinds.get(target.id), kind)
         elif isinstance(target, ast.Tuple):
             for part, own in zip(target.elts, kind, strict=True):
-                self._note(part, own)
+                if ast.unparse(part) != "_":
+                    self._note(part, own)
 
     # statements
 
@@ -326,6 +346,8 @@ class _Function:
         for place in node.targets:
             parts = place.elts if isinstance(place, ast.Tuple) else [place]
             for part, (value, own) in zip(parts, values, strict=True):
+                if place is not part and ast.unparse(part) == "_":
+                    continue
                 there, requested = self._expression(_loaded(part))
                 self._put(depth + 1, f"{there} = {self._converted(value, own, requested)};")
         self._put(depth, "}")
@@ -416,9 +438,13 @@ class _Function:
         if node.attr in ("real", "imag"):
             return f"c{node.attr}({self._expression(node.value)[0]})", "d"
         known = {"nan": "NAN", "inf": "INFINITY", "pi": "3.141592653589793"}
-        if node.attr not in known:
+        if node.attr in known:
+            return known[node.attr], "d"
+        text, kind = self._expression(node.value)
+        if not isinstance(kind, Fields):
             raise self._no_form(node)
-        return known[node.attr], "d"
+        at = kind.names.index(node.attr)
+        return f"{text}.f{at}", kind[at]
 
     def _unaryop(self, node: ast.UnaryOp) -> tuple[str, Kind]:
         text, kind = self._expression(node.operand)
@@ -478,6 +504,12 @@ class _Function:
             begin = "0" if at.lower is None else self._expression(at.lower)[0]
             end = f"{text}.n" if at.upper is None else self._expression(at.upper)[0]
             return f"part({text}, {begin}, {end})", "a"
+        if isinstance(kind, Fields) and isinstance(at, ast.Slice):
+            bounds = (None if b is None else int(ast.unparse(b)) for b in (at.lower, at.upper))
+            chosen = range(len(kind))[slice(*bounds)]
+            some = tuple(kind[k] for k in chosen)
+            own = ", ".join(f"{text}.f{k}" for k in chosen)
+            return f"({self.module.type_of(some)}){{{own}}}", some
         if isinstance(kind, tuple) and kind[0] == "table":
             _, depth, element = kind
             part = ("table", depth - 1, element) if depth > 1 else element
@@ -496,12 +528,15 @@ class _Function:
 
     def _call(self, node: ast.Call) -> tuple[str, Kind]:
         name = ast.unparse(node.func)
-        if name == "unsigned":
+        if name in ("unsigned", "np.int64"):
             return self._expression(node.args[0])
         if name in self.module.external:
             texts = [self._expression(argument)[0] for argument in node.args]
             kind, own = self.module.external[name]
             return f"{name}({', '.join(map(_bare, texts))})" if own else "(void)0", kind
+        if name in self.module.records:
+            text, kind = self._tuple(ast.Tuple(node.args, ast.Load()))
+            return text, Fields(self.module.records[name], kind)
         if name in self.module.sources:
             given = [self._expression(argument) for argument in node.args]
             own, kind = self.module.function(name, [kind for _, kind in given])

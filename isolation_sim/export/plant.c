@@ -20,7 +20,7 @@ static void move_row(double *rows, long n)
 static void change_currents(plant_state *it)
 {
     for (long e = 0; e < $N_ELEMENTS; ++e)
-        $CHANGE(e, law_channel[e],
+        $CHANGE(e, 0,
             $CHANGED);
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 from types import ModuleType
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..simulation.arguments import Step
 from ..simulation.control import CoilDriver, Sensors
 from ..simulation.plan import Plan
 from ..simulation.run import NoControl, prepared
 from ..simulation.simulator import still_ground
-from .c_text import CText, Kind, array_kind
+from .c_text import CText, Fields, Kind, array_kind
 from .part import Part, numbers
 
 if TYPE_CHECKING:
@@ -75,11 +77,8 @@ class Array(NamedTuple):
         return f"{{({number} *){place}, {sizes}}}"
 
 
-CHANGED = (
-    "coils_command", "0", "coils_current", "coils_applied", "law_table", "law_breaks", "law_shape",
-    "scratch_w", "lanes_going",
-)  # fmt: skip
-"""What ``change_current`` takes behind the element and its channel."""
+CHANGED = ("coils", "law")
+"""Groups that ``update_current`` takes behind the element and the grid point."""
 OBSERVED = ("observed_rows", "noise", "ground", "history_z", "0", "coils_current", "scratch_w")
 """What ``read_sensors`` takes between the sizes and the result."""
 WRITE = """\
@@ -170,8 +169,10 @@ def plant_part(job: Job) -> Part:
     )
     outputs = (*(names[k] for k in shown), *(f"coil{c}_current_A" for c in coils))
 
-    text = "".join(Path(str(m.__file__)).read_text() for m in (kernel.tables, kernel))
-    module = CText(text, "engine", _intrinsics(kernel))
+    text = "".join(
+        Path(str(m.__file__)).read_text() for m in (kernel.windows.tables, kernel.windows, kernel)
+    )
+    module = CText(text, "engine", _intrinsics(kernel), {"Step": Step._fields})
     groups = {
         name: _group(module, name, value)
         for name, value in zip(GROUPS, work.arguments, strict=True)
@@ -179,10 +180,13 @@ def plant_part(job: Job) -> Part:
     arrays = {array.name: array for _, _, own in groups.values() for array in own}
     rows = Array("observed_rows", plan.outputs[0].rows[shown][:, :, None])
     arrays[rows.name] = rows
-    change = [arrays.get(name, name) for name in CHANGED]
     observe = [arrays.get(name, name) for name in OBSERVED]
     integrate, _ = module.function("integrate", [kind for kind, _, _ in groups.values()])
-    changed, _ = module.function("change_current", ["i", "i", *map(_kind, change)])
+    own = [arrays["lanes_going"], arrays["scratch_w"]]
+    changed, _ = module.function(
+        "update_current", ["i", "i", *(groups[name][0] for name in CHANGED), *map(_kind, own)]
+    )
+    change = [f"({module.type_of(groups[name][0])}){groups[name][1]}" for name in CHANGED]
     seen, _ = module.function("read_sensors", ["i"] * 6 + [*map(_kind, observe), "d3"])
 
     state = [array for name, array in arrays.items() if name not in CONSTANT]
@@ -216,7 +220,7 @@ def plant_part(job: Job) -> Part:
         "ARGUMENTS": ", ".join(GROUPS),
         "INTEGRATE": integrate,
         "CHANGE": changed,
-        "CHANGED": _literals(module, change),
+        "CHANGED": ",\n            ".join([*change, _literals(module, own)]),
         "OBSERVE": seen,
         "OBSERVED": _literals(module, observe),
         "FUNCTIONS": module.definitions(),
@@ -262,6 +266,8 @@ def _group(module: CText, name: str, value: Any) -> tuple[Kind, str, list[Array]
     fields = getattr(value, "_fields", range(len(value)))
     parts = [_group(module, f"{name}_{f}", v) for f, v in zip(fields, value, strict=True)]
     kind = tuple(part[0] for part in parts)
+    if hasattr(value, "_fields"):
+        kind = Fields(value._fields, kind)
     arrays = [array for part in parts for array in part[2]]
     return kind, f"{{{', '.join(part[1] for part in parts)}}}", arrays
 
@@ -271,7 +277,7 @@ def _kind(argument: Array | str) -> Kind:
     return argument.kind if isinstance(argument, Array) else own.get(argument, "i")
 
 
-def _literals(module: CText, arguments: list[Array | str]) -> str:
+def _literals(module: CText, arguments: Sequence[Array | str]) -> str:
     """Arguments of a call, a line each."""
     return ",\n        ".join(
         f"({module.type_of(a.kind)}){a.passed}" if isinstance(a, Array) else a for a in arguments

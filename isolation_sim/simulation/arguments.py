@@ -138,6 +138,34 @@ class Scratch(NamedTuple):
     u: NDArray
 
 
+class Step(NamedTuple):
+    """A step of the integration: the part ``number`` of ``n_steps`` equal ones of a window."""
+
+    # ``at``: where it begins, in shortest steps, of which a window has ``whole``; ``depth``: its
+    # level; ``n_intervals``: grid intervals of the window, ``n_sub`` of the step; ``per_interval``:
+    # steps of a grid interval; ``point``: the grid point at or before its start; ``start``,
+    # ``end``: rows of the modes; ``fresh``: lanes that begin with this length; ``offset``: of its
+    # coefficients; ``length``: s; ``share``: by how much its error counts; ``left``: what the
+    # iteration may leave.
+
+    at: int
+    depth: int
+    number: int
+    n_steps: int
+    n_intervals: int
+    n_sub: int
+    per_interval: int
+    point: int
+    start: int
+    end: int
+    fresh: int
+    offset: int
+    whole: int
+    length: float
+    share: float
+    left: float
+
+
 class Intervals(NamedTuple):
     """Windows of the grid, each grid interval's window and length, and the ground acceleration."""
 

@@ -19,10 +19,10 @@ from .element_code import COMMON, MOVING_FACTOR, NODES, ElementCode
 from .folded_constants import folded_constants
 
 TEMPLATES = tuple(
-    Path(__file__).with_name(f"kernel_{part}_template.py")
-    for part in ("step", "control", "integration")
+    Path(__file__).with_name(f"kernel_{part}_template.py") for part in ("step", "integration")
 )
 TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
+WINDOWS_TEMPLATE = Path(__file__).with_name("kernel_windows_template.py")
 SUMMARY_TEMPLATE = Path(__file__).with_name("kernel_summary_template.py")
 HEADER = """
 import math
@@ -31,6 +31,7 @@ import numpy as np
 from numba import njit
 
 from isolation_sim.simulation import intrinsics, kernel
+from isolation_sim.simulation.arguments import Step
 from isolation_sim.simulation.intrinsics import call, fused, read, write
 
 unsigned = np.uint64
@@ -39,6 +40,8 @@ OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": Fals
 INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 inner = njit(**INNER)
 inline = njit(forceinline=True, **INNER)
+# compiled once, and included by kernels of all laws
+shared = njit(cache=True, forceinline=True, **INNER)
 # no product is fused with a sum: the same bits wherever it stands
 EXACT = {**INNER, "fastmath": False}
 exact = njit(**EXACT)
@@ -58,6 +61,25 @@ RECORDS = {
     "NEXT": 3,
     "STEP": 4,
 }
+# what ``integrate`` returns, where it is, and what became of a lane
+STATUS = {
+    **{name: k for k, name in enumerate(("FINISHED", "DECIDE", "BUFFER_FULL"))},
+    **{name: k for k, name in enumerate(("WINDOW_NOW", "STAGE"))},
+    **{name: k for k, name in enumerate(("MEASURE", "COMMAND", "UNDER_WAY"))},
+    **{
+        name: k
+        for k, name in enumerate(
+            ("ALIVE", "NO_CONVERGENCE", "NOT_FINITE", "TOO_LARGE", "CURRENT_REFUSED")
+        )
+    },
+}
+# slots of an element: a multiple of this, so that kernels of many laws include the same code
+SLOTS = 128
+# functions of that code
+SHARED = (
+    "begin_window", "take_current", "shift_force", "any_lane", "choose_step", "move_currents",
+    "judge_step", "keep_step", "close_step", "close_window", "keep_force", "layout",
+)  # fmt: skip
 # element functions: name, arguments between base and mask, what the offset `at` is into
 DISPATCHED = (
     ("prepare_held", "", ""),
@@ -105,33 +127,20 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
     distinct = [law for law in dict.fromkeys(laws) if law is not None]
     codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
     n_states = max(len(c.states) for c in codes)
-    stride = max(len(c.slots) for c in codes) + 4 * n_states
+    stride = -(-(max(len(c.slots) for c in codes) + 4 * n_states) // SLOTS) * SLOTS
+    shape = (len(laws), n_ground, lanes, 1 if shared else lanes, stride)
     constants = {
-        "LANES": lanes,
-        "ROWS": 8 * lanes,
-        "TABLE_LANES": 1 if shared else lanes,
-        "N_ELEMENTS": len(laws),
-        "N_GROUND": n_ground,
+        **_shape_constants(*shape),
         "N_STATES": n_states,
         "KIND": tuple(len(distinct) if law is None else distinct.index(law) for law in laws),
         "DIRECTIONS": tuple(0 if law is None else law.directions for law in laws),
-        "STRIDE": stride,
         # the last entry is that of a further direction, which has none of its own
         "N_PARAMETERS": (*(len(c.parameters) for c in codes), 0),
         "SLOT_PARAMETER": (*(c.slots.index("p0_0") if c.parameters else 0 for c in codes), 0),
         "SLOT_START": (*(c.slots.index("start0") if c.states else 0 for c in codes), 0),
         "SLOT_SCALE": (*(c.slots.index("scale0") if c.states else 0 for c in codes), 0),
-        "FORCE_SLOTS": tuple(
-            e * stride + COMMON.index("f0") + k for e in range(len(laws)) for k in range(3)
-        ),
-        **RECORDS,
         "PAD": padding(lanes),
-        "NODES_AND_END": (*NODES, 1.0),
-        "LAGRANGE": polynomials(*NODES),
-        "MOVING_FACTOR": MOVING_FACTOR,
-        "TINY": 1e-300,
         "HOPELESS": 1e12,
-        **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
     }
     blocks = [
         '"""Written by isolation_sim.simulation.kernel; do not edit."""',
@@ -140,17 +149,58 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
         # loops over lanes become vector instructions in functions of their own
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
-        "tables = kernel.load_tables(TABLE_LANES)\n"
-        "build_table, layout = tables.build_table, tables.layout\n"
+        f"windows = kernel.load_windows{shape}\n"
+        f"{', '.join(SHARED)} = ({', '.join(f'windows.{name}' for name in SHARED)})\n"
         "summary = kernel.load_summary(LANES, TABLE_LANES)\n"
         "respond_to_others = intrinsics.make_respond_to_others(\n"
         "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
-        "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
-        "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
+        "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)",
         *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
         *(template.read_text() for template in TEMPLATES),
     ]
     return folded_constants("\n\n".join(blocks))
+
+
+def _shape_constants(
+    n_elements: int, n_ground: int, lanes: int, table_lanes: int, stride: int
+) -> dict[str, object]:
+    """Constants that depend on the laws by the elements' number of slots alone."""
+    return {
+        "LANES": lanes,
+        "ROWS": 8 * lanes,
+        "TABLE_LANES": table_lanes,
+        "N_ELEMENTS": n_elements,
+        "N_GROUND": n_ground,
+        "STRIDE": stride,
+        "FORCE_SLOTS": tuple(
+            e * stride + COMMON.index("f0") + k for e in range(n_elements) for k in range(3)
+        ),
+        **RECORDS,
+        **STATUS,
+        "NODES_AND_END": (*NODES, 1.0),
+        "LAGRANGE": polynomials(*NODES),
+        "MOVING_FACTOR": MOVING_FACTOR,
+        "TINY": 1e-300,
+        **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
+    }
+
+
+@lru_cache
+def load_windows(*shape: int) -> ModuleType:
+    """Windows, choice of steps and records, for any laws; see ``_shape_constants``."""
+
+    def text() -> str:
+        blocks = [
+            HEADER,
+            _assigned(_shape_constants(*shape)),
+            "tables = kernel.load_tables(TABLE_LANES)\n"
+            "build_table, layout = tables.build_table, tables.layout\n"
+            "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
+            WINDOWS_TEMPLATE.read_text(),
+        ]
+        return folded_constants("\n\n".join(blocks))
+
+    return load_written("windows", shape, text)
 
 
 @lru_cache

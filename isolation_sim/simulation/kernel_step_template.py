@@ -5,36 +5,24 @@ Part of the compiled kernel; see ``kernel_integration_template.py``.
 
 
 @inline
-def solve_step(
-    h,
-    n_sub,
-    share,
-    tolerance,
-    shape,
-    table,
-    offset,
-    z,
-    z_at,
-    u,
-    w,
-    active,
-    going,
-    previous,
-    contraction,
-    defects,
-    errors,
-    kinks,
-):
+def solve_step(step, sizes, table, z, u, w, lanes):
     """Forces and states at the nodes and the end of one step; z and u are only read.
 
-    z, from z_at, holds the modes at the start (real parts, then imaginary); u the ground at the
-    grid points. defects: how far a lane's force polynomial misses the force at the step's ends,
-    relative to the peak force; infinite where the iteration did not contract. errors: the guess of
-    what that does to the response. kinks: whether an element has a kink within the step. share: by
-    how much the error of one such step counts.
+    ``lanes`` receives ``defects``: how far a lane's force polynomial misses the force at the step's
+    ends, relative to the peak force, infinite where the iteration did not contract; ``errors``: the
+    guess of what that does to the response; ``kinks``: whether an element has a kink within the
+    step.
     """
-    n_modes, n_pad = shape[:2]
-    ground_rows, force_rows, _, _, _ = layout(shape, n_sub)
+    n_modes, n_pad, n_sub, offset = sizes.n_modes, sizes.n_pad, step.n_sub, step.offset
+    h, share, tolerance = step.length, step.share, step.left
+    active, going, previous, contraction = (
+        lanes.active,
+        lanes.going,
+        lanes.previous,
+        lanes.contraction,
+    )
+    defects, errors, kinks = lanes.defects, lanes.errors, lanes.kinks
+    ground_rows, force_rows, _, _, _ = layout(sizes[:4], n_sub)
     for e in range(N_ELEMENTS):
         free_rows(
             w,
@@ -43,7 +31,7 @@ def solve_step(
             offset + e * 16 * n_modes,
             offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8,
             z,
-            z_at,
+            step.start * 2 * n_pad,
             n_modes,
             n_pad,
             u,
@@ -108,19 +96,3 @@ def solve_step(
             error += w[(e * STRIDE + SLOT_ERROR) * LANES + lane]
             kink = max(kink, w[(e * STRIDE + SLOT_KINK) * LANES + lane])
         defects[lane], errors[lane], kinks[lane] = defect, error, kink
-
-
-@inline
-def share_scale(w, active):
-    """Measure a small element's force by a twentieth of the largest on the structure."""
-    for lane in range(LANES):
-        if active[lane] == 0:
-            continue
-        least = np.inf
-        for e in range(N_ELEMENTS):
-            at = e * STRIDE * LANES + lane
-            least = min(least, w[at + SLOT_FORCE_SCALE * LANES] / w[at + SLOT_TO_STRUCTURE * LANES])
-        for e in range(N_ELEMENTS):
-            at = e * STRIDE * LANES + lane
-            most = 20.0 * least * w[at + SLOT_TO_STRUCTURE * LANES]
-            w[at + SLOT_FORCE_SCALE * LANES] = min(w[at + SLOT_FORCE_SCALE * LANES], most)

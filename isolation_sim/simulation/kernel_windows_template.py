@@ -1,0 +1,597 @@
+"""Windows, choice of steps and records: the time integration without the elements' own work.
+
+A module of its own, compiled once for all laws: what integrates includes it. See
+``kernel_integration_template.py``.
+"""
+
+HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
+MOST_STEPS = 4096  # tried in one window; what still misses the tolerance then is counted
+
+
+@shared
+def begin_window(position, sizes, course, measurements, coils, channel, lanes, z, w):
+    """Sensors, decision and commands at a window's start; whether the decision has been made."""
+    window = position[WINDOW_NOW]
+    windows, _, events, ground = course
+    command, driver, coil, _, moving, coil_history = coils
+    n_pad, n_channels, n_measured = sizes.n_pad, sizes.n_channels, sizes.n_outputs
+    g = windows[window, 0]
+    if position[STAGE] == MEASURE:
+        # sensors read before the current changes; then the controller decides
+        if events[window, 0] >= 0:
+            read_sensors(
+                events[window, 0],
+                g,
+                n_measured,
+                n_channels,
+                sizes.n_modes,
+                n_pad,
+                measurements.rows,
+                measurements.noise,
+                ground,
+                z,
+                g * 2 * n_pad,
+                coil,
+                w,
+                measurements.measured,
+            )
+        if events[window, 1] >= 0:
+            position[STAGE] = COMMAND
+            if sizes.controller == 0:
+                return False
+            call_controllers(
+                events[window, 1],
+                sizes.controller,
+                measurements.decided,
+                measurements.measured_for,
+                measurements.addresses,
+            )
+    if events[window, 2] >= 0:
+        set_commands(
+            g,
+            measurements.chosen,
+            events[window, 2],
+            n_channels,
+            sizes.clamp,
+            driver,
+            command,
+            coil,
+            lanes.alive,
+            lanes.counts,
+        )
+    for e in range(N_ELEMENTS):
+        c = channel[e]
+        for lane in range(LANES):
+            moving[e, lane] = 0
+            w[(e * STRIDE + SLOT_BENT) * LANES + lane] = 0.0
+            w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = 1.0
+            if coil[c, lane] != command[g, c, lane]:
+                moving[e, lane] = 1
+                w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = MOVING_FACTOR
+    for c in range(n_channels):
+        for lane in range(LANES):
+            coil_history[window, c, lane] = coil[c, lane]
+    for lane in range(LANES):
+        lanes.todo[lane] = 1 if lanes.alive[lane] == ALIVE else 0
+        lanes.place[lane] = 0
+        lanes.tried[lane] = 0
+        lanes.base[lane] = lanes.level[lane]
+        lanes.worst[lane] = -1.0
+    return True
+
+
+@shared
+def take_current(e, g, coils, law_numbers, going, n, slot, w):
+    """Mark the lanes in which an element gets another current that stays; set its parameters."""
+    c = law_numbers.channel[e]
+    changed = False
+    for lane in range(LANES):
+        going[lane] = 0
+        current = coils.current[c, lane]
+        if current == coils.command[g, c, lane] and current != coils.applied[e, lane]:
+            going[lane] = 1
+            coils.applied[e, lane] = current
+            set_parameters(e, lane, 0, current, law_numbers, n, slot, w)
+            changed = True
+    return changed
+
+
+@shared
+def shift_force(e, n_directions, w, going):
+    """Let the force jump, at a step's start, to that under another current."""
+    for direction in range(n_directions):
+        for lane in range(LANES):
+            if going[lane]:
+                at = (e + direction) * STRIDE * LANES + lane
+                begin = w[at + SLOT_FORCE_END * LANES]
+                begin -= w[at + SLOT_K_REF * LANES] * w[at + SLOT_D_END * LANES]
+                begin -= w[at + SLOT_C_REF * LANES] * w[at + SLOT_V_END * LANES]
+                jump = begin - w[at + SLOT_F_START * LANES]
+                for k in range(3):
+                    w[at + (SLOT_F0 + k) * LANES] += jump
+                w[at + SLOT_F_START * LANES] = begin
+
+
+@shared
+def any_lane(mask):
+    """Whether a mask has any lane."""
+    count = 0
+    for lane in range(LANES):
+        count += mask[lane]
+    return count > 0
+
+
+@shared
+def choose_step(window, sizes, limits, course, propagation, lanes, u):
+    """The next step, of the lanes that are furthest behind; its coefficients and its ground."""
+    windows, spans, _, ground = course
+    offsets, modes, table, built, phi, integral = propagation
+    n_levels = sizes.n_levels
+    whole = 1 << (n_levels - 1)  # a window in the shortest steps
+    g = windows[window, 0]
+    kind = windows[window, 1]
+    n_intervals = windows[window, 2]
+    # of these lanes, those with the longest step
+    at, depth = whole, n_levels
+    for lane in range(LANES):
+        if lanes.todo[lane]:
+            if lanes.place[lane] < at:
+                at, depth = lanes.place[lane], lanes.level[lane]
+            elif lanes.place[lane] == at:
+                depth = min(depth, lanes.level[lane])
+    while at % (whole >> depth) != 0:
+        depth += 1
+    n_steps = 1 << depth
+    number = at // (whole >> depth)
+    n_sub = max(n_intervals >> depth, 1)
+    per_interval = max(n_steps // n_intervals, 1)
+    # a step counts by its share of the sample, with some reserve where steps had to be cut
+    share = 4.0 / per_interval if per_interval > 1 else 1.0
+    # what the iteration leaves adds up over the steps; rounding ends it
+    left = max(limits.iteration / per_interval, min(limits.iteration, 1e-14))
+    h = spans[kind] / n_steps
+    offset = offsets[kind, depth]
+    if built[kind, depth] == 0:
+        for lane in range(TABLE_LANES):
+            build_table(h, n_sub, lane, sizes[:4], modes, table, offset, phi, integral)
+        built[kind, depth] = 1
+    fresh = 0
+    for lane in range(LANES):
+        lanes.active[lane] = 0
+        if lanes.todo[lane] and lanes.place[lane] == at and lanes.level[lane] <= depth:
+            lanes.active[lane] = 1
+            lanes.tried[lane] += 1
+        lanes.going[lane] = 1 if lanes.active[lane] and lanes.last[lane] != h else 0
+        fresh += lanes.going[lane]
+        if lanes.going[lane]:
+            lanes.contraction[lane] = 1.0
+        if lanes.active[lane]:
+            lanes.last[lane] = h
+    first = number * n_sub if per_interval == 1 else number // per_interval
+    point = g + first
+    if per_interval == 1:
+        for k in range((n_sub + 1) * N_GROUND * LANES):
+            u[k] = ground[point * N_GROUND * LANES + k]
+    else:
+        a = (number - first * per_interval) / per_interval
+        for k in range(N_GROUND * LANES):
+            low = ground[point * N_GROUND * LANES + k]
+            high = ground[(point + 1) * N_GROUND * LANES + k]
+            u[k] = low + (high - low) * a
+            u[N_GROUND * LANES + k] = low + (high - low) * (a + 1.0 / per_interval)
+    # within a grid interval the modes go through a scratch row behind the last point
+    spare = windows[sizes.n_windows, 0] + 1
+    start = point if per_interval == 1 or number % per_interval == 0 else spare
+    end = g + (number + 1) * n_intervals // n_steps
+    if (number + 1) % per_interval != 0:
+        end = spare
+    return Step(
+        at,
+        depth,
+        number,
+        n_steps,
+        n_intervals,
+        n_sub,
+        per_interval,
+        point,
+        start,
+        end,
+        fresh,
+        offset,
+        whole,
+        h,
+        share,
+        left,
+    )
+
+
+@shared
+def judge_step(step, sizes, limits, lanes):
+    """Accept a step, or have it cut, lane by lane; whether any lane accepts it."""
+    n_levels = sizes.n_levels
+    lanes.counts[1, 0] += 1
+    running = 0
+    for lane in range(LANES):
+        if lanes.active[lane] == 0:
+            continue
+        # samples inside a step are read off the polynomial: its defect is their error
+        error, defect = lanes.errors[lane], lanes.defects[lane]
+        accepted = error <= limits.error and (
+            (step.n_sub == 1 and defect < np.inf) or defect <= limits.defect
+        )
+        if (
+            not accepted
+            and defect < np.inf
+            and (step.depth + 1 == n_levels or lanes.tried[lane] > MOST_STEPS)
+        ):
+            lanes.counts[4, lane] += 1
+            lanes.missed[lane] = max(lanes.missed[lane], error)
+            accepted = True
+        running += 1
+        if not accepted:
+            lanes.active[lane] = 0
+            running -= 1
+            lanes.counts[2, lane] += 1
+            lanes.last[lane] = 0.0
+            if lanes.kinks[lane] == 0.0:
+                lanes.hold[lane] = HOLD
+                lanes.worst[lane] = np.inf
+            if step.depth + 1 < n_levels and lanes.tried[lane] < 2 * MOST_STEPS:
+                lanes.level[lane] = step.depth + 1
+            else:
+                lanes.alive[lane] = NO_CONVERGENCE
+                lanes.todo[lane] = 0
+    return running > 0
+
+
+@shared
+def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
+    """Record an accepted step; modes and forces at the grid points that it spans.
+
+    width: numbers of an element in a step's record.
+    """
+    n_pad = sizes.n_pad
+    row = 2 * n_pad
+    z, _, forces, steps, step_count, cuts, first_step, last_step = history
+    active, table, offset = lanes.active, propagation.table, step.offset
+    point, n_sub, per_interval = step.point, step.n_sub, step.per_interval
+    own = row + N_ELEMENTS * width  # behind them a step's own numbers
+    for lane in range(LANES):
+        if active[lane] == 0:
+            continue
+        if per_interval == 1:
+            for i in range(n_sub):
+                cuts[point + i, lane] = -n_sub
+        elif step.number % per_interval == 0:
+            cuts[point, lane] = 1
+            first_step[point, lane] = step_count[0]
+        else:
+            cuts[point, lane] += 1
+            steps[last_step[lane], (own + NEXT) * LANES + lane] = step_count[0]
+        last_step[lane] = step_count[0]
+    # the peaks inside a sample are looked for in the steps that cut it
+    if sizes.record_steps or per_interval > 1:
+        k = step_count[0]
+        for r in range(row * LANES):
+            steps[k, r] = z[step.start * row * LANES + r]
+        for e in range(N_ELEMENTS):
+            to = (row + e * width) * LANES
+            first_slot = (e * STRIDE + SLOT_F_START) * LANES
+            for r in range(width * LANES):
+                steps[k, to + r] = w[first_slot + r]
+        for lane in range(LANES):
+            steps[k, (own + WINDOW) * LANES + lane] = window
+            steps[k, (own + BEGIN) * LANES + lane] = step.number / step.n_steps
+            steps[k, (own + LENGTH) * LANES + lane] = 1.0 / step.n_steps
+        step_count[0] = k + 1
+    if per_interval == 1:
+        for e in range(N_ELEMENTS):
+            for k in range(3):
+                keep_force(forces, AT_NODES + k, point, e, w, SLOT_F0 + k, active)
+    _, _, decay, ground_columns, force_columns = layout(sizes[:4], n_sub)
+    for i in range(n_sub):
+        start = step.start if i == 0 else point + i
+        to = point + i + 1
+        if per_interval > 1 and (step.number + 1) % per_interval != 0:
+            to = step.end
+        move_modes(
+            n_pad,
+            table,
+            offset + decay,
+            offset + ground_columns,
+            offset + force_columns + i * N_ELEMENTS * 6 * n_pad,
+            z,
+            start * row,
+            to * row,
+            u,
+            i * N_GROUND,
+            w,
+            active,
+        )
+        if i + 1 < n_sub:
+            for e in range(N_ELEMENTS):
+                keep_force_inside(forces, point + i + 1, e, w, (i + 1.0) / n_sub, active)
+
+
+@shared
+def close_step(step, limits, lanes, forces, w):
+    """Forces at an accepted step's end, where the lanes are, and the length of their next step."""
+    active, place, level, base = lanes.active, lanes.place, lanes.level, lanes.base
+    tried, hold, worst = lanes.tried, lanes.hold, lanes.worst
+    if (step.number + 1) % step.per_interval == 0:
+        for e in range(N_ELEMENTS):
+            keep_force(forces, BEFORE, step.end, e, w, SLOT_F_START, active)
+            keep_force(forces, AFTER, step.end, e, w, SLOT_F_START, active)
+    if N_ELEMENTS > 1:
+        share_scale(w, active)
+    for lane in range(LANES):
+        if active[lane] == 0:
+            continue
+        place[lane] = step.at + (step.whole >> step.depth)
+        attained = lanes.errors[lane] * (1.0 / limits.error)
+        if step.n_steps <= step.n_intervals:
+            attained = max(attained, lanes.defects[lane] * (1.0 / limits.defect))
+        if step.depth <= base[lane] and lanes.kinks[lane] == 0.0:
+            worst[lane] = max(worst[lane], attained)
+        # after a rejection coarser steps wait, unless the cause is clearly past
+        if tried[lane] > MOST_STEPS:
+            level[lane] = base[lane]
+        elif hold[lane] == 0 or attained <= 1e-6:
+            while level[lane] > base[lane] and attained < 0.02:
+                level[lane] -= 1
+                attained *= 64.0
+        if place[lane] == step.whole:
+            lanes.todo[lane] = 0
+            if hold[lane] > 0 and worst[lane] > 1e-6:
+                hold[lane] -= 1
+            elif worst[lane] >= 0.0:
+                while level[lane] > 0 and worst[lane] < 0.02:
+                    level[lane] -= 1
+                    worst[lane] *= 64.0
+
+
+@shared
+def close_window(position, course, limits, coils, channel, lanes, w):
+    """What became of each lane, and the coil currents at a window's end; whether any is alive."""
+    window = position[WINDOW_NOW]
+    command, driver, coil, applied, _, _ = coils
+    g, kind, n_intervals = (
+        course.windows[window, 0],
+        course.windows[window, 1],
+        course.windows[window, 2],
+    )
+    alive, counts = lanes.alive, lanes.counts
+    dead = 0
+    for lane in range(LANES):
+        if alive[lane] == ALIVE:
+            size = 0.0
+            for e in range(N_ELEMENTS):
+                size += abs(w[(e * STRIDE + SLOT_D_END) * LANES + lane])
+            if not size < np.inf:
+                alive[lane] = NOT_FINITE
+            elif size > limits.deformation[lane]:
+                alive[lane] = TOO_LARGE
+        if alive[lane] != ALIVE:
+            dead += 1
+            if counts[3, lane] == 0:
+                counts[3, lane] = window + 1
+    stop = g + n_intervals
+    for c in range(coil.shape[0]):
+        for lane in range(LANES):
+            if coil[c, lane] != command[g, c, lane]:
+                coil[c, lane] = coil_current(
+                    coil[c, lane],
+                    command[g, c, lane],
+                    driver[c, 0, lane],
+                    driver[c, 1, lane],
+                    course.spans[kind],
+                )
+                for e in range(N_ELEMENTS):
+                    if channel[e] == c:
+                        applied[e, lane] = np.nan
+            command[stop, c, lane] = command[g, c, lane]
+    position[WINDOW_NOW] = window + 1
+    return dead < LANES
+
+
+@inline
+def share_scale(w, active):
+    """Measure a small element's force by a twentieth of the largest on the structure."""
+    for lane in range(LANES):
+        if active[lane] == 0:
+            continue
+        least = np.inf
+        for e in range(N_ELEMENTS):
+            at = e * STRIDE * LANES + lane
+            least = min(least, w[at + SLOT_FORCE_SCALE * LANES] / w[at + SLOT_TO_STRUCTURE * LANES])
+        for e in range(N_ELEMENTS):
+            at = e * STRIDE * LANES + lane
+            most = 20.0 * least * w[at + SLOT_TO_STRUCTURE * LANES]
+            w[at + SLOT_FORCE_SCALE * LANES] = min(w[at + SLOT_FORCE_SCALE * LANES], most)
+
+
+@inline
+def coil_current(start, command, lag, slew, t):
+    """Coil current a time t after the command was set: rate = clip((command - i)/lag, +-slew)."""
+    gap = command - start
+    sign = 1.0 if gap > 0.0 else -1.0
+    ramp = max(abs(gap) - slew * lag, 0.0) / slew if slew < np.inf else 0.0
+    if t < ramp:
+        return start + sign * slew * t
+    if lag == 0.0:
+        return command
+    left = gap - sign * slew * ramp if ramp > 0.0 else gap
+    return command - left * np.exp((ramp - t) / lag)
+
+
+@inline
+def piece_at(e, lane, current, law_breaks, n_pieces):
+    """Piece of a device's dependence on the current that holds at a current (A)."""
+    piece = 0
+    while piece < n_pieces - 1 and current >= law_breaks[e, piece + 1, lane]:
+        piece += 1
+    return piece
+
+
+@inline
+def set_parameters(e, lane, node, current, law_numbers, n, slot, w):
+    """Write a device's n parameters at a current (A), from a slot on."""
+    law_table, law_breaks, law_shape, _ = law_numbers
+    n_pieces, n_powers = law_shape[e, 0], law_shape[e, 1]
+    piece = piece_at(e, lane, current, law_breaks, n_pieces)
+    for k in range(n):
+        value = 0.0
+        for power in range(n_powers - 1, -1, -1):
+            value = value * current + law_table[e, piece, k, power, lane]
+        at = e * STRIDE + slot + node * n + k
+        w[at * LANES + lane] = value
+
+
+@shared
+def move_currents(step, window, e, course, coils, law_numbers, lanes, n, slot, w):
+    """Parameters at the nodes and the end of a step while the current moves; whether it does.
+
+    The current's path bends where a slew limit ends, that of the parameters from one piece of
+    their dependence on the current to the next.
+    """
+    command, driver, coil, _, moving, _ = coils
+    g = course.windows[window, 0]
+    c = law_numbers.channel[e]
+    t = step.number * step.length
+    h = step.length
+    changed = 0
+    for lane in range(LANES):
+        lanes.going[lane] = 0
+        if moving[e, lane] and lanes.active[lane]:
+            set_moving_parameters(
+                e,
+                lane,
+                t,
+                h,
+                coil[c, lane],
+                command[g, c, lane],
+                driver[c, 0, lane],
+                driver[c, 1, lane],
+                law_numbers,
+                n,
+                slot,
+                w,
+            )
+            lanes.going[lane] = 1
+            changed = 1
+    return changed > 0
+
+
+@inner
+def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, n, slot, w):
+    """The same of one lane."""
+    _, law_breaks, law_shape, _ = law_numbers
+    n_pieces = law_shape[e, 0]
+    current = coil_current(coil, command, lag, slew, t)
+    first = piece_at(e, lane, current, law_breaks, n_pieces)
+    ramp = (abs(command - coil) - slew * lag) / slew if slew < np.inf else 0.0
+    bent = 1.0 if t < ramp < t + h else 0.0
+    for node in range(4):
+        current = coil_current(coil, command, lag, slew, t + NODES_AND_END[node] * h)
+        set_parameters(e, lane, node, current, law_numbers, n, slot, w)
+        if piece_at(e, lane, current, law_breaks, n_pieces) != first:
+            bent = 1.0
+    w[(e * STRIDE + SLOT_BENT) * LANES + lane] = bent
+
+
+@shared
+def keep_force(forces, kind, point, e, w, slot, mask):
+    """Keep an element's force beyond its reference, N, at a grid point."""
+    for lane in range(LANES):
+        if mask[lane]:
+            at = (point * N_ELEMENTS + e) * FORCES + kind
+            forces[at * LANES + lane] = w[(e * STRIDE + slot) * LANES + lane]
+
+
+@inline
+def keep_force_inside(forces, point, e, w, tau, mask):
+    """The same at a fraction tau of the step, from its polynomial."""
+    to = (point * N_ELEMENTS + e) * FORCES
+    for lane in range(LANES):
+        if mask[lane]:
+            force = 0.0
+            for k in range(3):
+                weight = LAGRANGE[k][0] + tau * (LAGRANGE[k][1] + tau * LAGRANGE[k][2])
+                force += weight * w[(e * STRIDE + SLOT_F0 + k) * LANES + lane]
+            forces[(to + BEFORE) * LANES + lane] = force
+            forces[(to + AFTER) * LANES + lane] = force
+
+
+@inner
+def read_sensors(
+    k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, ground, z, z_at, coil, w, measured
+):
+    """Measurement k: modes, element forces and ground to outputs; noise; then coil currents."""
+    for r in range(n_measured):
+        for lane in range(LANES):
+            total = noise[k, r, lane] if noise.shape[0] > 0 else 0.0
+            for m in range(n_modes):
+                total += measure[r, m, lane] * z[(z_at + m) * LANES + lane]
+                total += measure[r, n_modes + m, lane] * z[(z_at + n_pad + m) * LANES + lane]
+            for e in range(N_ELEMENTS):
+                force = w[(e * STRIDE + SLOT_FORCE_END) * LANES + lane]
+                total += measure[r, 2 * n_modes + e, lane] * force
+            for i in range(N_GROUND):
+                at = (g * N_GROUND + i) * LANES + lane
+                total += measure[r, 2 * n_modes + N_ELEMENTS + i, lane] * ground[at]
+            measured[k, lane, r] = total
+    for c in range(n_channels):
+        for lane in range(LANES):
+            measured[k, lane, n_measured + c] = coil[c, lane]
+
+
+@inner
+def set_commands(g, target, first, n_channels, clamp, driver, command, coil, alive, counts):
+    """The commands from grid point g on, as the drivers take them; counts what was clamped."""
+    for c in range(n_channels):
+        for lane in range(LANES):
+            value = target[first, lane, c]
+            low, high = driver[c, 2, lane], driver[c, 3, lane]
+            if not low <= value <= high:
+                counts[0, lane] += 1
+                if alive[lane] == ALIVE and (clamp == 0 or value != value):
+                    alive[lane] = CURRENT_REFUSED
+                value = low if value < low else high
+            step = driver[c, 4, lane]
+            if step > 0.0:
+                value = step * np.floor(value / step + 0.5)
+                # a limit between two steps; rounding must not move one that is a step
+                if value > high + 1e-9 * step:
+                    value -= step
+                elif value < low - 1e-9 * step:
+                    value += step
+                value = min(max(value, low), high)
+            command[g, c, lane] = value
+            if driver[c, 0, lane] == 0.0 and driver[c, 1, lane] == np.inf:
+                coil[c, lane] = value
+
+
+@inline
+def call_controllers(k, function, decided, measured_for, addresses):
+    """Decision k of every lane, by a compiled controller; rows of doubles at given addresses."""
+    (
+        measured,
+        measured_step,
+        settings,
+        settings_step,
+        memory,
+        memory_step,
+        chosen,
+        chosen_step,
+        sizes,
+    ) = addresses
+    for lane in range(LANES):
+        call(
+            function,
+            decided[k],
+            measured + (measured_for[k] * LANES + lane) * measured_step,
+            settings + lane * settings_step,
+            memory + lane * memory_step,
+            chosen + (k * LANES + lane) * chosen_step,
+            sizes,
+        )
