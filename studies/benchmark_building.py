@@ -71,7 +71,7 @@ STRENGTH = 0.05
 """Characteristic strength of the lead-rubber bearings over the weight."""
 YIELD_DEFORMATION = 0.01
 """Yield deformation of the lead, m."""
-SLIDING = {"mu_max": 0.06, "mu_min": 0.03, "a": 50.0, "u_y": 0.002}
+SLIDING = {"mu_max": 0.06, "mu_min": 0.03, "a": 50.0, "u_y": 0.002, "tau": 1e-3}
 """Friction by speed, deformation before slip (m) and smoothness of the friction bearings."""
 PEAKS = (
     "peak_base_displacement_m", "peak_isolator_displacement_m", "peak_floor_acceleration_m_s2",

@@ -9,8 +9,9 @@ Friction is elastic and perfectly plastic: before slip it follows the deformatio
     mu = mu_max - (mu_max - mu_min) exp(-a |v|)
 
 so that the corner between sticking and sliding is sharp, as in OpenSees's singleFPBearing. The state
-z leaves the circle by ``(mu_max / u_y) |v| tau`` and comes back within tau = 0.05 ms (Duvaut and
-Lions); the force does not leave it. The coefficient is that of Constantinou, Mokha and Reinhorn.
+z leaves the circle by ``(mu_max / u_y) |v| tau`` and comes back within the time tau (Duvaut and
+Lions); the force does not leave it. The corner is the sharper, the smaller tau is; fixed steps need
+one above half of their length. The coefficient is that of Constantinou, Mokha and Reinhorn.
 
 With the vertical load as a third deformation, ``N = W (1 + x[2])``, and none in uplift. The stored
 energy is then that under the present load; work of a load that changes is booked with the loss.
@@ -23,12 +24,10 @@ import numpy as np
 from .in_plan import along_a_line, length
 from .law import InPlan, Law, Quantity
 
-RETURN_TIME = 5e-5  # s, tau
-
 
 def _friction(v: tuple, states: tuple, parameters: tuple) -> tuple:
     """Friction over the vertical load, on or within the circle of the coefficient."""
-    _, _, mu_max, mu_min, a, _ = parameters
+    _, _, mu_max, mu_min, a, *_ = parameters
     z_x, z_y = states
     mu = mu_max - (mu_max - mu_min) * np.exp(-a * length(v[0], v[1]))
     inside = np.fmin(1.0, mu / length(z_x, z_y))
@@ -44,18 +43,16 @@ def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
 
 def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
     """Rate of the elastic friction: the deformation, and the radial return in slip."""
-    _, _, mu_max, _, _, u_y = parameters
+    _, _, mu_max, _, _, u_y, tau = parameters
     z_x, z_y = states
     f_x, f_y = _friction(v, states, parameters)
     stiffness = mu_max / u_y
-    return stiffness * v[0] - (z_x - f_x) / RETURN_TIME, stiffness * v[1] - (
-        z_y - f_y
-    ) / RETURN_TIME
+    return stiffness * v[0] - (z_x - f_x) / tau, stiffness * v[1] - (z_y - f_y) / tau
 
 
 def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
     """Energy of the pendulum and of the deformation before slip."""
-    W, R, mu_max, _, _, u_y = parameters
+    W, R, mu_max, _, _, u_y, _ = parameters
     z_x, z_y = states
     before_slip = u_y / mu_max * (z_x**2 + z_y**2)
     return W * ((x[0] ** 2 + x[1] ** 2) / R + before_slip) / 2
@@ -93,6 +90,7 @@ LAW = Law(
         Quantity("mu_min", "1", "coefficient of friction at low speed", lower=0.0, divides=True),
         Quantity("a", "s/m", "rate at which the coefficient changes with the speed", lower=0.0),
         Quantity("u_y", "m", "deformation before slip", lower=0.0, divides=True),
+        Quantity("tau", "s", "time of the return onto the circle", lower=0.0, divides=True),
     ),
     **along_a_line(PLAN, n_states=1),
     source="Constantinou, Mokha and Reinhorn (1990)",
@@ -100,5 +98,6 @@ LAW = Law(
     axial=InPlan(axial_force, axial_rates, axial_energy),
     example={
         "W": 10000.0, "R": 1.5, "mu_max": 0.1, "mu_min": 0.05, "a": 30.0, "u_y": 0.002,
+        "tau": 0.002,
     },
 )  # fmt: skip

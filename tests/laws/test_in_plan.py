@@ -8,7 +8,6 @@ import pytest
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS
 from isolation_sim.laws.emit import symbols
-from isolation_sim.laws.friction_pendulum import RETURN_TIME
 
 BY_AXES = {"park_wen_ang"}
 """As published: absolute values direction by direction, so that oblique lines differ."""
@@ -114,7 +113,7 @@ def test_friction_is_elastic_until_the_circle_of_its_coefficient(devices):
         forces, rates = law.respond((0.0, 0.0), v, z, parameters)
         np.testing.assert_allclose(forces, values["W"] * friction * direction, atol=1e-9)
         elastic = values["mu_max"] / values["u_y"] * np.array(v)
-        returned = (np.array(rates) - elastic) @ direction * RETURN_TIME
+        returned = (np.array(rates) - elastic) @ direction * values["tau"]
         assert returned == pytest.approx(friction - length, abs=1e-12)
 
 

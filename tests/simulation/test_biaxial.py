@@ -28,6 +28,7 @@ BOUC_WEN = {
 }  # fmt: skip
 PENDULUM = {
     "W": MASS * GRAVITY, "R": 1.5, "mu_max": 0.08, "mu_min": 0.04, "a": 50.0, "u_y": 0.002,
+    "tau": 5e-5,
 }  # fmt: skip
 
 
@@ -129,8 +130,8 @@ def test_a_law_without_a_form_in_plan_is_refused(name):
         slab(law(name))
 
 
-def test_four_groups_cost_about_three_times_two_elements(pair):
-    """Ratio of the run times in one process: 2.9 on a quiet machine."""
+def test_four_groups_cost_less_than_three_times_two_elements(pair):
+    """Ratio of the processor times in one process, alternating: about 2."""
     building = plan_building(
         [2.5e5] * 3, [3e8] * 3, [3e8] * 3, base_mass=MASS, plan=(20.0, 12.0),
         eccentricity=(1.0, 0.5),
@@ -144,12 +145,12 @@ def test_four_groups_cost_about_three_times_two_elements(pair):
     }
     assert len(plants["four"].elements) == 8
     best = dict.fromkeys(plants, np.inf)
-    for _ in range(60):  # the least of many, on a machine with other work
+    for _ in range(20):  # the least of many, on a machine with other work
         for name, plant in plants.items():
-            start = time.perf_counter()
+            start = time.process_time()
             iso.simulate(plant, pair, "passive_off")
-            best[name] = min(best[name], time.perf_counter() - start)
-    assert best["four"] < 3.6 * best["two"], best
+            best[name] = min(best[name], time.process_time() - start)
+    assert best["four"] < 3 * best["two"], best
     run = iso.simulate(plants["four"], pair, "passive_off")
     assert run.energy.closure_error < 1e-6
     assert np.abs(run.history.displacement.sel(dof="base_rotation")).max() > 1e-5
