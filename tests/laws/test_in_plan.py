@@ -80,7 +80,7 @@ def test_in_plan_no_law_is_a_source(planar):
     assert lost.min() >= -1e-12 * np.abs(size).max()
 
 
-@pytest.mark.parametrize("name", ["bouc_wen", "park_wen_ang"])
+@pytest.mark.parametrize("name", ["bouc_wen", "park_wen_ang", "friction_pendulum"])
 def test_on_the_circle_it_stays_there(name, devices):
     """z . z' = 0 for every loading motion at the radius at which the law yields."""
     law, device = LAWS[name].in_plan, devices[name]
@@ -89,10 +89,13 @@ def test_on_the_circle_it_stays_there(name, devices):
     # park_wen_ang: where both components load
     along, across = rng.uniform(0, np.pi / 2, (2, 100))
     v = np.cos(along), np.sin(along)
+    speed = 1.0
     radius = {
         "bouc_wen": (1.0 / (values.get("beta", 1) + values.get("gamma", 1)))
         ** (1 / values.get("n", 2.0)),
         "park_wen_ang": 1.0,
+        "friction_pendulum": values.get("mu_max", 0)
+        - (values.get("mu_max", 0) - values.get("mu_min", 0)) * np.exp(-values.get("a", 0) * speed),
     }[name]
     z = radius * np.cos(across), radius * np.sin(across)
     rates = law.rates((0.0, 0.0), v, z, tuple(values.values()))
@@ -100,21 +103,16 @@ def test_on_the_circle_it_stays_there(name, devices):
     assert np.abs(z[0] * rates[0] + z[1] * rates[1]).max() < 1e-13 * radius * size
 
 
-def test_friction_is_elastic_until_the_circle_of_its_coefficient(devices):
-    """Within the circle the rate is that of the deformation; beyond it the force stays on it."""
+def test_friction_beyond_the_circle_returns_radially(devices):
+    """At rest mu is mu_min: outside the circle f falls towards it, within the time tau."""
     law, device = LAWS["friction_pendulum"].in_plan, devices["friction_pendulum"]
     values = dict(zip(law.parameter_names, device.parameters_at(0.0), strict=True))
-    parameters, v = tuple(values.values()), (0.03, -0.04)
-    speed = np.hypot(*v)
-    mu = values["mu_max"] - (values["mu_max"] - values["mu_min"]) * np.exp(-values["a"] * speed)
     direction = np.array([0.6, 0.8])
-    for length, friction in ((0.0, 0.0), (0.9 * mu, 0.9 * mu), (1.1 * mu, mu), (3 * mu, mu)):
-        z = tuple(length * direction)
-        forces, rates = law.respond((0.0, 0.0), v, z, parameters)
-        np.testing.assert_allclose(forces, values["W"] * friction * direction, atol=1e-9)
-        elastic = values["mu_max"] / values["u_y"] * np.array(v)
-        returned = (np.array(rates) - elastic) @ direction * values["tau"]
-        assert returned == pytest.approx(friction - length, abs=1e-12)
+    for length in (0.0, 0.9, 1.2, 3.0):
+        f = tuple(length * values["mu_min"] * direction)
+        rates = law.rates((0.0, 0.0), (0.0, 0.0), f, tuple(values.values()))
+        beyond = max(length - 1.0, 0.0) * values["mu_min"]
+        np.testing.assert_allclose(rates, -beyond / values["tau"] * direction, atol=1e-12)
 
 
 def test_load_changes_scale_the_pendulum_until_uplift(devices):

@@ -28,7 +28,8 @@ BOUC_WEN = {
 }  # fmt: skip
 PENDULUM = {
     "W": MASS * GRAVITY, "R": 1.5, "mu_max": 0.08, "mu_min": 0.04, "a": 50.0, "u_y": 0.002,
-    "tau": 5e-5,
+    "n": 1000.0,
+    "tau": 2e-5,
 }  # fmt: skip
 
 
@@ -182,12 +183,12 @@ def pendulum_motion(pair):
     return run.history.displacement.values
 
 
-def test_friction_pendulum_is_the_sharp_one(pendulum_motion, pair):
-    """Within the step error of a separate program that returns friction onto its circle."""
+def test_friction_pendulum_with_a_sharp_corner(pendulum_motion, pair):
+    """A separate program returns friction onto its circle at once."""
     coarse, fine = (sharp_pendulum(pair, n, inclined=False) for n in (64, 256))
-    own_error = np.abs(coarse - fine).max() / 3
-    assert own_error < 5e-4 * np.abs(fine).max()
-    assert np.abs(pendulum_motion - fine).max() < own_error
+    peak = np.abs(fine).max()
+    assert np.abs(coarse - fine).max() / 3 < 3.5e-4 * peak  # its own step error
+    assert np.abs(pendulum_motion - fine).max() < 6e-4 * peak
 
 
 @pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
@@ -200,7 +201,7 @@ def test_friction_pendulum_is_that_of_opensees(pendulum_motion, pair):
     )
     own_error = np.abs(coarse - fine).max() / 3
     assert own_error < 2e-3 * np.abs(fine).max()
-    assert np.abs(pendulum_motion - fine).max() < own_error
+    assert np.abs(pendulum_motion - fine).max() < 3 * own_error
 
 
 @pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
@@ -300,7 +301,7 @@ def test_overturning_changes_the_friction(pair):
     building = plan_building(
         [2.5e5], [3e8], [3e8], base_mass=MASS, plan=(20.0, 12.0), heights=[4.0]
     )
-    device = law("friction_pendulum", PENDULUM | {"mu_min": 0.08})
+    device = law("friction_pendulum", PENDULUM | {"n": 2.0, "mu_min": 0.08})
     plant = building.with_element(law("linear", {"k": 1e9}), "base_rotation", name="held")
     plant = plant.with_biaxial(
         device, ["base_x", "base_y"], load_change=overturning_rows(building)[-1]
@@ -315,12 +316,9 @@ def test_overturning_changes_the_friction(pair):
     shear = 3e8 * 4.0 * history.drift.sel(storey=["storey1_x", "storey1_y"]).values
     expected = (shear @ [1 / 40, 1 / 24]) / (building.total_mass * STANDARD_GRAVITY / 4)
     np.testing.assert_allclose(change, expected, atol=1e-9)
-    length = np.hypot(history.isolator_z_x, history.isolator_z_y).values
-    inside = np.fmin(1.0, 0.08 / np.fmax(length, 1e-300))
-    assert (inside < 1).any() and length.max() < 0.08 * 1.05
     for axis in "xy":
         x = history.deformation.sel(element=f"isolator_{axis}").values
-        f = inside * history[f"isolator_z_{axis}"].values
+        f = history[f"isolator_f_{axis}"].values
         force = history.force.sel(element=f"isolator_{axis}").values
         expected = PENDULUM["W"] * (1 + change) * (x / PENDULUM["R"] + f)
         np.testing.assert_allclose(force, expected, atol=1e-9 * np.abs(force).max())
