@@ -71,8 +71,8 @@ STRENGTH = 0.05
 """Characteristic strength of the lead-rubber bearings over the weight."""
 YIELD_DEFORMATION = 0.01
 """Yield deformation of the lead, m."""
-SLIDING = {"mu_max": 0.06, "mu_min": 0.03, "a": 50.0, "u_y": 0.002, "n": 2.0}
-"""Friction by speed, deformation before slip (m) and smoothness of the friction bearings."""
+SLIDING = {"mu_max": 0.06, "mu_min": 0.03, "a": 50.0, "u_y": 0.002, "n": 2.0, "tau": 1.0}
+"""Friction by speed, deformation before slip (m) and its smooth start in the friction bearings."""
 PEAKS = (
     "peak_base_displacement_m", "peak_isolator_displacement_m", "peak_floor_acceleration_m_s2",
     "peak_superstructure_acceleration_m_s2", "peak_drift_m", "peak_drift_ratio",

@@ -4,11 +4,12 @@
 a vector. Before slip f follows the deformation with the stiffness ``mu_max / u_y``; in slip its
 length tends to the coefficient of friction,
 
-    f' = (mu_max / u_y) (v - f |f|^(n-2) (|f.v| + f.v) / (2 mu^n))
+    f' = (mu_max / u_y) (v - f |f|^(n-2) (|f.v| + f.v) / (2 mu^n)) - f max(0, 1 - mu / |f|) / tau
     mu = mu_max - (mu_max - mu_min) exp(-a |v|)
 
-so that the interaction curve is a circle of radius mu. A large n makes a sharp corner between
-sticking and sliding; OpenSees's singleFPBearing is the limit. The coefficient is that of
+so that the interaction curve is a circle of radius mu. Where the speed and with it mu falls, f
+returns radially onto the circle within the time tau. A large n and a small tau make a sharp corner
+between sticking and sliding, as in OpenSees's singleFPBearing. The coefficient is that of
 Constantinou, Mokha and Reinhorn, the vector form that of Park, Wen and Ang with the product of the
 vectors in place of that of each direction.
 
@@ -33,19 +34,24 @@ def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
 
 def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
     """Rate of the mobilised friction."""
-    _, _, mu_max, mu_min, a, u_y, n = parameters
+    _, _, mu_max, mu_min, a, u_y, n, tau = parameters
     f_x, f_y = states
     mu = mu_max - (mu_max - mu_min) * np.exp(-a * length(v[0], v[1]))
     loading = f_x * v[0] + f_y * v[1]
     used = power_of_length(f_x / mu, f_y / mu, n - 2)
     slip = used * (np.fabs(loading) + loading) / (2 * mu * mu)
+    size = length(f_x, f_y)
+    beyond = (size - mu + np.fabs(size - mu)) / (2 * size)
     stiffness = mu_max / u_y
-    return stiffness * (v[0] - f_x * slip), stiffness * (v[1] - f_y * slip)
+    return (
+        stiffness * (v[0] - f_x * slip) - f_x * beyond / tau,
+        stiffness * (v[1] - f_y * slip) - f_y * beyond / tau,
+    )
 
 
 def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
     """Energy of the pendulum and of the deformation before slip."""
-    W, R, mu_max, _, _, u_y, _ = parameters
+    W, R, mu_max, _, _, u_y, *_ = parameters
     f_x, f_y = states
     before_slip = u_y / mu_max * (f_x**2 + f_y**2)
     return W * ((x[0] ** 2 + x[1] ** 2) / R + before_slip) / 2
@@ -83,7 +89,8 @@ LAW = Law(
         Quantity("mu_min", "1", "coefficient of friction at low speed", lower=0.0, divides=True),
         Quantity("a", "s/m", "rate at which the coefficient changes with the speed", lower=0.0),
         Quantity("u_y", "m", "deformation before slip", lower=0.0, divides=True),
-        Quantity("n", "1", "smoothness of the start of slip", lower=1.0, upper=50.0),
+        Quantity("n", "1", "smoothness of the start of slip", lower=1.0, upper=1000.0),
+        Quantity("tau", "s", "time of the return where mu falls", lower=0.0, divides=True),
     ),
     **along_a_line(PLAN, n_states=1),
     source="Constantinou, Mokha and Reinhorn (1990); Park, Wen and Ang (1986)",
@@ -91,6 +98,6 @@ LAW = Law(
     axial=InPlan(axial_force, axial_rates, axial_energy),
     example={
         "W": 10000.0, "R": 1.5, "mu_max": 0.1, "mu_min": 0.05, "a": 30.0, "u_y": 0.002,
-        "n": 2.0,
+        "n": 2.0, "tau": 1.0,
     },
 )  # fmt: skip

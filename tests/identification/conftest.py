@@ -93,7 +93,7 @@ HELD = {
     "improved_bouc_wen": {"alpha": 1.0},
     "linearised_bouc_wen": {"C_e": 250.0},
     "park_wen_ang": {"beta": 0.6},
-    "friction_pendulum": {"W": 1.0e4, "n": 2.0},
+    "friction_pendulum": {"W": 1.0e4, "n": 2.0, "tau": 1.0},
     # the motion stays beyond the amplitudes between which this law tells one from another
     "dynamic_stiffness": {
         "k_A": -3e6,

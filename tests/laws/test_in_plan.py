@@ -103,6 +103,18 @@ def test_on_the_circle_it_stays_there(name, devices):
     assert np.abs(z[0] * rates[0] + z[1] * rates[1]).max() < 1e-13 * radius * size
 
 
+def test_friction_beyond_the_circle_returns_radially(devices):
+    """At rest mu is mu_min: outside the circle f falls towards it, within the time tau."""
+    law, device = LAWS["friction_pendulum"].in_plan, devices["friction_pendulum"]
+    values = dict(zip(law.parameter_names, device.parameters_at(0.0), strict=True))
+    direction = np.array([0.6, 0.8])
+    for length in (0.0, 0.9, 1.2, 3.0):
+        f = tuple(length * values["mu_min"] * direction)
+        rates = law.rates((0.0, 0.0), (0.0, 0.0), f, tuple(values.values()))
+        beyond = max(length - 1.0, 0.0) * values["mu_min"]
+        np.testing.assert_allclose(rates, -beyond / values["tau"] * direction, atol=1e-12)
+
+
 def test_load_changes_scale_the_pendulum_until_uplift(devices):
     law, device = LAWS["friction_pendulum"], devices["friction_pendulum"]
     parameters, states = device.parameters_at(0.0), (0.03, -0.02)

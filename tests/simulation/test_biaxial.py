@@ -28,7 +28,8 @@ BOUC_WEN = {
 }  # fmt: skip
 PENDULUM = {
     "W": MASS * GRAVITY, "R": 1.5, "mu_max": 0.08, "mu_min": 0.04, "a": 50.0, "u_y": 0.002,
-    "n": 30.0,
+    "n": 1000.0,
+    "tau": 2e-5,
 }  # fmt: skip
 
 
@@ -130,8 +131,8 @@ def test_a_law_without_a_form_in_plan_is_refused(name):
         slab(law(name))
 
 
-def test_four_groups_cost_about_three_times_two_elements(pair):
-    """Ratio of the run times in one process: 2.9 on a quiet machine."""
+def test_four_groups_cost_less_than_three_times_two_elements(pair):
+    """Ratio of the processor times in one process, alternating: about 2."""
     building = plan_building(
         [2.5e5] * 3, [3e8] * 3, [3e8] * 3, base_mass=MASS, plan=(20.0, 12.0),
         eccentricity=(1.0, 0.5),
@@ -145,12 +146,12 @@ def test_four_groups_cost_about_three_times_two_elements(pair):
     }
     assert len(plants["four"].elements) == 8
     best = dict.fromkeys(plants, np.inf)
-    for _ in range(60):  # the least of many, on a machine with other work
+    for _ in range(20):  # the least of many, on a machine with other work
         for name, plant in plants.items():
-            start = time.perf_counter()
+            start = time.process_time()
             iso.simulate(plant, pair, "passive_off")
-            best[name] = min(best[name], time.perf_counter() - start)
-    assert best["four"] < 3.6 * best["two"], best
+            best[name] = min(best[name], time.process_time() - start)
+    assert best["four"] < 3 * best["two"], best
     run = iso.simulate(plants["four"], pair, "passive_off")
     assert run.energy.closure_error < 1e-6
     assert np.abs(run.history.displacement.sel(dof="base_rotation")).max() > 1e-5
@@ -174,27 +175,43 @@ def test_bouc_wen_is_that_of_opensees(bouc_wen, pair):
     assert np.abs(fine - ours).max() < 1.1 * own_error
 
 
-@pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
-def test_friction_pendulum_against_opensees(pair):
-    """A separate program of its equations is within its step error; our law comes near with n.
+@pytest.fixture(scope="module")
+def pendulum_motion(pair):
+    """Displacements of the slab on friction pendulums, by the engine."""
+    run = iso.simulate(slab(law("friction_pendulum", PENDULUM)), pair, "passive_off")
+    assert run.energy.closure_error < 1e-6
+    return run.history.displacement.values
 
-    Two things are in singleFPBearing and not in our law: a sharp corner between sticking and
-    sliding, and a normal force that is inclined as the sliding surface is.
-    """
-    fine, coarse = (opensees_motion(pair, n, True, *SINGLE_FP) for n in (64, 16))
+
+def test_friction_pendulum_with_a_sharp_corner(pendulum_motion, pair):
+    """A separate program returns friction onto its circle at once."""
+    coarse, fine = (sharp_pendulum(pair, n, inclined=False) for n in (64, 256))
+    peak = np.abs(fine).max()
+    assert np.abs(coarse - fine).max() / 3 < 3.5e-4 * peak  # its own step error
+    assert np.abs(pendulum_motion - fine).max() < 6e-4 * peak
+
+
+@pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
+def test_friction_pendulum_is_that_of_opensees(pendulum_motion, pair):
+    """Friction of a flat singleFPBearing, beside springs with the stiffness of the pendulum."""
+    flat = 1e4 * PENDULUM["R"]
+    beside = MASS * GRAVITY * (1 / PENDULUM["R"] - 1 / flat)
+    fine, coarse = (
+        opensees_motion(pair, n, True, *single_fp(flat), beside=beside) for n in (64, 16)
+    )
+    own_error = np.abs(coarse - fine).max() / 3
+    assert own_error < 2e-3 * np.abs(fine).max()
+    assert np.abs(pendulum_motion - fine).max() < 3 * own_error
+
+
+@pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
+def test_the_inclined_normal_force_is_the_only_difference_to_opensees(pendulum_motion, pair):
+    """Its singleFPBearing on a curved surface: a separate program with its inclination agrees."""
+    fine, coarse = (opensees_motion(pair, n, True, *single_fp(PENDULUM["R"])) for n in (64, 16))
     peak = np.abs(fine).max()
     own_error = np.abs(coarse - fine).max() / 3
-    assert own_error < 2e-3 * peak
     assert np.abs(sharp_pendulum(pair, 256, inclined=True) - fine).max() < own_error
-    sharp = sharp_pendulum(pair, 256, inclined=False)
-    assert own_error < np.abs(sharp - fine).max() < 0.005 * peak
-    differences = []
-    for n in (10.0, 30.0, 50.0):
-        plant = slab(law("friction_pendulum", PENDULUM | {"n": n}))
-        run = iso.simulate(plant, pair, "passive_off")
-        assert run.energy.closure_error < 1e-6
-        differences.append(np.abs(run.history.displacement.values - sharp).max() / peak)
-    np.testing.assert_allclose(differences, (0.037, 0.020, 0.014), atol=1e-3)
+    assert own_error < np.abs(pendulum_motion - fine).max() < 0.005 * peak
 
 
 def sharp_pendulum(pair, steps, inclined):
@@ -222,15 +239,14 @@ def sharp_pendulum(pair, steps, inclined):
     return np.stack([np.real(motion), np.imag(motion)], axis=1)
 
 
-# its stiffness before slip is that of friction and pendulum together
-SINGLE_FP = (
-    "singleFPBearing", 1, 1, 2, 1, PENDULUM["R"],
-    MASS * GRAVITY * (PENDULUM["mu_max"] / PENDULUM["u_y"] + 1 / PENDULUM["R"]),
-)  # fmt: skip
+def single_fp(radius):
+    """Its stiffness before slip is that of friction and pendulum together."""
+    stiffness = MASS * GRAVITY * (PENDULUM["mu_max"] / PENDULUM["u_y"] + 1 / radius)
+    return "singleFPBearing", 1, 1, 2, 1, radius, stiffness
 
 
-def opensees_motion(pair, steps, loaded, kind, *numbers):
-    """Displacements of a mass on a bearing, by so many Newmark steps a sample."""
+def opensees_motion(pair, steps, loaded, kind, *numbers, beside=0.0):
+    """Displacements of a mass on a bearing and springs, by so many Newmark steps a sample."""
     ops = load_opensees()
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
@@ -246,6 +262,9 @@ def opensees_motion(pair, steps, loaded, kind, *numbers):
         ops.frictionModel("VelDependent", 1, PENDULUM["mu_min"], PENDULUM["mu_max"], PENDULUM["a"])
         numbers += ["-iter", 100, 1e-10]
     ops.element(kind, *numbers)
+    if beside:
+        ops.uniaxialMaterial("Elastic", 3, beside)
+        ops.element("zeroLength", 2, 1, 2, "-mat", 3, 3, "-dir", 1, 2)
     if loaded:
         _set_up(ops)
         ops.timeSeries("Constant", 9)
