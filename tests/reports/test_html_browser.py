@@ -5,7 +5,7 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.reports.html import charts
 from isolation_sim.reports.html.page import Cell, Chart, Page, Row, Section, Table
-from isolation_sim.reports.names import as_written
+from isolation_sim.written_names import as_written
 
 LINKED_CSS = ".plot[data-link='time']"
 LINKED = "[...document.querySelectorAll(\".plot[data-link='time']\")]"

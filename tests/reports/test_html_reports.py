@@ -8,7 +8,7 @@ from ground_motions import Record
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.reports.html.run_report import criteria_table, run_report
-from isolation_sim.reports.names import as_written
+from isolation_sim.written_names import as_written
 
 MOST = 6_000_000
 
