@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 
-_ACRONYMS = re.compile(r"\b(h2|lqg|lqr|mpc)\b")
+_WRITTEN = {
+    "h2": "H2", "lqg": "LQG", "lqr": "LQR", "lyapunov": "Lyapunov", "mpc": "MPC",
+    "on off": "on-off",
+}  # fmt: skip
+_OTHERWISE = re.compile(rf"\b({'|'.join(_WRITTEN)})\b")
 
 
 def as_written(name: str) -> str:
     """A registered name in words: passive off, clipped LQR, MPC."""
-    return _ACRONYMS.sub(lambda found: found[0].upper(), name.replace("_", " "))
+    return _OTHERWISE.sub(lambda found: _WRITTEN[found[0]], name.replace("_", " "))

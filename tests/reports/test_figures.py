@@ -237,7 +237,7 @@ def test_no_value_of_a_contour_is_cut_off():
 def test_runs_without_names(runs):
     run = runs["on_off"]
     labels = [axes.get_title() for axes in figures.loops([run, run]).axes]
-    assert labels == ["on off", "on off 2"]
+    assert labels == ["on-off", "on-off 2"]
 
 
 def test_refusals(runs):
