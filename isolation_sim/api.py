@@ -183,8 +183,8 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
     Parameters
     ----------
     path : str or pathlib.Path
-        Folder that ``save``, ``isolation-sim run``, ``diagnose``, ``sweep``, ``suite`` or ``tune``
-        wrote, or a file ``result.npz``.
+        Folder that ``save``, ``isolation-sim run``, ``fit``, ``diagnose``, ``sweep``, ``suite`` or
+        ``tune`` wrote, or a file ``result.npz``.
 
     Returns
     -------

@@ -78,7 +78,7 @@ def load_archive(path: str | Path) -> Any:
             raise InputError(f"{path}: {error}") from None
         reason = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
         raise InputError(
-            f"{path}: not a saved result ({reason}); expected: {FILE} of a results folder"
+            f"{path}: not a saved result ({reason}); expected: a results folder or its {FILE}"
         ) from None
 
 

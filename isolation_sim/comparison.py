@@ -14,6 +14,7 @@ from .errors import Diverged, InputError, unknown_name
 from .named_values import Criteria
 from .rendering import Printed, render
 from .simulation.tested_range import of_runs
+from .written_names import as_written
 
 if TYPE_CHECKING:
     import pandas
@@ -145,7 +146,9 @@ class Comparison(Printed):
         list of str
             A line per run: its name, the time and the cause.
         """
-        return [f"{name} has no result: {error}" for name, error in self.diverged.items()]
+        return [
+            f"{as_written(name)} has no result: {error}" for name, error in self.diverged.items()
+        ]
 
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
@@ -158,7 +161,7 @@ class Comparison(Printed):
         """
         sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
         sentences += [
-            f"{name}: {run.clamped} commands were clamped to the supply's limits"
+            f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()
             if run.clamped
         ]

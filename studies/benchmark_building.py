@@ -288,7 +288,6 @@ def _passive(runs: list[dict[str, Any]]) -> str:
 
 
 def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
-    from isolation_sim.reports.names import as_written
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
         legend,
@@ -296,6 +295,7 @@ def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:
         new_figure,
         style,
     )
+    from isolation_sim.written_names import as_written
 
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.2)

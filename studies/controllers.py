@@ -22,6 +22,7 @@ from controllers import Controller, available_controllers, controller
 from controllers.clairvoyant import share_of_gap
 from isolation_sim.scenario import Scenario
 from isolation_sim.tuning.intervals import mean_interval
+from isolation_sim.written_names import as_written
 
 from . import controller_runs as runs
 from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, evaluate
@@ -171,7 +172,8 @@ def finding(result: Judgement, table: Rows) -> str:
     ]
     for case, where in ((NOMINAL, "papers' switching"), (PASSIVE, "passive")):
         names = ", ".join(
-            f"{row['controller']} by {-row['excess']:.3f} ({-row['to']:.3f} to {-row['from']:.3f})"
+            f"{as_written(row['controller'])} by {-row['excess']:.3f} "
+            f"({-row['to']:.3f} to {-row['from']:.3f})"
             for row in better[case]
         )
         sentences.append(
@@ -188,13 +190,15 @@ def finding(result: Judgement, table: Rows) -> str:
         )
     for case in [case for case in runs.CASES if case not in (NOMINAL, PASSIVE)]:
         astray = [
-            f"{row['controller']} ({row['unbounded']})" for row in by_case[case] if row["unbounded"]
+            f"{as_written(row['controller'])} ({row['unbounded']})"
+            for row in by_case[case]
+            if row["unbounded"]
         ]
         sentences.append(
             f"With noise, 20 ms of delay and a {case} nominal model, not bounded, with how many "
             "motions: "
             f"{', '.join(astray) or 'none'}; surely better than constant: "
-            f"{', '.join(row['controller'] for row in better[case]) or 'none'}."
+            f"{', '.join(as_written(row['controller']) for row in better[case]) or 'none'}."
         )
     return "\n".join(sentences)
 
@@ -204,7 +208,7 @@ def _closed(result: Judgement, rows: Rows) -> str:
     shares = [row for row in rows if row.get("closed") is not None]
     first = max(shares, key=lambda row: row["closed"])
     closed = ", ".join(
-        f"{row['controller']} {100 * row['closed']:.0f} %{_bounds(row)}"
+        f"{as_written(row['controller'])} {100 * row['closed']:.0f} %{_bounds(row)}"
         for row in shares
         if row is first or row["controller"] == "mpc"
     )

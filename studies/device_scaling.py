@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from isolation_sim.structures.reference import FORCE_SCALE, ISOLATED_PERIOD, LENGTH_SCALE
+from isolation_sim.written_names import as_written
 
 from .study import MOTIONS, Outcome, Step, along_motions, published_entry, swept
 
@@ -98,7 +99,7 @@ def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
             )
         sentences.append(text + ".")
     sentences.append(_same_period(shown))
-    return f"With {SHOWN}: " + " ".join(sentences)
+    return f"With {as_written(SHOWN)}: " + " ".join(sentences)
 
 
 def _same_period(shown: pandas.DataFrame) -> str:

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from isolation_sim.written_names import as_written
+
 from .study import NEAR_FAULT, Outcome, Step, published_entry, swept
 
 if TYPE_CHECKING:
@@ -93,13 +95,13 @@ def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
     walled = runs[(runs["scale"] == 1.0) & (runs["gap_m"] < WIDE)]
     best = walled.loc[walled.groupby("gap_m")[ACCELERATION].idxmin()]
     wins = "; ".join(
-        f"{name} at " + ", ".join(f"{gap * 1e3:.0f}" for gap in rows["gap_m"])
+        f"{as_written(name)} at " + ", ".join(f"{gap * 1e3:.0f}" for gap in rows["gap_m"])
         for name, rows in best.groupby("controller", sort=False)
     )
     return (
         f"Under the near-fault pulse the base needs this room: {rooms}. {'; '.join(said)}. The "
-        f"worst is {worst['controller']} at {worst['scale']:g} times the pulse and a gap of "
-        f"{worst['at_gap_m'] * 1e3:.0f} mm, {worst['largest_amplification']:.1f} times the "
+        f"worst is {as_written(worst['controller'])} at {worst['scale']:g} times the pulse and a "
+        f"gap of {worst['at_gap_m'] * 1e3:.0f} mm, {worst['largest_amplification']:.1f} times the "
         f"acceleration without a wall. Which controller shakes the floors least depends on the "
         f"gap: {wins} mm."
     )
@@ -130,8 +132,8 @@ def _figure(runs: pandas.DataFrame) -> Figure:
                           label=f"{scale:g} of the pulse", **look)  # fmt: skip
                 free = float(rows[rows["gap_m"] == WIDE][ACCELERATION].iloc[0])
                 axes.axhline(free, color=look["color"], linewidth=0.5, linestyle=":")
-            axes.set(xlabel="gap, mm", ylabel="peak floor acceleration, m/s²", title=name,
-                     yscale="log")  # fmt: skip
+            axes.set(xlabel="gap, mm", ylabel="peak floor acceleration, m/s²",
+                     title=as_written(name), yscale="log")  # fmt: skip
             axes.yaxis.set_major_formatter("{x:g}")
             axes.yaxis.set_minor_formatter(LogFormatter())
         label_outer(panels.tolist(), len(CONTROLLERS))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from isolation_sim.scenario import Scenario
+from isolation_sim.written_names import as_written
 
 from .study import (
     EL_CENTRO,
@@ -91,27 +92,27 @@ def _finding(maps: Maps, constant: float) -> str:
     best = min(right, key=lambda key: right[key])
     sentences = [
         "With the right model and no delay the best score is that of "
-        f"{best[1]} by the {best[0]} rule, {right[best]:.2f} (coils off 1; the best constant "
-        f"current, which knows the motion, {constant:.2f})."
+        f"{as_written(best[1])} by the {best[0]} rule, {right[best]:.2f} (coils off 1; the best "
+        f"constant current, which knows the motion, {constant:.2f})."
     ]
     for rule in RULES:
         here = {name: cells for (of, name), cells in maps.items() if of == rule}
         worst = {name: float(cells.to_numpy().max()) for name, cells in here.items()}
         sturdy = min(worst, key=lambda name: worst[name])
         told = ", ".join(
-            f"{name} {cells[1.0].max():.2f} and {cells.loc[0.0].max():.2f}"
+            f"{as_written(name)} {cells[1.0].max():.2f} and {cells.loc[0.0].max():.2f}"
             for name, cells in here.items()
         )
         doubled = []
         for name, cells in here.items():
             late = cells.index[cells[1.0] > 2 * right[rule, name]]
             if len(late):
-                doubled.append(f"{name} from {1e3 * late[0]:.0f} ms on")
+                doubled.append(f"{as_written(name)} from {1e3 * late[0]:.0f} ms on")
         sentences.append(
             f"By the {rule} rule the worst scores with delay alone, and with a wrong nominal model "
             f"alone, are {told}; delay more than doubles the score of "
-            f"{', '.join(doubled) or 'none'}; the least bad worst case is {sturdy}'s, "
-            f"{worst[sturdy]:.2f}."
+            f"{', '.join(doubled) or 'none'}; the least bad worst case is that of "
+            f"{as_written(sturdy)}, {worst[sturdy]:.2f}."
         )
     worst_of = {
         rule: max(float(cells.to_numpy().max()) for (of, _), cells in maps.items() if of == rule)
@@ -121,7 +122,7 @@ def _finding(maps: Maps, constant: float) -> str:
     sentences.append(
         f"The worst of all is {worst_of['instantaneous']:.1f} by the instantaneous rule and "
         f"{worst_of['passive']:.1f} by the passive one. The energy ledger says why: under El "
-        f"Centro the current of {CONTROLLERS[0]}, {1e3 * LATE:.0f} ms late, puts "
+        f"Centro the current of {as_written(CONTROLLERS[0])}, {1e3 * LATE:.0f} ms late, puts "
         f"{work['instantaneous']:.2f} times the ground's energy into the building by the "
         "instantaneous rule, "
         f"{work['passive']:.2f} times by the passive one."
@@ -164,7 +165,7 @@ def _figure(maps: Maps) -> Figure:
             image = axes.contourf(*at, levels, cmap=light_shades(), norm=LogNorm())
             contour_lines(axes, *at, [1.2, 1.5, 2, 4, 8, 12], "%g")
             axes.set(xlabel="nominal over true force", ylabel="delay, ms",
-                     title=f"{name}, {rule}", xscale="log")  # fmt: skip
+                     title=f"{as_written(name)}, {rule}", xscale="log")  # fmt: skip
             axes.set_xticks([0.5, 1.0, 2.0])
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter("")

@@ -21,10 +21,10 @@ from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
-from isolation_sim.reports.names import as_written
 from isolation_sim.reports.sweep_tables import heading
 from isolation_sim.reports.tables import TextTable
 from isolation_sim.reports.units import unit_of
+from isolation_sim.written_names import as_written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

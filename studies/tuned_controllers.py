@@ -23,6 +23,7 @@ from isolation_sim.tuning.candidate_runs import Candidate
 from isolation_sim.tuning.intervals import MARGIN, MeanInterval, mean_interval
 from isolation_sim.tuning.motions import MotionSet, motion_set
 from isolation_sim.tuning.trials import CRITERIA, Trials
+from isolation_sim.written_names import as_written
 
 from .cache import cached_result
 from .study import PUBLISHED, Outcome, Step, data_folder, published_entry
@@ -119,16 +120,17 @@ def _finding(
     ]
     for motion in sets:
         rows = [row for row in table if row["motions"] == motion]
-        beats = [row["controller"] for row in rows if row["tuned_to"] < 0]
-        loses = [row["controller"] for row in rows if row["tuned_from"] > 0]
-        worse = [row["controller"] for row in rows if row["tuned"] > row["published"]]
+        beats = [as_written(row["controller"]) for row in rows if row["tuned_to"] < 0]
+        loses = [as_written(row["controller"]) for row in rows if row["tuned_from"] > 0]
+        worse = [as_written(row["controller"]) for row in rows if row["tuned"] > row["published"]]
         first = min(rows, key=lambda row: row["tuned"])
         sentences.append(
             f"{motion[:1].upper()}{motion[1:]}: no current at all scores {means[motion, OFF]}. "
             f"Tuned, surely better than the best constant current: {', '.join(beats) or 'none'}; "
             f"surely worse: {', '.join(loses) or 'none'}. The least tuned score is that of "
-            f"{first['controller']}, {means[motion, first['controller'] + ' ' + AS_TUNED]}; as "
-            f"published it has {means[motion, first['controller'] + ' ' + PUBLISHED]}. "
+            f"{as_written(first['controller'])}, "
+            f"{means[motion, first['controller'] + ' ' + AS_TUNED]}; as published it has "
+            f"{means[motion, first['controller'] + ' ' + PUBLISHED]}. "
             f"Tuned worse than published: {', '.join(worse) or 'none'}."
         )
     return "\n".join(
@@ -159,7 +161,7 @@ def _figure(
             axes.axvline(means[motion, OFF].mean, color="0.5", linestyle=":", label=OFF)
             axes.axvline(0.0, color="0.3", linewidth=0.6)
             axes.set(title=motion, xlabel="J minus constant")
-        panels[0].set_yticks(range(len(names)), names)
+        panels[0].set_yticks(range(len(names)), list(map(as_written, names)))
         panels[0].invert_yaxis()
         legend(drawing, panels[0], "outside lower center")
     return drawing

@@ -21,6 +21,7 @@ from isolation_sim.io.csv_table import write_table
 from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.structures import IsolatedStructure, Structure, yielding_storeys
+from isolation_sim.written_names import as_written
 
 from .study import MOTIONS, Outcome, Step, published_entry
 
@@ -152,7 +153,7 @@ def _finding(table: Sequence[dict[str, Any]]) -> str:
                 began += f" and reaches a ductility of 3 at {third / first:.1f} times that"
             worse = row["worse than fixed at"]
             than = f", worse than a fixed base at {worse} scales" if worse[0] != "0" else ""
-            parts.append(f"{row['building']} {began}{than}")
+            parts.append(f"{as_written(row['building'])} {began}{than}")
         sentences.append(f"Under {name}, by the motion's scale: {'; '.join(parts)}.")
     growth = {
         kind: [
@@ -184,8 +185,8 @@ def _figure(runs: Sequence[dict[str, Any]], loops: dict[str, Run]) -> Figure:
         for axes, name in zip(panels, MOTIONS, strict=False):
             for label in labels:
                 rows = [r for r in runs if r["motion"] == name and r["building"] == label]
-                axes.plot([r["scale"] for r in rows], [r["ductility"] for r in rows], label=label,
-                          **looks[label])  # fmt: skip
+                axes.plot([r["scale"] for r in rows], [r["ductility"] for r in rows],
+                          label=as_written(label), **looks[label])  # fmt: skip
             axes.axhline(1.0, color="0.4", linewidth=0.6)
             axes.set(xlabel="scale of the motion", ylabel="ductility demand", title=name,
                      yscale="log")  # fmt: skip
@@ -196,7 +197,7 @@ def _figure(runs: Sequence[dict[str, Any]], loops: dict[str, Run]) -> Figure:
             shear = run.output("storey1_hysteresis_force_N")
             linear = _storey_stiffness(run.isolated.structure) * drift
             look = {**looks[label], "marker": ""}
-            panels[2].plot(1e3 * drift, 1e-6 * (shear + linear), label=label, **look)
+            panels[2].plot(1e3 * drift, 1e-6 * (shear + linear), label=as_written(label), **look)
         panels[2].set(xlabel="drift of the first storey, mm", ylabel="its shear, MN",
                       title="twice El Centro")  # fmt: skip
         legend(figure, panels[0], "outside upper center")

@@ -134,13 +134,13 @@ def test_a_run_tells_how_the_predictive_controllers_decisions_went(here, call):
     code, out, _ = call("run", "job.toml", "--no-figures")
     assert code == 0
     assert re.search(r"^late: 200 decisions, 0 failed and 200 late \(the previous plan", out, re.M)
-    assert "passive_off: " not in out
+    assert "passive off: " not in out
 
 
 def test_deformation_beyond_the_tests_is_told(here, call):
     (here / "strong.toml").write_text(SHORT.replace("stop_s", "scale_factor = 3.0\nstop_s"))
     _, _, err = call("run", "strong.toml", "--quiet", "--no-figures")
-    assert re.search(r"warning: isolator deforms further .* 80 mm .* passive_off \d+ mm", err)
+    assert re.search(r"warning: isolator deforms further .* 80 mm .* passive off \d+ mm", err)
 
 
 def test_clamped_commands_are_counted(here, call):
@@ -172,7 +172,7 @@ def test_divergence_keeps_the_other_results(here, call, monkeypatch):
     assert report["diverged"] == [{"controller": "passive_on", "reason": reason}]
     results = here / "results" / "short"
     assert json.loads((results / "criteria.json").read_text()) == report
-    assert f"passive_on has no result: {reason}" in (results / "table.txt").read_text()
+    assert f"passive on has no result: {reason}" in (results / "table.txt").read_text()
     # as data of the page
     assert "passive on has no result: short.toml" in (results / "report.html").read_text()
     assert "isolation-sim: short.toml: controller 'passive_on': the run diverged at t = 1 s" in err

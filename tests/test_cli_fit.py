@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from isolation_sim import Scenario, law
+from isolation_sim import Scenario, law, load
 from isolation_sim.cli import main
 from isolation_sim.identification.campaign import Campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun
@@ -111,6 +111,16 @@ def test_a_fit_leads_to_its_report(campaign, capsys, tmp_path):
     _, told, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out, "--quiet")
     assert told == f"fitted law: {out}\nreport: {tmp_path / 'fitted.html'}\n"
     assert "Kelvin-Voigt" in (tmp_path / "fitted.html").read_text()
+
+
+def test_a_fit_in_a_folder_is_loaded(campaign, capsys, tmp_path):
+    folder = tmp_path / "my_fit"
+    given = ("--law", "kelvin_voigt", "--starts", 2, "--out", folder)
+    code, out, _ = called(capsys, "fit", campaign, *given)
+    assert code == 0 and "my_fit.html" not in out and (folder / "report.html").is_file()
+    assert load(folder).device.law.name == "kelvin_voigt"
+    code, _, err = called(capsys, "fit", campaign, *given)
+    assert code == 2 and err.endswith("my_fit: a folder; expected: a file\n")
 
 
 def test_the_fit_is_exported_and_read_back(campaign, capsys, tmp_path):

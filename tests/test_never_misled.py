@@ -58,7 +58,7 @@ def test_deformation_beyond_the_tests_is_told_once_in_python(shake, isolated):
     assert lines == run.warnings()
     assert lines == [
         f"isolator deforms further than its law was tested, 80 mm at this scale: "
-        f"passive_off {peak:.0f} mm"
+        f"passive off {peak:.0f} mm"
     ]
     lines, _ = told(
         TestedRangeWarning, lambda: iso.compare(isolated, strong, ["passive_off", "passive_on"])

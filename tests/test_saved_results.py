@@ -245,7 +245,7 @@ def test_a_repr_is_one_short_line(comparison, fitted):
         assert len(repr(result)) < 300 and "\n" not in repr(result)
 
 
-def test_tables_and_arrays_for_other_tools(comparison, fitted):
+def test_tables_and_arrays_for_other_tools(comparison, fitted, swept):
     run = comparison.runs["clipped_lqr"]
     table = run.to_pandas()
     np.testing.assert_array_equal(
@@ -260,6 +260,8 @@ def test_tables_and_arrays_for_other_tools(comparison, fitted):
         both.sel(controller="clipped_lqr").current.values, run.history.current.values
     )
     assert list(fitted.to_pandas()["name"]) == ["k", "c"]
+    moved = swept.to_xarray().peak_base_displacement_m
+    assert moved.sel(case=1, controller="passive_off") == swept.table.peak_base_displacement_m[1]
 
 
 def test_the_public_names_alone_are_listed():

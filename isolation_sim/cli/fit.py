@@ -34,7 +34,10 @@ def fit(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="File for the fitted law, a scenario's [isolator] section."),
+        typer.Option(
+            help="File fitted.toml for the law, the [isolator] section of a scenario; or a folder, "
+            "which iso.load reads."
+        ),
     ] = None,
     starts: Annotated[int, typer.Option(help="Number of starts.")] = 20,
     figure: Annotated[
@@ -42,7 +45,7 @@ def fit(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(help="File for the report (HTML); beside --out if that is given."),
+        typer.Option(help="File for the report (HTML); beside or in --out if that is given."),
     ] = None,
     export: Export = None,
     force: Force = False,
@@ -57,7 +60,7 @@ def fit(
         raise InputError(
             f"--export {export[0]}: is written beside the law; expected: --out fitted.toml, too"
         )
-    if report is None and out is not None:
+    if report is None and out is not None and out.suffix:
         report = out.with_suffix(".html")
     if report is not None and report == out:
         raise InputError(

@@ -50,6 +50,7 @@ def run(
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
     from ..scenario import Scenario, main_job
+    from ..written_names import as_written
 
     check_exports(export)
     described = main_job() if scenario is None else Scenario.read(scenario)
@@ -73,7 +74,7 @@ def run(
         for label in comparison.runs:
             said = getattr(job.controllers[label], "report", None)
             if said is not None:
-                print(f"{label}: {said}")
+                print(f"{as_written(label)}: {said}")
     for warning in comparison.warnings():
         print_warning(warning)
     for divergence in comparison.diverged.values():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .names import as_written
+from ..written_names import as_written
 from .units import unit_of
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, unknown_name
 from ..simulation.result import Run
+from ..written_names import as_written
 from . import chart, panels
 from .energy import draw_ledger, energy_figure
-from .names import as_written
 from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..criteria import columns
 from ..errors import unknown_name
+from ..written_names import as_written
 from . import chart
 from .chart import Panel
-from .names import as_written
 from .style import line_styles
 
 if TYPE_CHECKING:

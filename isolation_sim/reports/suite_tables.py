@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from .names import as_written
+from ..written_names import as_written
 from .sweep_figures import title_of
 from .sweep_tables import heading
 from .tables import TextTable

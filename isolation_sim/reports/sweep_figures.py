@@ -9,7 +9,7 @@ import numpy as np
 
 from ..comparison import UNCONTROLLED
 from ..errors import InputError
-from .names import as_written
+from ..written_names import as_written
 from .style import (
     DOUBLE_COLUMN,
     contour_lines,

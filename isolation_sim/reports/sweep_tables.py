@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
-from .names import as_written
+from ..written_names import as_written
 from .sweep_figures import title_of
 from .tables import TextTable, WideTable, marked
 from .units import unit_of

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .names import as_written
+from ..written_names import as_written
 from .units import unit_of
 
 if TYPE_CHECKING:

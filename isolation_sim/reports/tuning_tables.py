@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .names import as_written
+from ..written_names import as_written
 from .tables import TextTable
 
 if TYPE_CHECKING:

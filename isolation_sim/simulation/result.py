@@ -17,6 +17,7 @@ from ..io.netcdf import write_netcdf
 from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..structures.sizing import implausible
+from ..written_names import as_written
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
 
@@ -181,7 +182,8 @@ class Run(Printed, Trajectory):
         sentences = [*self.implausible, *of_runs({self.controller: self})]
         if self.clamped:
             sentences.append(
-                f"{self.controller}: {self.clamped} commands were clamped to the supply's limits"
+                f"{as_written(self.controller)}: {self.clamped} commands were clamped to the "
+                "supply's limits"
             )
         return sentences
 

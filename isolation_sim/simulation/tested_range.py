@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..structures import IsolatedStructure
+from ..written_names import as_written
 from .modal import Modes
 from .workspace import Workspace, padded
 
@@ -113,7 +114,7 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
 
 
 def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:
-    """Lines that name elements and coils beyond their tests; the runs by the name to print."""
+    """Lines that name elements and coils beyond their tests; the runs by controller."""
     sentences = []
     for e, name in enumerate(isolated.element_names):
         beyond = {
@@ -144,7 +145,7 @@ def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[s
 
 
 def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
-    return ", ".join(f"{name} {value:{form}} {unit}" for name, value in values.items())
+    return ", ".join(f"{as_written(name)} {value:{form}} {unit}" for name, value in values.items())
 
 
 def of_runs(runs: Mapping[str, Any]) -> list[str]:

@@ -37,6 +37,11 @@ class ModalFacts(NamedTuple):
     # (n, n_modes): Undamped mode shapes as columns with unit modal mass, 1/sqrt(kg)
     shapes: NDArray
 
+    def __repr__(self) -> str:
+        pairs = zip(self.periods, self.damping_ratios, strict=True)
+        modes = ", ".join(f"{period:.3g} s ({100 * ratio:.2g} %)" for period, ratio in pairs)
+        return f"ModalFacts(periods with damping: {modes})"
+
 
 def modal_facts(isolated: Any, currents: float | Sequence[float]) -> ModalFacts:
     """Modes with each element linearised at the first mode's own frequency."""

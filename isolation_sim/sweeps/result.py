@@ -343,6 +343,17 @@ class Sweep(Printed):
         """
         return self.table
 
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the table as arrays.
+
+        Returns
+        -------
+        xarray.Dataset
+            Each column of ``table`` over the axes ``case`` and ``controller``; not a number where
+            there is no run.
+        """
+        return self.table.set_index(["case", "controller"]).to_xarray()
+
     def __reduce__(self) -> tuple[type[Sweep], tuple[str]]:
         return Sweep, (str(self.folder.absolute()),)
 

@@ -18,7 +18,6 @@ from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops
-from isolation_sim.reports.names import as_written
 from isolation_sim.reports.style import (
     DOUBLE_COLUMN,
     contour_lines,
@@ -29,6 +28,7 @@ from isolation_sim.reports.style import (
 from isolation_sim.simulation.ledger import Ledger
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.structures import IsolatedStructure, plan_building
+from isolation_sim.written_names import as_written
 
 UNIT = re.compile(r"\((s|m/s²|mm|A|kN|kJ|-)\)$")
 
@@ -237,7 +237,7 @@ def test_no_value_of_a_contour_is_cut_off():
 def test_runs_without_names(runs):
     run = runs["on_off"]
     labels = [axes.get_title() for axes in figures.loops([run, run]).axes]
-    assert labels == ["on off", "on off 2"]
+    assert labels == ["on-off", "on-off 2"]
 
 
 def test_refusals(runs):

@@ -5,7 +5,7 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.reports.html import charts
 from isolation_sim.reports.html.page import Cell, Chart, Page, Row, Section, Table
-from isolation_sim.reports.names import as_written
+from isolation_sim.written_names import as_written
 
 LINKED_CSS = ".plot[data-link='time']"
 LINKED = "[...document.querySelectorAll(\".plot[data-link='time']\")]"
@@ -79,12 +79,12 @@ def test_loops_follow_each_other_and_the_legend_hides_a_run_everywhere(report, o
     assert all(shown == [0, 8] for shown in ranges(page))
     visible = (
         "[...document.querySelectorAll('.plot')].flatMap((plot) => plot._fullData)"
-        ".filter((trace) => trace.meta === 'on off' && trace.visible === true).length"
+        ".filter((trace) => trace.meta === 'on-off' && trace.visible === true).length"
     )
     before = page.evaluate(visible)
-    page.get_by_label("on off").and_(page.locator("[type=checkbox]")).uncheck()
+    page.get_by_label("on-off").and_(page.locator("[type=checkbox]")).uncheck()
     until(page, f"{visible} === 0")
-    page.get_by_label("on off").and_(page.locator("[type=checkbox]")).check()
+    page.get_by_label("on-off").and_(page.locator("[type=checkbox]")).check()
     until(page, f"{visible} === {before}")
     assert before == 7  # trade-off, base, roof, current, loop, acceleration, drift
 
@@ -121,8 +121,8 @@ def test_the_animation_tells_what_the_run_did_and_plays(report, opened, until, r
     page.keyboard.press("End")
     assert page.locator(".controls output").inner_text() == "8.0 s"
     assert page.locator(".slider input").get_attribute("aria-valuetext") == "8.0 s"
-    page.locator("[data-side=left] select").select_option("on off")
-    page.locator("[data-side=right] select").select_option("on off")
+    page.locator("[data-side=left] select").select_option("on-off")
+    page.locator("[data-side=right] select").select_option("on-off")
     assert picture(page) == picture(page, "right")
 
 

@@ -8,7 +8,7 @@ from ground_motions import Record
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.reports.html.run_report import criteria_table, run_report
-from isolation_sim.reports.names import as_written
+from isolation_sim.written_names import as_written
 
 MOST = 6_000_000
 
@@ -27,11 +27,11 @@ def test_time_histories_are_the_runs_own(comparison, runs, figures, unpacked):
         np.testing.assert_allclose(unpacked(trace["y"]), expected, rtol=1e-6)
         assert trace["dx"] == pytest.approx(run.records[0].dt)
     current = {t["name"]: unpacked(t["y"]) for t in drawn["Coil current (A)"]["data"]}
-    assert set(current["on off"]) == {0.0, 3.0}
+    assert set(current["on-off"]) == {0.0, 3.0}
 
 
 def test_loops_carry_the_current(comparison, runs, figures, unpacked):
-    trace = figures(run_report(comparison).html())["on off, isolator"]["data"][0]
+    trace = figures(run_report(comparison).html())["on-off, isolator"]["data"][0]
     assert set(unpacked(trace["marker"]["color"])) == {0.0, 3.0}
     force = unpacked(trace["y"])
     assert np.abs(force).max() == pytest.approx(

@@ -10,8 +10,8 @@ from isolation_sim.errors import InputError
 from isolation_sim.reports.html.explorer import explorer
 from isolation_sim.reports.html.study_report import study_report
 from isolation_sim.reports.html.sweep_report import sweep_report
-from isolation_sim.reports.names import as_written
 from isolation_sim.sweeps import Sweep, sweep
+from isolation_sim.written_names import as_written
 
 MOST = 6_000_000
 FLOOR = "peak_floor_acceleration_m_s2"
@@ -99,7 +99,7 @@ def test_controllers_that_print_alike_are_equally_good(swept):
         table.loc[on, name] = table.loc[off, name].to_numpy() * (1 + 1e-9)
     vars(equal)["table"] = table
     page = sweep_report(equal, FLOOR)
-    assert "is that of passive off and on off in case" in page.sections[0].blocks[0].paragraphs[1]
+    assert "is that of passive off and on-off in case" in page.sections[0].blocks[0].paragraphs[1]
     rows = page.sections[1].blocks[0].rows
     marks = {row.label: [cell.mark for cell in row.cells] for row in rows}
     # nothing to choose where all print alike; J6 is 1 for every isolated building
@@ -151,10 +151,10 @@ def test_the_report_is_operated(swept, opened, until, tmp_path, cut_off):
     assert title.inner_text().endswith(
         "over scale and isolators, " + as_written(ordered["controller"].iloc[0])
     )
-    page.locator(".explorer [data-field='0']").select_option("on off")
-    assert title.inner_text().endswith("over scale and isolators, on off")
+    page.locator(".explorer [data-field='0']").select_option("on-off")
+    assert title.inner_text().endswith("over scale and isolators, on-off")
     assert page.locator(".explorer output").inner_text() == "4 of 8 runs"
-    assert set(table.locator("td:nth-child(2)").all_inner_texts()) == {"on off"}
+    assert set(table.locator("td:nth-child(2)").all_inner_texts()) == {"on-off"}
     points = "[...document.querySelectorAll('.explorer .plot')][1].data.map((t) => t.x.length)"
     until(page, f"JSON.stringify({points}) === '[0,4]'")
     page.locator(".explorer [data-field='1']").select_option("0.5")

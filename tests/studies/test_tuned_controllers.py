@@ -9,6 +9,7 @@ from controllers import CONTROLLERS, controller
 from isolation_sim.scenario import Scenario
 from isolation_sim.tuning.candidate_runs import Candidate
 from isolation_sim.tuning.motions import motion_set
+from isolation_sim.written_names import as_written
 from studies.study import perform
 from studies.tuned_controllers import TUNED, scores, tuned_settings
 
@@ -47,7 +48,7 @@ def test_the_study_says_what_its_table_says(tmp_path):
     for row in found.table:
         for what in ("published", "tuned"):
             assert row[f"{what}_from"] <= row[what] <= row[f"{what}_to"]
-        assert row["tuned"] < row["published"] and row["controller"] in found.finding
+        assert row["tuned"] < row["published"] and as_written(row["controller"]) in found.finding
     assert "Tuned worse than published: none" in found.finding
 
 

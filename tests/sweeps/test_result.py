@@ -10,10 +10,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
-from isolation_sim.reports.names import as_written
 from isolation_sim.reports.sweep_tables import best_table
 from isolation_sim.reports.tables import as_text
 from isolation_sim.sweeps.result import Sweep
+from isolation_sim.written_names import as_written
 
 from .conftest import MIXED, SHORT, plan_of
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...criteria import is_gain
-from ..names import as_written
+from ...written_names import as_written
 from ..style import light_shades
 from ..sweep_tables import heading, value_text
 from ..units import unit_of

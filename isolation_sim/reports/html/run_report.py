@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from ground_motions import STANDARD_GRAVITY
 
 from ...version import __version__
+from ...written_names import as_written
 from ..drawing import structure_drawing
-from ..names import with_written_names
 from ..references import of_runs
 from ..style import svg_text
 from ..tables import criteria_lines
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
     """Report of a comparison: what was run, the verdict, tables, charts and an animation."""
-    comparison = with_written_names(comparison)
+    comparison = _in_words(comparison)
     runs = comparison.runs
     first = next(iter(runs.values()))
     look = looks(list(runs))
@@ -86,6 +86,20 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
         ))]),
     ]  # fmt: skip
     return Page(f"Isolation report: {comparison.title}", _subtitle(comparison), sections)
+
+
+def _in_words(comparison: Comparison) -> Comparison:
+    """The same runs, their controllers named in words."""
+    from ...comparison import Comparison
+
+    reference = comparison.reference
+    result = Comparison(
+        {as_written(name): run for name, run in comparison.runs.items()},
+        None if reference is None else as_written(reference),
+        {as_written(name): error for name, error in comparison.diverged.items()},
+        comparison.fixed_base,
+    )
+    return result if len(result.runs) == len(comparison.runs) else comparison
 
 
 def criteria_table(comparison: Comparison) -> Table:

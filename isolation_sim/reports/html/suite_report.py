@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..names import as_written
+from ...written_names import as_written
 from ..suite_figures import COMBINATIONS
 from ..suite_tables import HEADINGS, motions_text, records_rows, statistics_rows, verdict
 from ..sweep_tables import heading

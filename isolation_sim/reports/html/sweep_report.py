@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
 from ...errors import InputError
-from ..names import as_written
+from ...written_names import as_written
 from ..sweep_figures import title_of
 from ..sweep_tables import heading, median_rows, value_text
 from ..units import unit_of

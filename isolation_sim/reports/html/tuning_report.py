@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..names import as_written
+from ...written_names import as_written
 from ..sweep_figures import title_of
 from ..tuning_tables import gains_texts, settings_texts
 from .charts import Look, layout, numbers
