@@ -30,8 +30,6 @@ _ENOUGH = 0.5
 """Preview time from which the programme decides when a stiff start ends, s."""
 _INFEASIBLE = 1e-6
 """How far a solution may be outside a constraint, in the programme's units."""
-_PROXIMAL = 1e-6
-"""Curvature that the solver's proximal steps add, in the programme's units."""
 
 
 @dataclass
@@ -120,7 +118,7 @@ class MPC(Estimating):
 
     name = "mpc"
     title = "Model predictive control"
-    source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Arnström et al. 2022"
+    source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Goldfarb and Idnani 1983"
 
     period: float | None = 0.02
     filter: str = setting(
@@ -289,7 +287,7 @@ class MPC(Estimating):
             np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), np.zeros(n + most),
             np.zeros(n + most),
         )  # fmt: skip
-        self._sense = np.zeros(n + most, dtype=np.int32)
+        self._solver = np.zeros((n, n)), np.zeros((n, n)), np.zeros((4, n + 1)), np.zeros(n + 1)
         on_excess = self.displacement_excess
         if on_excess is None:
             on_excess = 0.2 + 2.5 * self.preview
@@ -429,9 +427,9 @@ class MPC(Estimating):
         hessian, gradient, rows, upper, lower = self._programme
         n = len(gradient)
         rows, upper, lower = rows[:count], upper[: n + count], lower[: n + count]
-        x, flag, iterations = self._solved(hessian, gradient, rows, upper, lower)
-        self.report.iterations.append(iterations)
-        if flag <= 0 or not np.all(np.isfinite(x)):
+        x, iterations = self._solved(hessian, gradient, rows, upper, lower)
+        self.report.iterations.append(abs(iterations))
+        if iterations < 0 or not np.all(np.isfinite(x)):
             return None
         value = np.concatenate([x, rows @ x])
         if np.any(value > upper + _INFEASIBLE) or np.any(value < lower - _INFEASIBLE):
@@ -439,16 +437,12 @@ class MPC(Estimating):
         move = x[:-3].reshape(-1, len(self.coils))
         return move * (self.coils[:, 3] - self.coils[:, 2])
 
-    def _solved(self, *programme: NDArray) -> tuple[NDArray, int, int]:
-        """Solution of a programme, the solver's verdict (above 0: solved), and its iterations."""
-        import daqp
-
-        sense, iterations = self._sense[: len(programme[-1])], 0
-        # where constraints are nearly dependent it may go in circles: proximal steps lead out
-        for proximal in (0.0, _PROXIMAL):
-            sense[:] = 0
-            x, _, flag, info = daqp.solve(*programme, sense, eps_prox=proximal)
-            iterations += info["iterations"]
-            if flag > 0:
-                break
-        return np.asarray(x), flag, iterations
+    def _solved(
+        self, hessian: NDArray, gradient: NDArray, rows: NDArray, upper: NDArray, lower: NDArray
+    ) -> tuple[NDArray, int]:
+        """Solution of a programme, and the solver's iterations, below 0 if it found none."""
+        x = np.zeros(len(gradient))
+        iterations = self.prediction.module.optimum(
+            hessian, gradient, rows, upper, lower, x, self._solver
+        )
+        return x, iterations

@@ -19,6 +19,7 @@ from isolation_sim.structures import IsolatedStructure
 from ..compiled import collect
 from ..device_model import FORCE_SCALE, DeviceModel, first_coefficient, polynomial
 from ..device_states import follow_states
+from .active_set import solve
 from .condense_kernel import condense
 from .generated_jacobian import generated_jacobian
 from .ground_kernel import drive, extrapolate, forecast_deviation, learn
@@ -57,6 +58,11 @@ def programme(
         prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights,
         resting, out,
     )
+
+
+@njit(cache=True, error_model="numpy")
+def optimum(hessian, gradient, rows, upper, lower, x, work):
+    return solve(hessian, gradient, rows, len(rows), upper, lower, x, work)
 
 
 @njit(cache=True, **OPTIONS)
@@ -301,6 +307,7 @@ def _module(laws: tuple[Law, ...], n_states: int) -> ModuleType:
         learn,
         extrapolate,
         forecast_deviation,
+        solve,
     ):
         collect(function, parts)
     parts["device_side"] = generated_jacobian(laws, n_states)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import daqp
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
@@ -257,15 +256,15 @@ def test_a_short_period_releases_for_good():
 
 
 def solved_programmes(monkeypatch, isolated, ground, **settings):
-    """Every programme of a run and DAQP's solution."""
-    kept, solve = [], daqp.solve
+    """Every programme of a run and its solution."""
+    kept, solve = [], MPC._solved
 
-    def recorded(*arguments, **options):
-        answer = solve(*arguments, **options)
-        kept.append(([np.array(a) for a in arguments[:5]], np.array(answer[0])))
+    def recorded(self, *programme):
+        answer = solve(self, *programme)
+        kept.append(([np.array(a) for a in programme], answer[0]))
         return answer
 
-    monkeypatch.setattr(daqp, "solve", recorded)
+    monkeypatch.setattr(MPC, "_solved", recorded)
     one = MPC(**settings)
     simulate(isolated, ground, one, driver=LAGGING)
     return one, kept
@@ -311,32 +310,16 @@ def test_no_bound_and_no_slew_is_ever_violated(isolated, record, lag):
 def test_unusable_solutions_are_counted_and_the_plan_before_is_kept(
     monkeypatch, isolated, record, answer
 ):
-    def useless(hessian, gradient, *rest, **options):
+    def useless(self, hessian, gradient, *rest):
         x = np.full(len(gradient), np.nan if answer == "nan" else 7.0)
-        return x, 0.0, -1 if answer == "failed" else 1, {"iterations": 1}
+        return x, -1 if answer == "failed" else 1
 
-    monkeypatch.setattr(daqp, "solve", useless)
+    monkeypatch.setattr(MPC, "_solved", useless)
     one = MPC(stiff_start=0.0)
     run = simulate(isolated, record.cut(0.0, 2.0), one, driver=CoilDriver(high=2.0, initial=0.7))
     assert one.report.failed == len(one.report.seconds) == 100
     assert np.all(run.command == 0.7)
     assert "100 failed" in str(one.report)
-
-
-def test_a_solver_that_goes_in_circles_is_led_out_by_proximal_steps(monkeypatch, isolated, record):
-    solve, part = daqp.solve, record.cut(0.0, 2.0)
-    plain = simulate(isolated, part, MPC(preview=0.8), driver=LAGGING)
-
-    def circling(*programme, eps_prox):
-        x, cost, _, info = solve(*programme, eps_prox=eps_prox)
-        return (x, cost, 1, info) if eps_prox > 0.0 else (0 * x, 0.0, -2, info)
-
-    monkeypatch.setattr(daqp, "solve", circling)
-    one = MPC(preview=0.8)
-    run = simulate(isolated, part, one, driver=LAGGING)
-    assert one.report.failed == 0
-    np.testing.assert_allclose(run.command, plain.command, atol=0.02)
-    assert np.ptp(run.command) > 1.0
 
 
 def test_late_solutions_are_counted_and_the_plan_before_is_kept(isolated, record):
