@@ -61,7 +61,7 @@ def solve(
             moves = free > DEPENDENT * whole
             if moves and violation <= step * free:
                 step, blocking = violation / free, -1
-            if math.isinf(step):
+            if step == math.inf:
                 return -iterations  # infeasible
             for k in range(n_active):
                 multiplier[k] -= step * change[k]
