@@ -10,6 +10,7 @@ compiled once for all controllers.
 from __future__ import annotations
 
 import ast
+import ctypes
 import inspect
 import math
 import re
@@ -42,7 +43,7 @@ import sys
 import numpy as np
 from numba import carray, cfunc, njit, types
 
-OPTIONS = dict(error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(**OPTIONS)
 kept = njit(cache=True, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
@@ -108,7 +109,7 @@ class CompiledController(Controller):
         self._memory = self._decision.memory.copy()
         self._command = np.zeros(len(context.low))
 
-    def compiled(self, context: RunContext) -> CompiledDecision:
+    def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Decision in compiled code."""
         if self._run_context is not context:
             self.reset(context)
@@ -119,6 +120,29 @@ class CompiledController(Controller):
         decision = self._decision
         arrays = np.array(measurement, dtype=float), decision.settings, self._memory, self._command
         decision.function(t, *arrays, *decision.methods)
+        return self._command.copy()
+
+
+class CompiledStep:
+    """A compiled decision that is called from Python, one measurement after another."""
+
+    def __init__(self, compiled: CompiledDecision, n_measured: int, n_commands: int):
+        pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
+        kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
+        self._entry, self._keep = kind(compiled.address), compiled
+        self.memory = compiled.memory.copy()
+        self.measured, self._command = np.zeros(n_measured), np.zeros(n_commands)
+        self._arrays = self.measured, compiled.settings, self.memory, self._command
+        self._sizes = np.array([len(array) for array in self._arrays], dtype=np.int64)
+        self._places = [
+            *(array.ctypes.data_as(pointer) for array in self._arrays),
+            self._sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+        ]
+
+    def __call__(self, t: float, measured: Any) -> NDArray:
+        """Decide."""
+        self.measured[:] = measured
+        self._entry(t, *self._places)
         return self._command.copy()
 
 
@@ -153,7 +177,7 @@ def _module(
     function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int
 ) -> ModuleType:
     text = _text(function, model, laws, n_channels, partial(_shared, model, laws))
-    notice = "compiling the controller for this law (once; about 4 s) ..." if laws else ""
+    notice = "compiling the controller for this law (once; mpc takes a minute) ..." if laws else ""
     return load_text("decision", text, notice)
 
 
@@ -189,7 +213,7 @@ def _joined(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]
         if called & set(re.findall(r"(?<=def )\w+", devices)):
             collect(first_coefficient, before)
             collect(polynomial, before)
-            before["devices"] = devices
+            before["functions of the devices"] = devices
         if "combined_range" in called:
             collect(first_coefficient, before)
             ranges = model.range_text(laws)
@@ -197,7 +221,10 @@ def _joined(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]
                 if f"{needed.__name__}(" in ranges:
                     collect(needed, before)
             before["ranges"] = ranges
-    return "\n\n\n".join([_HEADER, *({**before, **parts}).values()]) + "\n"
+    text = "\n\n\n".join({**before, **parts}.values())
+    # where functions return views of arrays, Numba wants to count references
+    header = _HEADER.format(options="" if "-> NDArray" in text else "_nrt=False, ")
+    return f"{header}\n\n\n{text}\n"
 
 
 @lru_cache(maxsize=64)

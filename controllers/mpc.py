@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -10,28 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import RunContext
+from isolation_sim.simulation.control import CompiledDecision, RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
+from .compiled import CompiledController, CompiledStep, Decision, compile_decision
+from .device_model import FORCE_SCALE
 from .estimating import Estimating
-from .observers.observer import Running
-from .predictive.force_scale import ForceScale
-from .predictive.slow_ground import SlowGround
 from .settings import Integer, Number, OneOf, Optional, SearchRange, setting
 
 if TYPE_CHECKING:
     from .predictive.prediction import Prediction
-from .predictive.running_peaks import RunningPeaks
 
-_STOPPING = 0.35
-"""Time in which the ground comes to rest after the horizon, while the building floats on, s."""
 _ENOUGH = 0.5
 """Preview time from which the programme decides when a stiff start ends, s."""
-_INFEASIBLE = 1e-6
-"""How far a solution may be outside a constraint, in the programme's units."""
-_PROXIMAL = 1e-6
-"""Curvature that the solver's proximal steps add, in the programme's units."""
 
 
 @dataclass
@@ -73,7 +66,7 @@ class Report:
         )
 
 
-class MPC(Estimating):
+class MPC(Estimating, CompiledController):
     """Model predictive control of the coil currents themselves.
 
     Each decision predicts the response over a horizon with the nominal law and the plan of the
@@ -120,7 +113,7 @@ class MPC(Estimating):
 
     name = "mpc"
     title = "Model predictive control"
-    source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Arnström et al. 2022"
+    source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Goldfarb and Idnani 1983"
 
     period: float | None = 0.02
     filter: str = setting(
@@ -252,203 +245,192 @@ class MPC(Estimating):
             *(f"ground_{'' if one else d + '_'}acceleration_m_s2" for d in structure.directions),
         )
 
-    def reset(self, context: RunContext) -> None:
-        """Set the prediction up and forget the last run."""
+    def decision(self, context: RunContext) -> Decision:
+        """Put the prediction, its settings and its memory together."""
         from .clipped_lqr import linear_model
-        from .predictive.ground_forecast import GroundForecast
+        from .predictive import decision as at
+        from .predictive import state_seen
+        from .predictive.flat_arrays import flat_arrays
+        from .predictive.force_scale import CERTAIN, balance
+        from .predictive.memory import Sizes, initial_memory
         from .predictive.nominal_linear_model import spring_and_dashpot
         from .predictive.prediction import Prediction, growing_blocks
-        from .predictive.uncontrolled import Uncontrolled
 
-        nominal = context.nominal
+        nominal, step = context.nominal, context.period
         if not nominal.n_channels:
             raise InputError(f"{self.name}: no element of the nominal model is driven by a coil")
-        self._estimated: Running | None = None
-        if self.filter != "none":
-            self._estimated = Running(self.observer(context, self.filter))
-        self.coils = coils = coil_table(context)
-        frequency = linear_model(nominal, coils[:, 2])[0]
-        self.frequency = 2 * np.pi * frequency
+        self.coils = coils = np.minimum(coil_table(context), 1e30)
+        softest, stiffest = (linear_model(nominal, coils[:, k])[0] for k in (2, 3))
+        self.frequency = 2 * np.pi * softest
+        predicted = nominal
         if self.model == "linear":
-            nominal = spring_and_dashpot(nominal, coils, frequency)
-        self.step = context.period
-        self._force_scale: ForceScale | None = None
-        if self.learning is not None:
-            self._force_scale = ForceScale(nominal, self.step, self.learning)
-        horizon = 0.9 + self.preview / 2 if self.horizon is None else self.horizon
-        n_steps = max(2, round(horizon / self.step))
-        blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks
-        self.block = growing_blocks(n_steps, min(blocks, n_steps))
+            predicted = spring_and_dashpot(nominal, coils, softest)
         longest = self.substep
         if longest is None:
             longest = 0.005 if self.preview else 0.01
-        self.prediction = Prediction(nominal, coils, self.step, self.block, longest)
-        p = self.prediction
-        n, most = p.dy.shape[2] + 3, (n_steps + 1) * p.y.shape[1] * 8 + n_steps * len(coils)
-        self._programme = (
-            np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), np.zeros(n + most),
-            np.zeros(n + most),
-        )  # fmt: skip
-        self._sense = np.zeros(n + most, dtype=np.int32)
-        on_excess = self.displacement_excess
-        if on_excess is None:
-            on_excess = 0.2 + 2.5 * self.preview
-        regret = max(2.0 - 2.5 * self.preview, 0.0) if self.regret is None else self.regret
-        self._stop = min(1.6 * self.preview, 1.3) if self.stop is None else self.stop
-        self._weights = np.array(
-            [
-                self.displacement, self.acceleration, self.end, self.change, self.roughness,
-                self.effort, on_excess, self.acceleration_excess, regret,
-            ]
-        )  # fmt: skip
-        self._n_behind = len(nominal.structure.directions) + len(coils)
+        observer, scales = None, np.zeros(0)
+        function: Callable[..., None] = state_seen.decide
+        if self.filter != "none":
+            own = self.observer(context, self.filter)
+            observer, model = own.decision(), own.tracking.model
+            scales = model.numbers.reshape(-1, model.n_numbers)[:, FORCE_SCALE]
+            extended = self.filter == "extended"
+            function = state_seen.decide_extended if extended else state_seen.decide_kalman
+        p = Prediction(predicted, coils, step, longest, nominal if observer else None)
+        n_steps = self._n_steps(step)
+        blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks
+        block = growing_blocks(n_steps, min(blocks, n_steps))
+        n_late, n_known = self._n_late(context), self._n_known(context)
+        # until a coil has answered, a lag and a decision later
+        reach = min(int(np.ceil(coils[:, 0].max() / step - 1e-9)) + 1, n_steps)
+        sizes = Sizes(n_steps, n_late, n_known, int(block[-1] + 1), reach, self.order)
+        pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
+        prior = CERTAIN**2 / step
+        by_inertia, by_force = balance(predicted)
+        settings = {
+            at.NUMBERS: self._numbers(p, step, softest, stiffest, n_late, prior),
+            at.BLOCK: block, at.NO_BLOCK: [], at.COIL_TABLE: coils, at.TO_MODES: p.to_modes,
+            at.ALONG: p.along, at.PULSES: np.concatenate(pulses), at.BY_INERTIA: by_inertia,
+            at.BY_FORCE: by_force, at.WEIGHTS: self._weights(), at.LENGTHS: p.lengths,
+            at.LOWEST_CURRENTS: np.tile(coils[:, 2], (n_late + n_steps - n_known + 1, 1)),
+            at.OBSERVER_SCALES: scales,
+        }  # fmt: skip
+        # the strength, which changes, is in the memory
+        settings |= dict(enumerate([*p.plant[:8], *p.plant[9:]], at.DECAY))
+        memory = initial_memory(p, step, sizes, prior, observer)
+        return Decision(function, flat_arrays(settings), memory, p.model)
+
+    def _weights(self) -> list[float]:
+        """Weights of the programme, in the order of ``condense_kernel``."""
+        excess, regret = self.displacement_excess, self.regret
+        if excess is None:
+            excess = 0.2 + 2.5 * self.preview
+        if regret is None:
+            regret = max(2.0 - 2.5 * self.preview, 0.0)
+        return [
+            self.displacement, self.acceleration, self.end, self.change, self.roughness,
+            self.effort, excess, self.acceleration_excess, regret,
+        ]  # fmt: skip
+
+    def _numbers(
+        self, p: Prediction, step: float, softest: float, stiffest: float, n_late: int,
+        prior: float,
+    ) -> list[float]:  # fmt: skip
+        """Single numbers of the settings; frequencies at the lowest and highest currents in Hz."""
+        from .predictive import decision as at
+        from .predictive.ground_kernel import DRIFT
+
+        def kept(time: float | None) -> float:
+            return 1.0 if time is None else float(np.exp(-step / time))
+
+        numbers: dict[int, float] = {
+            at.STEP: step, at.N_SUB: p.n_sub, at.N_LATE: n_late,
+            at.HOLDS: self.preview < _ENOUGH,
+            at.STOP: min(1.6 * self.preview, 1.3) if self.stop is None else self.stop,
+            at.MARGIN: self.margin, at.LEAST_PEAK: self.least_peak,
+            at.FREQUENCY: 2 * np.pi * softest, at.DISPLACEMENT_LEVEL: self.displacement_level,
+            at.ACCELERATION_LEVEL: self.acceleration_level, at.LINEARISATIONS: self.iterations,
+            at.LEARNS: self.learning is not None, at.KEPT: kept(self.learning),
+            at.LEARNT_BEFORE: prior, at.PULL: 0.0 if self.settling is None else 1 / self.settling,
+            at.VELOCITY_KEPT: kept(DRIFT), at.FADED: kept(self.fading),
+            at.SLOW_LIMIT: self.stiff_start / stiffest, at.N_DISPLACEMENTS: p.n_displacements,
+            at.N_ACCELERATIONS: p.n_accelerations,
+            at.PRESENT: 0, at.JUMPS: bool(np.any((p.coils[:, 0] == 0) & (p.coils[:, 1] >= 1e30))),
+        }  # fmt: skip
+        return [numbers[k] for k in range(len(numbers))]
+
+    def _n_steps(self, step: float) -> int:
+        """Steps of the horizon."""
+        horizon = 0.9 + self.preview / 2 if self.horizon is None else self.horizon
+        return max(2, round(horizon / step))
+
+    def _n_late(self, context: RunContext) -> int:
+        """Steps from a measurement to its decision."""
         delay = 0.0 if self.filter == "none" else sum(context.delays)
-        self._n_late = round((delay if self.delay is None else self.delay) / self.step)
-        ahead = 0
-        if context.ground is not None:
-            ahead = int(self.preview / self.step * (1 + 1e-9)) + self._n_late
-        self._foreseen = np.arange(1, min(ahead, self._n_late + n_steps) + 1) * self.step
-        if self._n_late:  # measured that long before the decision
-            self._foreseen += context.delays[1] - self._n_late * self.step
-        self._since: Prediction | None = None
-        if self._n_late:
-            together = np.zeros(self._n_late, int)
-            self._since = Prediction(nominal, coils, self.step, together, longest)
-        self._given = np.tile(coils[:, 4], (self._n_late, 1))
-        self._ground = GroundForecast(
-            p, coils, self.step, self._n_late + n_steps, self.order, self.settling, self.fading,
-            context.ground,
-        )  # fmt: skip
-        self.commands = np.tile(coils[:, 4], (n_steps, 1))
-        self._last: tuple[float, NDArray, NDArray] | None = None
-        self._states = p.initial_states()
-        self._seen, self._strongest = RunningPeaks(p.n_displacements, p.n_accelerations), 0.0
-        self._jumps = bool(np.any((coils[:, 0] == 0) & np.isinf(coils[:, 1])))
-        n_ahead = self._n_late + n_steps - len(self._foreseen)
-        self._uncontrolled = Uncontrolled(nominal, coils, self.step, longest, n_ahead)
-        stiffest = linear_model(context.nominal, coils[:, 3])[0]
-        self._slow_ground, self._slow = SlowGround(self.step, self.stiff_start / stiffest), False
+        return round((delay if self.delay is None else self.delay) / context.period)
+
+    def _n_known(self, context: RunContext) -> int:
+        """Samples of the ground motion that are known after the measured one."""
+        if context.ground is None:
+            return 0
+        step, n_late = context.period, self._n_late(context)
+        ahead = int(self.preview / step * (1 + 1e-9)) + n_late
+        return min(ahead, n_late + self._n_steps(step))
+
+    def _ahead(self, context: RunContext) -> NDArray:
+        """Times from a decision on at which the ground motion is known, s."""
+        from .predictive.decision import N_SUB, NUMBERS
+        from .predictive.flat_arrays import array1
+
+        n_sub = int(array1(self._decision.settings, NUMBERS)[N_SUB])
+        step, n_late = context.period, self._n_late(context)
+        times = np.arange(1, self._n_known(context) * n_sub + 1) * (step / n_sub)
+        # measured that long before the decision
+        return times + (context.delays[1] - n_late * step if n_late else 0.0)
+
+    def reset(self, context: RunContext) -> None:
+        """Set the prediction up and forget the last run."""
+        super().reset(context)
+        compiled = compile_decision(self._decision, len(context.low))
+        ahead = self._ahead(context)
+        n_measured = len(context.outputs) + len(context.nominal.structure.directions) * len(ahead)
+        self.step = CompiledStep(compiled, n_measured, len(context.low))
+        self._ground = [(ahead, record) for record in context.ground or ()]
         self.report = Report()
 
+    def compiled(self, context: RunContext) -> CompiledDecision | None:
+        """Decision in compiled code, which knows of no deadline."""
+        found = None if self.deadline is not None else super().compiled(context)
+        if found is None:
+            return None
+        names = self.measures(context.nominal)[-len(context.nominal.structure.directions) :]
+        times = 1e3 * self._ahead(context)
+        inputs = (f"{n[: -len('_m_s2')]}_in_{t:.6g}_ms_m_s2" for n in names for t in times)
+        return replace(found, inputs=tuple(inputs))
+
+    def kept(self, which: int) -> NDArray:
+        """Array of the decision's memory, by its number in ``predictive.decision``."""
+        from .predictive.flat_arrays import array
+
+        return array(self.step.memory, which)
+
+    def programme(self) -> tuple[list[NDArray], NDArray]:
+        """Hessian, gradient, rows, upper and lower bounds of the last programme; its solution."""
+        from .predictive.decision import CONSTRAINTS, PROGRAMME, SOLUTION, STATE
+
+        n = int(self.kept(STATE)[CONSTRAINTS])
+        hessian, gradient, rows, *bounds = (self.kept(PROGRAMME + k) for k in range(5))
+        upper, lower = (bound[: len(gradient) + n] for bound in bounds)
+        return [hessian, gradient, rows[:n], upper, lower], self.kept(SOLUTION)
+
+    @property
+    def units(self) -> NDArray:
+        """Displacement, acceleration and velocity by which costs were normalised."""
+        from .predictive.decision import UNITS
+
+        return self.kept(UNITS).copy()
+
     def current(self, t: float, measurement: Any) -> NDArray:
-        """Predict, linearise, solve, and give the plan's first command."""
+        """Decide in compiled code, watched from outside."""
+        from .predictive import decision as at
+
         began = perf_counter()
-        p, before = self.prediction, self.commands[0].copy()
-        if self._last is not None:
-            self.commands[:-1] = self.commands[1:]
-        z, states, coil = self._now(t, np.array(measurement, dtype=float))
-        self._seen.follow(p.outputs(z, states, coil))
-        plan = self.commands.copy()
-        if self._slow:
-            plan[:] = self.coils[:, 3]
-        held = self._slow and self.preview < _ENOUGH
-        for _ in range(0 if held else self.iterations):
-            p.predict(z, states, coil, plan, self._ground.path[self._n_late * p.n_sub :])
-            move = self._solve(plan, before)
-            if move is None:
-                self.report.failed += 1
-                plan = self.commands
-                break
-            plan += move[self.block]
-        # what the solver leaves of a bound, 1e-6 at most, no coil gets to see
-        lag, slew = self.coils[:, 0], self.coils[:, 1]
-        start = np.where(lag > 0, coil, before)
-        reach = slew * np.where(lag > 0, lag, self.step)
-        plan[0] = np.clip(plan[0], start - reach, start + reach)
-        np.clip(plan, self.coils[:, 2], self.coils[:, 3], out=plan)
+        known = [np.interp(t + k, r.time, r.acceleration, right=0.0) for k, r in self._ground]
+        plan = self.kept(at.PLAN)
+        previous = plan.copy()
+        begun = self.kept(at.STATE)[at.BEGUN] == 1.0
+        command = self.step(t, np.concatenate([np.asarray(measurement, dtype=float), *known]))
         took = perf_counter() - began
-        self.report.seconds.append(took)
+        state, report = self.kept(at.STATE), self.report
+        report.seconds.append(took)
+        report.iterations.append(int(state[at.ITERATED]))
+        report.failed += int(state[at.FAILED])
+        if self.learning is not None:
+            report.strength = float(state[at.FACTOR])
         if self.deadline is not None and took > self.deadline:
-            self.report.late += 1
-        else:
-            self.commands = plan
-        if self._jumps:
-            self._seen.change(p.outputs(z, states, self.commands[0]))
-        if self._n_late:
-            self._given = np.concatenate([self._given[1:], self.commands[:1]])
-        return self.commands[0].copy()
-
-    def _now(self, t: float, measured: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """Modes, device states and coil currents now, from what was measured ``delay`` before."""
-        p, n = self.prediction, self.prediction.nominal.structure.n_dofs
-        seen, ground, coil = np.split(measured, [-self._n_behind, -len(self.coils)])
-        accelerations = seen[:n]
-        if self._estimated is not None:
-            seen = self._estimated.update(t, np.concatenate([seen, coil]))
-        elif self._force_scale is not None:
-            seen = seen[n:]
-        z = p.modes_of(seen[:n], seen[n : 2 * n])
-        first = self._last is None
-        if self._last is not None:
-            then, old, old_coil = self._last
-            p.follow(old, z, t - then, self._states, (old_coil + coil) / 2)
-        self._last = (t, z, coil)
-        if self._force_scale is not None:
-            learnt = self._force_scale.learn(accelerations, p.forces(z, self._states, coil))
-            p.strength[:] = self.report.strength = learnt
-            if self._estimated is not None:
-                self._estimated.strengthen(p.strength)
-        self._ground.look(ground, t + self._foreseen)
-        self._uncontrolled.follow(self._ground.path, p.strength)
-        was_slow, known = self._slow, self._ground.known
-        for sample in self._ground.acceleration[0 if first else known - 1 : known]:
-            self._slow = self._slow_ground.follow(sample, self._seen.peaks[1])
-        if was_slow and not self._slow:
-            self.commands[:] = self.coils[:, 2]
-        if self._since is None:
-            return z, self._states, coil
-        self._since.strength[:] = p.strength
-        late = self._ground.path[: self._n_late * p.n_sub + 1]
-        return self._since.carried(z, self._states, coil, self._given, late)
-
-    def _solve(self, plan: NDArray, before: NDArray) -> NDArray | None:
-        """Changes of the blocks, (n_blocks, n_channels), A; None if there is no usable solution."""
-        p = self.prediction
-        n_d, n_a = p.n_displacements, p.n_accelerations
-        known = self._ground.known
-        strongest = np.abs(self._ground.acceleration[:known]).max()
-        self._strongest = max(self._strongest, strongest, 1e-3)
-        least = self.least_peak * self._strongest / np.array([self.frequency**2, 1.0])
-        # a unit that grows too late would let the plan trade any acceleration for displacement
-        without = self._uncontrolled.course[self._n_late :]
-        scale = np.maximum(without[-1], least)
-        shares = [self.displacement_level, self.acceleration_level]
-        unavoidable = np.maximum(self._uncontrolled.peaks, least) * shares
-        levels = np.maximum(self._seen.peaks, unavoidable)
-        bearable = np.maximum(without[:, 1], max(self._seen.peaks[1], least[1]))
-        self.units = np.array([*scale, scale[0] * self.frequency])
-        # relative to ground that stops, a floating base has the ground's velocity on top of its own
-        lost = self._stop * p.along @ self._ground.velocity
-        resting = np.concatenate([-_STOPPING * lost, np.zeros(n_a), lost])
-        count = p.module.programme(
-            p.results, plan, before, p.block, self.coils, self.step, (n_d, n_a),
-            self.units, levels,
-            (max(known - self._n_late, 1), self.margin * self._ground.strays, bearable),
-            self._weights, resting, self._programme,
-        )  # fmt: skip
-        hessian, gradient, rows, upper, lower = self._programme
-        n = len(gradient)
-        rows, upper, lower = rows[:count], upper[: n + count], lower[: n + count]
-        x, flag, iterations = self._solved(hessian, gradient, rows, upper, lower)
-        self.report.iterations.append(iterations)
-        if flag <= 0 or not np.all(np.isfinite(x)):
-            return None
-        value = np.concatenate([x, rows @ x])
-        if np.any(value > upper + _INFEASIBLE) or np.any(value < lower - _INFEASIBLE):
-            return None
-        move = x[:-3].reshape(-1, len(self.coils))
-        return move * (self.coils[:, 3] - self.coils[:, 2])
-
-    def _solved(self, *programme: NDArray) -> tuple[NDArray, int, int]:
-        """Solution of a programme, the solver's verdict (above 0: solved), and its iterations."""
-        import daqp
-
-        sense, iterations = self._sense[: len(programme[-1])], 0
-        # where constraints are nearly dependent it may go in circles: proximal steps lead out
-        for proximal in (0.0, _PROXIMAL):
-            sense[:] = 0
-            x, _, flag, info = daqp.solve(*programme, sense, eps_prox=proximal)
-            iterations += info["iterations"]
-            if flag > 0:
-                break
-        return np.asarray(x), flag, iterations
+            report.late += 1
+            if begun:
+                previous[:-1] = previous[1:]
+            plan[:] = previous
+            command = plan[0].copy()
+        return command

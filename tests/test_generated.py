@@ -14,7 +14,6 @@ from threading import Barrier
 import pytest
 
 import controllers.compiled
-import controllers.predictive.prediction
 from controllers import clipped_lqr
 from controllers.device_model import DeviceModel
 from isolation_sim import generated
@@ -37,7 +36,6 @@ GENERATORS = {
     "decision": lambda: controllers.compiled._module.__wrapped__(
         clipped_lqr._decide, DeviceModel, (LAW,), 1
     ),
-    "prediction": lambda: controllers.predictive.prediction._module.__wrapped__((LAW,), 1),
 }
 WRITERS = {
     "kernel": (kernel.kernel_text, lambda: kernel.kernel_text([LAW], 1, 1, False)),

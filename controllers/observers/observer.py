@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,9 +14,9 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
-from ..compiled import Decision, compile_decision
-from ..device_model import FORCE_SCALE, DeviceModel
-from ..force_tracking import COILS, force_tracking
+from ..compiled import CompiledStep, Decision, compile_decision
+from ..device_model import DeviceModel
+from ..force_tracking import force_tracking
 from .ground_noise import GroundNoise
 
 # every observer's settings begin with these
@@ -222,44 +221,7 @@ class Observer(ABC):
                 f"column each of {', '.join(self.outputs)}"
             )
         time = np.arange(len(rows)) * self.period
-        running = Running(self)
-        written = [running.update(t, row) for t, row in zip(time, rows, strict=True)]
+        compiled = compile_decision(self.decision(), self.width())
+        step = CompiledStep(compiled, len(self.outputs), self.width())
+        written = [step(t, row) for t, row in zip(time, rows, strict=True)]
         return self.estimate(time, np.reshape(written, (len(rows), self.width())))
-
-
-class Running:
-    """An observer that is given one measurement after another, from rest.
-
-    Parameters
-    ----------
-    observer : Observer
-        The observer.
-    """
-
-    def __init__(self, observer: Observer):
-        compiled = compile_decision(observer.decision(), observer.width())
-        pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
-        kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
-        self._entry, settings = kind(compiled.address), compiled.settings.copy()
-        self._measured, self._row = np.zeros(len(observer.outputs)), np.zeros(observer.width())
-        self._arrays = (self._measured, settings, compiled.memory.copy(), self._row)
-        self._sizes = np.array([len(array) for array in self._arrays], dtype=np.int64)
-        self._places = [
-            *(array.ctypes.data_as(pointer) for array in self._arrays),
-            self._sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-        ]
-        m = len(observer.nominal.elements)
-        tracking = settings[int(settings[observer.tracking_at]) :]
-        numbers = tracking[COILS + m : COILS + m + m * observer.tracking.model.n_numbers]
-        self._scales = numbers.reshape(m, -1)[:, FORCE_SCALE]
-        self._nominal_scales = self._scales.copy()
-
-    def update(self, t: float, measurement: NDArray) -> NDArray:
-        """Estimate from one more measurement."""
-        self._measured[:] = measurement
-        self._entry(t, *self._places)
-        return self._row.copy()
-
-    def strengthen(self, strength: NDArray) -> None:
-        """Expect other forces of the devices from now on."""
-        self._scales[:] = self._nominal_scales * strength

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import NDArray
 
 # places in the array of weights
@@ -15,20 +14,20 @@ SMALL = 1e-6
 def condense(
     prediction: tuple, commands: NDArray, before: NDArray, block: NDArray, coils: NDArray,
     step: float, sizes: tuple, units: NDArray, levels: NDArray, margins: tuple, weights: NDArray,
-    resting: NDArray, programme: tuple,
+    resting: NDArray, programme: tuple, by: NDArray,
 ) -> int:  # fmt: skip
     """Fill in the quadratic programme of one decision."""
     # Unknown are the change of each block of commands, in ranges of its coil, and three excesses in
     # their units: of displacement and of acceleration over their levels, and of acceleration over
-    # the peak without current (the regret).
+    # the peak without current (the regret). ``by``: one output's derivatives, in its unit, by them.
     y, dy, past, y_before, dy_before = prediction
     hessian, gradient, rows, upper, lower = programme
     n_displacements, n_accelerations = sizes
-    known, clear, without_current = margins
-    n_steps, n_channels = commands.shape
+    known, tightening, clear, without_current = margins
+    n_steps, n_channels = commands.shape[0], commands.shape[1]
     width = dy.shape[2]
     n = width + 3
-    hessian[:, :] = 0.0
+    hessian[:] = 0.0
     gradient[:] = 0.0
 
     # bounds: every command of a block stays within the coil's range
@@ -36,7 +35,7 @@ def condense(
         lower[j], upper[j] = (-1e30, 1e30) if j < width else (0.0, 1e30)
     for k in range(n_steps):
         for c in range(n_channels):
-            j = block[k] * n_channels + c
+            j = int(block[k]) * n_channels + c
             span = coils[c, 3] - coils[c, 2]
             lower[j] = max(lower[j], (coils[c, 2] - commands[k, c]) / span)
             upper[j] = min(upper[j], (coils[c, 3] - commands[k, c]) / span)
@@ -47,7 +46,8 @@ def condense(
             span = coils[c, 3] - coils[c, 2]
             earlier = commands[k - 1, c] if k > 0 else before[c]
             rise = 2.0 * weights[ON_ROUGHNESS] * (commands[k, c] - earlier) / span
-            j, i = block[k] * n_channels + c, block[k - 1] * n_channels + c
+            j = int(block[k]) * n_channels + c
+            i = int(block[max(k - 1, 0)]) * n_channels + c
             on_current = 2.0 * weights[ON_CURRENT] / n_steps
             gradient[j] += on_current * (commands[k, c] - coils[c, 2]) / span
             hessian[j, j] += on_current
@@ -65,11 +65,10 @@ def condense(
         hessian[width + excess, width + excess] = SMALL
 
     row = 0
-    by = np.empty(width)  # one output's derivatives, in its unit, by the unknowns
     for k in range(n_steps + 1):
         # what a later block does is not felt yet
         now = min(k, n_steps - 1)
-        active = (block[now] + 1) * n_channels
+        active = (int(block[now]) + 1) * n_channels
         for o in range(y.shape[1]):
             kind = 0 if o < n_displacements else 1 if o < n_displacements + n_accelerations else 2
             unit = units[kind]
@@ -96,15 +95,15 @@ def condense(
                 continue
             clearance, more = 0.0, 0.0
             if kind == 1:
-                late = min(max(k + 1 - known, 0), len(clear) - 1)
+                late = min(max(k + 1 - known, 0), clear.shape[0] - 1)
                 margin = clear[late, o - n_displacements]
-                more = (margin[1] - margin[0]) / (unit * n_channels)
-                clearance = margin[0] / unit
+                more = tightening * (margin[1] - margin[0]) / (unit * n_channels)
+                clearance = tightening * margin[0] / unit
                 for c in range(n_channels):
                     span = coils[c, 3] - coils[c, 2]
                     clearance += more * (past[now, c, width] - coils[c, 2]) / span
             # a jump of the current shows in the accelerations alone
-            for moment in range(2 if kind == 1 and len(y_before) > 0 else 1):
+            for moment in range(2 if kind == 1 and y_before.shape[0] > 0 else 1):
                 if moment == 1:
                     value = y_before[k, o] / unit
                     for j in range(active):
@@ -116,7 +115,8 @@ def condense(
                     first = row
                     for c in range(n_channels):
                         # a coil's current in its range moves by as much as its command in its own
-                        for j in range(c, active, n_channels):
+                        for q in range(active // n_channels):
+                            j = q * n_channels + c
                             slope = sign * by[j] + more * past[now, c, j]
                             rows[first, j] = slope
                             extreme += max(slope * upper[j], slope * lower[j])
@@ -144,7 +144,7 @@ def condense(
             for k in range(n_steps):
                 for j in range(n):
                     rows[row, j] = 0.0
-                rows[row, block[k] * n_channels + c] = span
+                rows[row, int(block[k]) * n_channels + c] = span
                 if lag > 0.0:
                     gap, most = commands[k, c] - past[k, c, width], slew * lag
                     for j in range(width):
@@ -154,7 +154,7 @@ def condense(
                     gap = commands[k, c] - (commands[k - 1, c] if k > 0 else before[c])
                     most = slew * step
                     if k > 0:
-                        rows[row, block[k - 1] * n_channels + c] -= span
+                        rows[row, int(block[k - 1]) * n_channels + c] -= span
                 upper[n + row], lower[n + row] = most - gap, -most - gap
                 row += 1
     return row

@@ -1,4 +1,9 @@
-"""Estimate of the isolator force relative to the nominal one, during the motion."""
+"""Estimate of the isolator force relative to the nominal one, during the motion, for Numba.
+
+The isolators carry what the inertia forces of all levels add up to: the sum of mass times absolute
+acceleration, in each direction, is compared with the devices' forces by the law. One factor on all
+of these forces follows by least squares with forgetting.
+"""
 
 from __future__ import annotations
 
@@ -12,30 +17,27 @@ CERTAIN = 0.1
 LOWEST, HIGHEST = 0.3, 3.0
 
 
-class ForceScale:
-    """One factor on all device forces, by least squares with forgetting."""
+def balance(nominal: IsolatedStructure) -> tuple[NDArray, NDArray]:
+    """Rows that give each direction's mean acceleration, from accelerations and from forces."""
+    along = nominal.structure.influence.T
+    mass = np.diag(along @ nominal.structure.mass @ along.T)[:, np.newaxis]
+    return along @ nominal.structure.mass / mass, -along @ nominal.element_rows.T / mass
 
-    # The isolators carry what the inertia forces of all levels add up to: the sum of mass times
-    # absolute acceleration, in each direction, is compared with the devices' forces by the law.
-    # nominal: The model reasoned with.
-    # step: Interval between decisions, s.
-    # memory: Time after which what was seen counts 1/e, s.
 
-    def __init__(self, nominal: IsolatedStructure, step: float, memory: float):
-        along = nominal.structure.influence.T
-        mass = np.diag(along @ nominal.structure.mass @ along.T)[:, np.newaxis]
-        self._inertia = along @ nominal.structure.mass / mass
-        self._devices = -along @ nominal.element_rows.T / mass
-        self._keep = float(np.exp(-step / memory))
-        self._prior = CERTAIN**2 / step
-        self._square = self._product = self._prior
-        self.factor = 1.0  # Force over that of the nominal model, 0.3 to 3
-
-    def learn(self, acceleration: NDArray, force: NDArray) -> float:
-        """Take one more instant into account."""
-        seen, expected = self._inertia @ acceleration, self._devices @ force
-        forgotten = (1 - self._keep) * self._prior
-        self._square = self._keep * self._square + forgotten + float(expected @ expected)
-        self._product = self._keep * self._product + forgotten + float(expected @ seen)
-        self.factor = min(max(self._product / self._square, LOWEST), HIGHEST)
-        return self.factor
+def learn_scale(
+    acceleration: NDArray, force: NDArray, by_inertia: NDArray, by_force: NDArray, keep: float,
+    prior: float, sums: NDArray,
+) -> float:  # fmt: skip
+    """Force over that of the nominal model, 0.3 to 3, with one more instant taken into account."""
+    # sums: (2,): of squares and of products; ``prior`` each at the start
+    for k in range(2):
+        sums[k] = keep * sums[k] + (1.0 - keep) * prior
+    for d in range(by_inertia.shape[0]):
+        seen, expected = 0.0, 0.0
+        for i in range(by_inertia.shape[1]):
+            seen += by_inertia[d, i] * acceleration[i]
+        for e in range(by_force.shape[1]):
+            expected += by_force[d, e] * force[e]
+        sums[0] += expected * expected
+        sums[1] += expected * seen
+    return min(max(sums[1] / sums[0], LOWEST), HIGHEST)

@@ -2,24 +2,53 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
+
+from numpy.typing import NDArray
 
 from isolation_sim.laws.law import Law
 
-from ..device_model import LAW, N_POWERS
+from ..device_model import N_POWERS, by_law, first_coefficient, polynomial
+from ..observers.tangent import TangentModel
 
 
-def generated_jacobian(laws: Sequence[Law], n_states: int) -> str:
+class PredictionModel(TangentModel):
+    """Devices with one function more, ``device_side``, in the laws' own scales."""
+
+    @staticmethod
+    def text(laws: Sequence[Law]) -> str:
+        """Source of the functions, as of ``DeviceModel``."""
+        return "\n\n".join([TangentModel.text(laws), _text(tuple(laws))])
+
+    def device_side(
+        self, x: float, v: float, states: NDArray, current: float, row: NDArray, out: NDArray
+    ) -> None:
+        """Force and rates, each with its derivatives by motion, current and states."""
+        _in_python(self.laws)["device_side"](x, v, states, current, row, out)
+
+
+@lru_cache(maxsize=64)
+def _in_python(laws: tuple[Law, ...]) -> dict[str, Any]:
+    names: dict[str, Any] = {"first_coefficient": first_coefficient, "polynomial": polynomial}
+    names |= {"math": math, "plain": lambda function: function}
+    exec(_text(laws), names)
+    return names
+
+
+@lru_cache(maxsize=64)
+def _text(laws: tuple[Law, ...]) -> str:
     """Source of ``device_side``: force, rates and their exact derivatives, for some laws."""
     from isolation_sim.laws.emit import function_text
 
+    n_states = max((len(law.states) for law in laws), default=0)
     parts = [_slope_text()]
-    body = []
     for tag, law in enumerate(laws):
         parts.append(function_text(f"side_{tag}", "x, v, states, current, row, out",
                                    _side_body(law, n_states), "@plain"))  # fmt: skip
-        body += [f"if row[{LAW}] == {tag}:", f"    side_{tag}(x, v, states, current, row, out)"]
+    body = by_law(laws, "", "side_{}(x, v, states, current, row, out)")
     parts.append(function_text("device_side", "x, v, states, current, row, out", body, "@plain"))
     return "\n\n".join(parts)
 

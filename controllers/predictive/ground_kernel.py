@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from numpy.typing import NDArray
 
 FORGETTING = 0.999
@@ -61,14 +63,14 @@ def extrapolate(
     """Continue a ground acceleration by its expected values."""
     pull, h, faded, fading = returning
     most = 0.0
-    for value in past:
-        most = max(most, abs(value))
+    for a in range(len(past)):
+        most = max(most, abs(past[a]))
     for k in range(1, len(ground)):
         if k >= known:
             value = 0.0
             for a in range(len(past)):
                 at = k - 1 - a
-                value += coefficients[a] * (drives[at] if at > 0 else past[-at])
+                value += coefficients[a] * (drives[at] if at > 0 else past[max(-at, 0)])
             value = fading * min(max(value, -most), most)
             coasting = faded * (motion[1] + 0.5 * h * motion[0])
             ground[k] = (value - pull * coasting) / (1.0 + 0.5 * h * faded * pull)
@@ -82,7 +84,7 @@ def forecast_deviation(
 ) -> None:
     """Standard deviation of accelerations from their forecast."""
     strays[:] = 0.0
-    for d in range(len(coefficients)):
+    for d in range(coefficients.shape[0]):
         # an unforeseen sample and what the model expects to follow it
         for k in range(len(shape)):
             shape[k] = 1.0 if k == 0 else 0.0
@@ -94,10 +96,40 @@ def forecast_deviation(
                 for k in range(len(shape)):
                     response = 0.0
                     for j in range(k + 1):
-                        response += shape[j] * pulses[d, i, k - j, o]
+                        response += shape[j] * pulses[2 * d + i, k - j, o]
                     variance += response * response * noise[d, 0]
                     strays[k + 1, o, i] += variance
-    for k in range(len(strays)):
+    for k in range(strays.shape[0]):
         for o in range(strays.shape[1]):
             for i in range(2):
-                strays[k, o, i] = strays[k, o, i] ** 0.5
+                strays[k, o, i] = math.sqrt(strays[k, o, i])
+
+
+def look_ahead(
+    measured: NDArray, ahead: NDArray, n_sub: int, returning: tuple, model: tuple, pulses: NDArray,
+    acceleration: NDArray, path: NDArray, strays: NDArray,
+) -> None:  # fmt: skip
+    """Learn from one more sample, and look ahead: at what is known, then at its forecast."""
+    # ahead: (n_directions * n_known * n_sub,): known accelerations, at the substeps' ends
+    # acceleration: (n_directions, n_steps + 1), m/s^2: from the last measurement on
+    # path: (n_directions, n_steps * n_sub + 1), m/s^2: the same at the substeps' ends, on lines
+    # strays: (reach + 1, n_accelerations, 2), m/s^2: ``forecast_deviation``
+    motion, end, past, coefficients, covariance, noise, gain, drives, shape = model
+    n_directions, n_steps = acceleration.shape[0], acceleration.shape[1] - 1
+    n_known = len(ahead) // n_directions
+    for d in range(n_directions):
+        acceleration[d, 0] = path[d, 0] = measured[d]
+        for k in range(n_known):
+            path[d, k + 1] = ahead[d * n_known + k]
+        known = n_known // n_sub + 1
+        for k in range(1, known):
+            acceleration[d, k] = path[d, k * n_sub]
+        now = drive(measured[d], motion[d], returning)
+        learn(now, past[d], coefficients[d], covariance[d], gain, noise[d])
+        end[d, 0], end[d, 1] = motion[d, 0], motion[d, 1]
+        extrapolate(known, coefficients[d], past[d], acceleration[d], end[d], returning, drives)
+        for k in range(known - 1, n_steps):
+            rise = acceleration[d, k + 1] - acceleration[d, k]
+            for sub in range(1, n_sub + 1):
+                path[d, k * n_sub + sub] = acceleration[d, k] + rise * (sub / n_sub)
+    forecast_deviation(coefficients, noise, pulses, shape, strays)

@@ -8,6 +8,8 @@ rule. The derivatives are those of exactly this recursion.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from numpy.typing import NDArray
 
 
@@ -36,19 +38,12 @@ def carry_all(decay: NDArray, z: NDArray, out: NDArray, n_modes: int, width: int
             out[n_modes + m, j] = im * z[m, j] + re * z[n_modes + m, j]
 
 
-def device_side(
-    x: float, v: float, states: NDArray, current: float, row: NDArray, out: NDArray
-) -> None:
-    """Force, rates and derivatives; replaced by what ``generated_jacobian`` writes."""
-    raise NotImplementedError
-
-
 def device_now(
-    e: int, z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray
+    e: int, z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray, device_side: Callable
 ) -> tuple[float, float]:
     """Evaluate one device's law."""
-    decay, _, _, _, rows, _, channels, numbers, _, _, _ = plant
-    n_modes, c = decay.shape[1], channels[e]
+    decay, _, _, _, rows, _, channels, numbers, _, _, _, _ = plant
+    n_modes, c = decay.shape[1], int(channels[e])
     x, v = motion_of(rows[e, 0], z, n_modes), motion_of(rows[e, 1], z, n_modes)
     device_side(x, v, s[e], i[c] if c >= 0 else 0.0, numbers[e], side)
     return x, v
@@ -57,13 +52,14 @@ def device_now(
 def devices(
     z: NDArray, dz: NDArray, s: NDArray, ds: NDArray, i: NDArray, di: NDArray, plant: tuple,
     force: NDArray, dforce: NDArray, rate: NDArray, drate: NDArray, side: NDArray, width: int,
+    device_side: Callable,
 ) -> None:  # fmt: skip
     """Forces beyond reference and state rates of all devices, with their derivatives."""
-    decay, held, _, _, rows, reference, channels, _, strength, _, _ = plant
+    decay, held, _, _, rows, reference, channels, _, strength, _, _, _ = plant
     n_modes, n_states = decay.shape[1], s.shape[1]
-    for e in range(len(held)):
-        c = channels[e]
-        x, v = device_now(e, z, s, i, plant, side)
+    for e in range(held.shape[0]):
+        c = int(channels[e])
+        x, v = device_now(e, z, s, i, plant, side, device_side)
         stride = n_states + 4
         for q in range(stride):
             side[q] *= strength[e]
@@ -76,6 +72,8 @@ def devices(
             if k == 0:
                 by_x -= reference[e, 0]
                 by_v -= reference[e, 1]
+            if width == 0:
+                continue
             target = dforce[e] if k == 0 else drate[e, k - 1]
             for j in range(width):
                 target[j] = by_i * di[c, j] if c >= 0 else 0.0
@@ -89,28 +87,19 @@ def devices(
                     target[j] += weight * ds[e, q, j]
 
 
-def nominal_forces(
-    z: NDArray, s: NDArray, i: NDArray, plant: tuple, side: NDArray, force: NDArray
-) -> None:
-    """Forces of all devices as the law has them."""
-    for e in range(len(force)):
-        device_now(e, z, s, i, plant, side)
-        force[e] = side[0]
-
-
 def observe(
-    rows: tuple, z: NDArray, dz: NDArray, force: NDArray, dforce: NDArray, y: NDArray,
-    dy: NDArray, width: int,
+    on_modes: NDArray, on_force: NDArray, z: NDArray, dz: NDArray, force: NDArray,
+    dforce: NDArray, y: NDArray, dy: NDArray, width: int,
 ) -> None:  # fmt: skip
     """Outputs of one instant, (n_outputs,), and their derivatives, from modes and forces."""
-    on_modes, on_force = rows
     n_modes = len(z) // 2
-    for o in range(len(on_modes)):
+    for o in range(on_modes.shape[0]):
         value = motion_of(on_modes[o], z, n_modes)
         for e in range(len(force)):
             value += on_force[o, e] * force[e]
         y[o] = value
-        dy[o, :] = 0.0
+        for j in range(width):
+            dy[o, j] = 0.0
         for m in range(2 * n_modes):
             weight = on_modes[o, m]
             if weight != 0.0:
@@ -123,18 +112,34 @@ def observe(
                     dy[o, j] += weight * dforce[e, j]
 
 
-def predict(
-    z: NDArray, s: NDArray, i: NDArray, commands: NDArray, block: NDArray, ground: NDArray,
-    plant: tuple, work: tuple, y: NDArray, dy: NDArray, past: NDArray, y_before: NDArray,
-    dy_before: NDArray,
+def outputs_now(
+    z: NDArray, s: NDArray, i: NDArray, plant: tuple, work: tuple, y: NDArray,
+    device_side: Callable,
 ) -> None:  # fmt: skip
-    """Predict outputs over the horizon and differentiate them by the blocks of commands."""
-    decay, held, sloped, moved, _, _, _, _, _, coil_decay, outputs = plant
+    """Outputs of one instant."""
+    on_modes, on_force = plant[10], plant[11]
+    values, derivatives, side = work
+    force, rate = values[6], values[8]
+    dz, ds, di, dforce, drate = (
+        derivatives[0], derivatives[2], derivatives[4], derivatives[6], derivatives[8]
+    )  # fmt: skip
+    devices(z, dz, s, ds, i, di, plant, force, dforce, rate, drate, side, 0, device_side)
+    observe(on_modes, on_force, z, dz, force, dforce, y, dz, 0)
+
+
+def predict(
+    n_steps: int, z: NDArray, s: NDArray, i: NDArray, commands: NDArray, block: NDArray,
+    ground: NDArray, first: int, plant: tuple, work: tuple, results: tuple, device_side: Callable,
+) -> None:  # fmt: skip
+    """Predict outputs over the horizon and differentiate them by the blocks of commands, if any."""
+    # ground: (n_directions, more than first + n_steps * n_sub), at the substeps' ends
+    decay, held, sloped, moved, _, _, _, _, _, coil_decay, on_modes, on_force = plant
+    y, dy, past, y_before, dy_before = results
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
     dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
     n_modes, n_channels = decay.shape[1], len(i)
-    n_steps, n_devices, n_states = len(commands), len(held), s.shape[1]
+    n_devices, n_states = held.shape[0], s.shape[1]
     everything = dy.shape[2]
     n_sub = int(coil_decay[0, 1])
     h = coil_decay[0, 2]
@@ -147,29 +152,36 @@ def predict(
     for c in range(n_channels):
         ia[c] = i[c]
     # at both ends of a step: a block that begins must not find what the last call left behind
-    dza[:], dsa[:], dia[:] = 0.0, 0.0, 0.0
-    dzb[:], dsb[:], dib[:] = 0.0, 0.0, 0.0
+    dza[:] = 0.0
+    dsa[:] = 0.0
+    dia[:] = 0.0
+    dzb[:] = 0.0
+    dsb[:] = 0.0
+    dib[:] = 0.0
     for k in range(n_steps + 1):
         last = min(k, n_steps - 1)
         # later blocks have no effect yet
-        width = (block[last] + 1) * n_channels
-        if len(y_before) > 0:
-            devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width)
-            observe(outputs, za, dza, f0, df0, y_before[k], dy_before[k], width)
+        now = int(block[last]) if len(block) > 0 else -1
+        width = (now + 1) * n_channels
+        if y_before.shape[0] > 0:
+            devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width, device_side)
+            observe(on_modes, on_force, za, dza, f0, df0, y_before[k], dy_before[k], width)
         for c in range(n_channels):
             coil_factor = coil_decay[c, 0]
-            if k < n_steps:
+            if k < n_steps and past.shape[0] > 0:
                 for j in range(everything):
                     past[k, c, j] = dia[c, j]
                 past[k, c, everything] = ia[c]
             if coil_factor == 0.0:
                 ia[c] = commands[last, c]
-                dia[c, :] = 0.0
-                dia[c, block[last] * n_channels + c] = 1.0
+                for j in range(width):
+                    dia[c, j] = 0.0
+                if width > 0:
+                    dia[c, now * n_channels + c] = 1.0
         for sub in range(n_sub):
-            devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width)
+            devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width, device_side)
             if sub == 0:
-                observe(outputs, za, dza, f0, df0, y[k], dy[k], width)
+                observe(on_modes, on_force, za, dza, f0, df0, y[k], dy[k], width)
                 if k == n_steps:
                     return
             carry(decay, za, zb, n_modes)
@@ -180,21 +192,22 @@ def predict(
                     zb[m] += weight * f0[e]
                     for j in range(width):
                         dzb[m, j] += weight * df0[e, j]
-                for d in range(ground.shape[1]):
-                    zb[m] += moved[d, 0, m] * ground[k * n_sub + sub, d]
-                    zb[m] += moved[d, 1, m] * ground[k * n_sub + sub + 1, d]
+                for d in range(ground.shape[0]):
+                    zb[m] += moved[d, 0, m] * ground[d, first + k * n_sub + sub]
+                    zb[m] += moved[d, 1, m] * ground[d, first + k * n_sub + sub + 1]
             for c in range(n_channels):
                 coil_factor = coil_decay[c, 0]
                 ib[c] = commands[k, c] + coil_factor * (ia[c] - commands[k, c])
                 for j in range(width):
                     dib[c, j] = coil_factor * dia[c, j]
-                dib[c, block[k] * n_channels + c] += 1.0 - coil_factor
+                if width > 0:
+                    dib[c, now * n_channels + c] += 1.0 - coil_factor
             for e in range(n_devices):
                 for q in range(n_states):
                     sb[e, q] = sa[e, q] + h * r0[e, q]
                     for j in range(width):
                         dsb[e, q, j] = dsa[e, q, j] + h * dr0[e, q, j]
-            devices(zb, dzb, sb, dsb, ib, dib, plant, f1, df1, r1, dr1, side, width)
+            devices(zb, dzb, sb, dsb, ib, dib, plant, f1, df1, r1, dr1, side, width, device_side)
             for e in range(n_devices):
                 f1[e] -= f0[e]
                 for j in range(width):

@@ -1,41 +1,46 @@
-"""Peaks so far of a response that is known at equal steps."""
+"""Peaks so far of a response that is known at equal steps, for Numba.
+
+Between samples the response is taken to be the parabola through the last three. A change of current
+breaks it off: both of its sides count, and a new parabola begins.
+"""
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import NDArray
 
 
-class RunningPeaks:
-    """Largest displacement and acceleration so far, between the samples too."""
+def count_peaks(
+    outputs: NDArray, n_displacements: int, n_accelerations: int, peaks: NDArray
+) -> None:
+    """Raise the largest displacement (m) and acceleration (m/s^2) to those of one instant."""
+    for o in range(n_displacements + n_accelerations):
+        kind = 0 if o < n_displacements else 1
+        peaks[kind] = max(peaks[kind], abs(outputs[o]))
 
-    # Between samples the response is taken to be the parabola through the last three. A change of
-    # current breaks it off: both of its sides count, and a new parabola begins.
-    # n_displacements, n_accelerations: Numbers of outputs of either kind; displacements come first.
 
-    def __init__(self, n_displacements: int, n_accelerations: int):
-        self._kinds = [0, n_displacements, n_displacements + n_accelerations]
-        self._past: list[NDArray] = []
-        self.peaks = np.zeros(2)  # (2,): Largest displacement (m) and acceleration (m/s^2)
+def follow_peaks(
+    outputs: NDArray, n_displacements: int, n_accelerations: int, past: NDArray, peaks: NDArray
+) -> None:
+    """Go on to the next sample."""
+    # past: (2, n_outputs): the last sample and the one before; peaks: (3,): displacement,
+    # acceleration, and how many past samples there are
+    count_peaks(outputs, n_displacements, n_accelerations, peaks)
+    for o in range(n_displacements + n_accelerations):
+        if peaks[2] == 2.0:
+            kind = 0 if o < n_displacements else 1
+            turn = past[1, o] - 2.0 * past[0, o] + outputs[o]
+            rise = outputs[o] - past[1, o]
+            if abs(rise) < 2.0 * abs(turn):
+                peaks[kind] = max(peaks[kind], abs(past[0, o] - rise * rise / (8.0 * turn)))
+        past[1, o], past[0, o] = past[0, o], outputs[o]
+    peaks[2] = min(peaks[2] + 1.0, 2.0)
 
-    def follow(self, outputs: NDArray) -> None:
-        """Go on to the next sample."""
-        now = outputs[: self._kinds[-1]].copy()
-        self._count(np.abs(now))
-        if len(self._past) == 2:
-            first, middle = self._past
-            turn = first - 2.0 * middle + now
-            rise = now - first
-            inside = np.abs(rise) < 2.0 * np.abs(turn)
-            bulge = np.divide(rise**2, 8.0 * turn, out=np.zeros_like(turn), where=inside)
-            self._count(np.abs(middle - bulge))
-        self._past = [*self._past[-1:], now]
 
-    def change(self, outputs: NDArray) -> None:
-        """Take the values just after a change of current."""
-        now = outputs[: self._kinds[-1]].copy()
-        self._count(np.abs(now))
-        self._past = [now]
-
-    def _count(self, sizes: NDArray) -> None:
-        self.peaks = np.maximum(self.peaks, np.maximum.reduceat(sizes, self._kinds[:-1]))
+def change_peaks(
+    outputs: NDArray, n_displacements: int, n_accelerations: int, past: NDArray, peaks: NDArray
+) -> None:
+    """Take the values just after a change of current."""
+    count_peaks(outputs, n_displacements, n_accelerations, peaks)
+    for o in range(n_displacements + n_accelerations):
+        past[0, o] = outputs[o]
+    peaks[2] = 1.0

@@ -1,8 +1,16 @@
-"""Ground motion that is slow for the stiffest building: it is followed at the highest current."""
+"""Ground motion that is slow for the stiffest building: it is followed at the highest current.
+
+A building that is stiff for a ground motion follows it, with little deformation and no more
+acceleration than the ground's. One that has become soft under it cannot be stiffened any more: an
+isolator that stiffens while it is deformed jolts the building. So it starts stiff, and is released
+for good as soon as the ground shows a short period. The period of the motion is that of the
+sinusoid with its peaks: 2 pi times the peak acceleration over the peak rate of acceleration.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+import math
+
 from numpy.typing import NDArray
 
 FELT, TRIGGER = 0.01, 0.1
@@ -17,39 +25,36 @@ FAST = 0.4
 """Share of the limit below which a period counts at once."""
 
 
-class SlowGround:
-    """Whether all of the ground motion so far has been slow."""
+def slow_lengths(step: float) -> tuple[int, int]:
+    """Samples over which the rate is measured, and rates that are kept."""
+    return max(round(SPAN / step), 1), round(GROWTH / step) + 1
 
-    # A building that is stiff for a ground motion follows it, with little deformation and no more
-    # acceleration than the ground's. One that has become soft under it cannot be stiffened any
-    # more: an isolator that stiffens while it is deformed jolts the building. So it starts stiff,
-    # and is released for good as soon as the ground shows a short period.
-    # The period of the motion is that of the sinusoid with its peaks: 2 pi times the peak
-    # acceleration over the peak rate of acceleration.
-    # step: From one sample to the next, s.
-    # limit: Shortest period that is slow, s.
 
-    def __init__(self, step: float, limit: float):
-        self._limit = limit
-        self._span = max(round(SPAN / step), 1)
-        self._time = self._span * step
-        self._samples: list[NDArray] = []
-        self._rates = [0.0] * (round(GROWTH / step) + 1)
-        self._peak = 0.0
-        self._released = limit == 0.0
-
-    def follow(self, sample: NDArray, floors: float = 0.0) -> bool:
-        """Take one more sample into account."""
-        # before the first sample the ground was at rest
-        full = len(self._samples) == self._span
-        before = self._samples[0] if full else np.zeros_like(sample)
-        rate = float(np.linalg.norm(sample - before)) / self._time
-        self._samples = [*self._samples, sample.copy()][-self._span :]
-        self._rates = [*self._rates[1:], max(self._rates[-1], rate)]
-        self._peak = max(self._peak, float(np.linalg.norm(sample)))
-        around = 2.0 * np.pi * self._peak
-        short = around < self._limit * self._rates[0]
-        shorter = around < FAST * self._limit * self._rates[-1]
-        amplified = floors > AMPLIFIED * self._peak
-        self._released |= self._peak > TRIGGER and (short or shorter or amplified)
-        return self._peak > FELT and not self._released
+def follow_slow(
+    sample: NDArray, floors: float, step: float, limit: float, samples: NDArray, rates: NDArray,
+    state: NDArray,
+) -> bool:  # fmt: skip
+    """Whether all of the ground motion has been slow, with one more sample taken into account."""
+    # limit: shortest period that is slow, s; 0 for none. samples, (n, n_directions): the last ones,
+    # at rest before the first; rates: the last ones; state: peak, and 1 once it is released
+    last = samples.shape[0] - 1
+    square, change = 0.0, 0.0
+    for d in range(samples.shape[1]):
+        square += sample[d] * sample[d]
+        moved = sample[d] - samples[0, d]
+        change += moved * moved
+        for k in range(last):
+            samples[k, d] = samples[k + 1, d]
+        samples[last, d] = sample[d]
+    rate = math.sqrt(change) / ((last + 1) * step)
+    newest = len(rates) - 1
+    for k in range(newest):
+        rates[k] = rates[k + 1]
+    rates[newest] = max(rates[newest], rate)
+    peak = state[0] = max(state[0], math.sqrt(square))
+    around = 2.0 * math.pi * peak
+    short = around < limit * rates[0]
+    shorter = around < FAST * limit * rates[newest]
+    if limit == 0.0 or (peak > TRIGGER and (short or shorter or floors > AMPLIFIED * peak)):
+        state[1] = 1.0
+    return peak > FELT and state[1] == 0.0

@@ -1,8 +1,8 @@
 """C99 from compiled Python: the subset of the language that Numba compiles here.
 
-Numbers, arrays of them, slices of flat arrays of float64, tuples, and functions on these. Types are
-inferred from the arguments of the first call. A slice is a pointer and a length, and is cut off
-where Python cuts it off. Nothing is allocated.
+Numbers, arrays of them, slices of flat arrays of float64, rows of arrays of several axes, tuples,
+and functions on these. Types are inferred from the arguments of the first call. A slice is a
+pointer and a length, and is cut off where Python cuts it off. Nothing is allocated.
 """
 
 from __future__ import annotations
@@ -268,12 +268,11 @@ class _Function:
                     self._infer(getattr(node, block, []))
 
     def _note(self, target: ast.expr, kind: Kind) -> None:
-        if isinstance(target, ast.Name):
+        if isinstance(target, ast.Name) and target.id != "_":
             self.kinds[target.id] = _joined(self.kinds.get(target.id), kind)
         elif isinstance(target, ast.Tuple):
             for part, own in zip(target.elts, kind, strict=True):
-                if ast.unparse(part) != "_":
-                    self._note(part, own)
+                self._note(part, own)
 
     # statements
 
@@ -322,7 +321,15 @@ class _Function:
     def _assign(self, node: ast.Assign, depth: int) -> None:
         target = node.targets[0]
         if isinstance(target, ast.Subscript) and ast.unparse(target.slice) == ":":
-            there, here = (self._expression(each)[0] for each in (target.value, node.value))
+            (there, kind), (here, own) = map(self._expression, (target.value, node.value))
+            if own in NUMBERS:
+                sizes = [f"{there}.n[{k}]" for k in range(_axes(kind))]
+                n = f"{there}.n" if kind == "a" else " * ".join(sizes)
+                self.count += 1
+                i, stop = f"i{self.count}_", f"n{self.count}_"
+                self._put(depth, f"for (long {i} = 0, {stop} = {n}; {i} < {stop}; ++{i})")
+                self._put(depth + 1, f"{there}.p[{i}] = {here};")
+                return
             self._put(depth, f"memcpy({there}.p, {here}.p, (size_t){there}.n * sizeof(double));")
             return
         if len(node.targets) == 1 and not isinstance(target, ast.Tuple):
@@ -346,8 +353,8 @@ class _Function:
         for place in node.targets:
             parts = place.elts if isinstance(place, ast.Tuple) else [place]
             for part, (value, own) in zip(parts, values, strict=True):
-                if place is not part and ast.unparse(part) == "_":
-                    continue
+                if isinstance(part, ast.Name) and part.id == "_":
+                    continue  # a value that nothing uses
                 there, requested = self._expression(_loaded(part))
                 self._put(depth + 1, f"{there} = {self._converted(value, own, requested)};")
         self._put(depth, "}")
@@ -382,7 +389,8 @@ class _Function:
         i, stop = f"i{self.count}_", f"n{self.count}_"
         rise = f"{i} > {stop}; --{i}" if down else f"{i} < {stop}; ++{i}"
         self._put(depth, f"for (long {i} = {begin}, {stop} = {end}; {rise}) {{")
-        self._put(depth + 1, f"{_c(ast.unparse(node.target))} = {i};")
+        if ast.unparse(node.target) != "_":
+            self._put(depth + 1, f"{_c(ast.unparse(node.target))} = {i};")
         self._block(node.body, depth + 1)
         self._put(depth, "}")
 
@@ -517,17 +525,33 @@ class _Function:
         if isinstance(kind, tuple) and isinstance(at, ast.Constant) and isinstance(at.value, int):
             return f"{text}.f{at.value}", kind[at.value]
         places = at.elts if isinstance(at, ast.Tuple) else [at]
-        if _axes(kind) != len(places) or any(
+        axes = _axes(kind)
+        if axes < len(places) or any(
             isinstance(place, (ast.UnaryOp, ast.Slice)) for place in places
         ):
             raise self._no_form(node)
         index = self._expression(places[0])[0]
         for axis, place in enumerate(places[1:], 1):
             index = f"({index} * {text}.n[{axis}] + {self._expression(place)[0]})"
-        return f"{text}.p[{_bare(index)}]", "d" if kind == "a" else kind[0]
+        if len(places) == axes:
+            return f"{text}.p[{_bare(index)}]", "d" if kind == "a" else kind[0]
+        # the places left are an array of fewer axes
+        sizes = [f"{text}.n[{axis}]" for axis in range(len(places), axes)]
+        return self._view(kind[0], f"{text}.p + {' * '.join([index, *sizes])}", sizes)
+
+    def _view(self, element: str, begin: str, sizes: Sequence[str]) -> tuple[str, Kind]:
+        """Array of several axes, or of one, from the place of its first number."""
+        kind = array_kind(element, len(sizes))
+        lengths = sizes[0] if kind == "a" else f"{{{', '.join(sizes)}}}"
+        return f"({self.module.type_of(kind)}){{{begin}, {lengths}}}", kind
 
     def _call(self, node: ast.Call) -> tuple[str, Kind]:
         name = ast.unparse(node.func)
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
+            text, kind = self._expression(node.func.value)
+            sizes = node.args[0].elts if isinstance(node.args[0], ast.Tuple) else node.args
+            lengths = [self._expression(size)[0] for size in sizes]
+            return self._view("d" if kind == "a" else kind[0], f"{text}.p", lengths)
         if name in ("unsigned", "np.int64"):
             return self._expression(node.args[0])
         if name in self.module.external:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..errors import InputError, unknown_name
 from ..simulation.control import CoilDriver, CompiledDecision, RunContext, Sensors
 from ..simulation.run import prepared, simulate
@@ -43,6 +45,11 @@ class Decided:
     context: RunContext
 
     @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of what it is given: what it measures, then whatever is known besides."""
+        return (*self.context.outputs, *self.compiled.inputs)
+
+    @property
     def entered(self) -> str:
         """Function of the module that decides."""
         functions = [n for n in ast.parse(self.text).body if isinstance(n, ast.FunctionDef)]
@@ -68,7 +75,8 @@ def decided(job: Job, label: str) -> Decided:
             f"{label} is an open loop, whose currents are known before; expected: a controller "
             "that decides by what it measures"
         )
-    if lane.compiled is None or lane.compiled.text is None:
+    compiled = lane.compiled or controller.compiled(lane.context)
+    if compiled is None or compiled.text is None:
         raise InputError(
             f"{label} has no compiled decision to write out; expected: a "
             "controllers.compiled.CompiledController, such as on_off or clipped_lqg"
@@ -76,7 +84,7 @@ def decided(job: Job, label: str) -> Decided:
     name = re.sub(r"\W", "_", label)
     name = f"_{name}" if name[0].isdigit() else name
     title = f"{getattr(controller, 'title', '') or label}, {job.isolated.structure.name}"
-    return Decided(name, title, lane.compiled, lane.compiled.text(), lane.context)
+    return Decided(name, title, compiled, compiled.text(), lane.context)
 
 
 def controller_files(job: Job, label: str) -> dict[str, str]:
@@ -92,8 +100,8 @@ def controller_files(job: Job, label: str) -> dict[str, str]:
 def _header(result: Decided) -> str:
     name, context = result.name, result.context
     low, high = context.low, context.high
-    n_outputs, n_coils = len(context.outputs), len(low)
-    measured = [f" *   measured[{k}]: {output}" for k, output in enumerate(context.outputs)]
+    n_outputs, n_coils = len(result.inputs), len(low)
+    measured = [f" *   measured[{k}]: {output}" for k, output in enumerate(result.inputs)]
     commands = [
         f" *   command[{c}]: current of coil {c}, A, {low[c]:g} to {high[c]:g}"
         for c in range(n_coils)
@@ -133,8 +141,10 @@ def _source(result: Decided) -> str:
     n_settings, n_memory, n_coils = len(compiled.settings), len(compiled.memory), len(context.low)
     arrays = {"SETTINGS": compiled.settings, "AT_REST": compiled.memory,
               "LOW": context.low, "HIGH": context.high}  # fmt: skip
+    # C fills the rest with zeros
     constants = [
-        f"static const double {key}[{max(len(values), 1)}] = {{\n    {numbers(values)}\n}};"
+        f"static const double {key}[{max(len(values), 1)}] = {{\n"
+        f"    {numbers(np.trim_zeros(values, 'b'))}\n}};"
         for key, values in arrays.items()
     ]
     return "\n".join([
@@ -155,7 +165,7 @@ def _source(result: Decided) -> str:
         "/* Settings and measurements are read only: the casts are for a type that serves all. */",
         f"void {name}_step({name}_state *state, double t, const double *measured, double *command)",
         "{",
-        f"    array seen = {{0, {len(context.outputs)}}}, settings = {{0, {n_settings}}};",
+        f"    array seen = {{0, {len(result.inputs)}}}, settings = {{0, {n_settings}}};",
         f"    array memory = {{0, {n_memory}}}, wanted = {{0, {n_coils}}};",
         "    seen.p = (double *)measured;",
         "    settings.p = (double *)SETTINGS;",

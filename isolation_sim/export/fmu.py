@@ -45,7 +45,7 @@ def controller_part(job: Job, label: str) -> Part:
     files = {k: v for k, v in controller_files(job, label).items() if not k.endswith("_run.c")}
     commands = tuple(f"coil{c}_command_A" for c in range(len(result.context.low)))
     context = result.context
-    return Part(result.name, result.title, files, context.outputs, commands, context.period, True)
+    return Part(result.name, result.title, files, result.inputs, commands, context.period, True)
 
 
 def write_fmu(part: Part, path: str | Path, version: str = "2.0") -> Path:

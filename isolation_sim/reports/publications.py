@@ -178,10 +178,9 @@ PUBLICATIONS = {
         "optimization in optimal feedback control, SIAM Journal on Control and Optimization 43 "
         "(2005) 1714-1736."
     ),
-    "Arnström et al. 2022": (
-        "D. Arnström, A. Bemporad, D. Axehill, A dual active-set solver for embedded quadratic "
-        "programming using recursive LDL^T updates, IEEE Transactions on Automatic Control 67 "
-        "(2022) 4362-4369."
+    "Goldfarb and Idnani 1983": (
+        "D. Goldfarb, A. Idnani, A numerically stable dual method for solving strictly convex "
+        "quadratic programs, Mathematical Programming 27 (1983) 1-33."
     ),
     "Narasimhan et al. 2006": (
         "S. Narasimhan, S. Nagarajaiah, E. A. Johnson, H. P. Gavin, Smart base-isolated "

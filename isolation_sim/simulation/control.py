@@ -141,6 +141,8 @@ class CompiledDecision:
     keep: Any  # Whatever must stay alive while the address is in use
     # Returns the whole source of the decision, for a translation into another language
     text: Callable[[], str] | None = None
+    # Names of what it is given after the measurements; a run gives nothing more
+    inputs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

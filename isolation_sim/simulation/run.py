@@ -172,6 +172,11 @@ def prepared(
     controller.reset(context)
     schedule = controller.schedule(context)
     compiled = None if schedule is not None else controller.compiled(context)
+    # decisions that are reported on, or that are given more than measurements, are made outside
+    if compiled is not None and (
+        compiled.inputs or (alone and getattr(controller, "report", None))
+    ):
+        compiled = None
     return Lane(isolated, records, coils, context, schedule, compiled)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.mpc import MPC
+from controllers.predictive.decision import ACCELERATION_AHEAD, MOTION_SEEN, PLAN, STATES_THEN
 from isolation_sim.structures import IsolatedStructure
 
 ALONE = {
@@ -73,13 +74,13 @@ class Kept(MPC):
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, and keep what it was about."""
-        before = float(self.commands[0, 0])
+        before = float(self.kept(PLAN)[0, 0])
         command = super().current(t, measurement)
         if self.first < len(self.report.seconds) <= self.first + self.count:
-            motion = 2 * self.prediction.nominal.structure.n_dofs
+            motion = len(self.kept(MOTION_SEEN))
             measured = np.array(measurement, dtype=float)
-            state = np.concatenate([measured[:motion], self._states[0], measured[-1:]])
-            ground, took = self._ground.acceleration[:, 0].copy(), self.report.seconds[-1]
+            state = np.concatenate([measured[:motion], self.kept(STATES_THEN)[0], measured[-1:]])
+            ground, took = self.kept(ACCELERATION_AHEAD)[0].copy(), self.report.seconds[-1]
             self.cases.append(Case(state, ground, self.units[:2], before, float(command[0]), took))
         return command
 
@@ -105,7 +106,7 @@ class DoMPC:
             warnings.simplefilter("ignore")
             import do_mpc
 
-        self.steps = len(one.commands)
+        self.steps = len(one.kept(PLAN))
         lag, slew, low, high = one.coils[0, :4]
         element, n = plant.elements[0], plant.structure.n_dofs
         inverse = np.linalg.inv(plant.structure.mass)
@@ -133,7 +134,7 @@ class DoMPC:
             relative = accelerations(state) - plant.structure.influence[:, 0] * ground
             return casadi.vertcat(v, relative, *element.device.rates(*given), (u - given[-1]) / lag)
 
-        h = one.step
+        h = one.period
         k1 = rate(x, 0.0)
         k2 = rate(x + h / 2 * k1, 0.5)
         k3 = rate(x + h / 2 * k2, 0.5)

@@ -36,13 +36,15 @@ class Watched(MPC):
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
-        self.kept: list[tuple[list[np.ndarray], np.ndarray]] = []
+        self.programmes: list[tuple[list[np.ndarray], np.ndarray]] = []
 
-    def _solved(self, *programme: Any) -> tuple:
-        answer = super()._solved(*programme)
-        if len(self.report.seconds) % EVERY == 0:
-            self.kept.append(([np.array(part) for part in programme], np.array(answer[0])))
-        return answer
+    def current(self, t: float, measurement: Any) -> np.ndarray:
+        """Decide, and keep every so often what was solved."""
+        command = super().current(t, measurement)
+        if self.report.iterations[-1] and len(self.report.seconds) % EVERY == 0:
+            programme, x = self.programme()
+            self.programmes.append(([part.copy() for part in programme], x.copy()))
+        return command
 
 
 def tight_solution(programme: list, start: np.ndarray) -> np.ndarray:
@@ -71,7 +73,7 @@ def decisions(isolated: Any, record: Record, **settings: Any) -> None:
     one = Watched(**settings)
     run = iso.simulate(isolated, record, one, driver=DRIVER)
     moves, costs, outside = [], [], 0.0
-    for programme, x in one.kept:
+    for programme, x in one.programmes:
         hessian, gradient, rows, upper, lower = programme
         other = tight_solution(programme, x)
         a, b = (v @ hessian @ v / 2 + gradient @ v for v in (x, other))

@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def job():
     controllers = {
         label: iso.controller(label.split()[0], **settings) for label, settings in CASES.items()
     }
-    controllers |= {name: iso.controller(name) for name in ("mpc", "passive_on")}
+    controllers["passive_on"] = iso.controller("passive_on")
     # until the current map has been asked where the force hardly depends on the current
     record = el_centro_1940().cut(1.0, 6.5)
     return Job("", isolated, (record,), controllers, {"driver": iso.CoilDriver(lag=0.02)})
@@ -131,11 +132,53 @@ def test_the_command_writes_the_files(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("label", "said"), [("mpc", "has no compiled decision"), ("passive_on", "is an open loop")]
+    ("controller", "said"),
+    [
+        (iso.controller("mpc", deadline=0.01), "has no compiled decision"),
+        (iso.controller("passive_on"), "is an open loop"),
+    ],
 )
-def test_what_has_no_form_in_c_is_refused(label, said, job):
+def test_what_has_no_form_in_c_is_refused(controller, said, job):
     with pytest.raises(InputError, match=said):
-        controller_files(job, label)
+        controller_files(replace(job, controllers={"it": controller}), "it")
+
+
+@pytest.mark.parametrize(
+    ("settings", "driver"),
+    [
+        ({}, iso.CoilDriver(lag=0.05, slew=60.0, high=3.0)),
+        # a jump of the current shows in the accelerations; the ground motion ahead is an input
+        ({"preview": 0.4}, iso.CoilDriver(high=3.0)),
+        ({"filter": "extended", "learning": 20.0}, iso.CoilDriver(lag=0.05, high=3.0)),
+    ],
+    ids=["bare", "preview", "observer"],
+)
+def test_predictive_control_in_c_decides_as_in_the_simulation(settings, driver, job, tmp_path):
+    controller = iso.controller("mpc", **settings)
+    case = replace(job, controllers={"mpc": controller}, options={"driver": driver})
+    files = controller_files(case, "mpc")
+    assert "malloc" not in files["mpc.c"]
+    inputs = re.findall(r"measured\[\d+\]: (\S+)", files["mpc.h"])
+    known = [name for name in inputs if "_in_" in name]
+    # every 5 ms of the preview time
+    assert len(known) == (80 if "preview" in settings else 0)
+    assert not known or known[-1] == "ground_acceleration_in_400_ms_m_s2"
+    program, rows, decide = compiled_program(files, tmp_path), [], controller.current
+
+    def watched(t, measurement):
+        command = decide(t, measurement)
+        rows.append([t, *controller.step.measured.tolist()])
+        return command
+
+    controller.current = watched
+    delay = iso.Sensors(delay=0.02) if "filter" in settings else iso.Sensors()
+    run = iso.simulate(job.isolated, job.records, controller, driver=driver, sensors=delay)
+    given = "\n".join(" ".join(map(repr, row)) for row in rows)
+    done = subprocess.run([program], input=given, capture_output=True, text=True, check=True)
+    found = np.array([line.split() for line in done.stdout.splitlines()], float)
+    assert np.ptp(found) > 1.0 and controller.report.failed == 0
+    np.testing.assert_allclose(found, run.command[: len(found)], rtol=0, atol=1e-12)
+    print(f"mpc {settings}: {done.stderr.strip()}")
 
 
 PYTHON = '''

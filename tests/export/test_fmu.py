@@ -15,7 +15,7 @@ fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 
 VERSIONS = ("2.0", "3.0")
-LABELS = ("on_off", "clipped_lqg")
+LABELS = ("on_off", "clipped_lqg", "mpc")
 
 
 @pytest.fixture(scope="module")
