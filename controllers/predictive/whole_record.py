@@ -261,44 +261,116 @@ class WholeRecord:
         tolerance: float = 1e-5,
     ) -> Optimum:
         """Minimise a weighted sum of peaks."""
-        import casadi
-
-        problem, n_peaks = self._problem, len(self.quantities)
-        options: dict[str, Any] = {
-            "ipopt.max_iter": iterations, "ipopt.tol": tolerance, "ipopt.print_level": 0,
-            "print_time": False, "ipopt.sb": "yes", **_FROM_THE_START,
-        }  # fmt: skip
-        solver = casadi.nlpsol("whole_record", "ipopt", problem, options)
         x0 = self.packed(self.guess) if start is None else start
-        low, high = np.full(len(x0), -np.inf), np.full(len(x0), np.inf)
-        at = 0
+        low, high = self._box(bounds or {})
+        w = self._scaled(weights)
+        solver = _interior_point("whole_record", self._problem, iterations, tolerance)
+        lowest, highest = self._ends()
+        solved = solver(x0=x0, p=w, lbx=low, ubx=high, lbg=lowest, ubg=highest)
+        return self._optimum(np.asarray(solved["x"]).ravel(), w, solver.stats())
+
+    def _scaled(self, weights: Mapping[str, float]) -> NDArray:
+        """Weights of the peaks as the programme scales them."""
+        return np.array([weights.get(q, 0.0) for q in self.quantities]) * self.peaks_of_start
+
+    def _ends(self) -> tuple[NDArray, NDArray]:
+        """Limits of the programme's constraints."""
+        high = np.concatenate([np.zeros(self._n_equal), np.full(self._n_within, np.inf)])
+        return np.zeros(len(high)), high
+
+    def _box(self, bounds: Mapping[str, float]) -> tuple[NDArray, NDArray]:
+        """Limits of the scaled variables: coils, state at the start, and bounds of the peaks."""
+        low: list[NDArray] = []
+        high: list[NDArray] = []
         for name in _VARIABLES:
-            count = self.guess[name].size
-            size, scale = self.sizes[name], self.scale[name]
+            size, guess = self.sizes[name], self.guess[name] / self.scale[name][:, np.newaxis]
+            least, most = np.full_like(guess, -np.inf), np.full_like(guess, np.inf)
             if name in "iu":
-                repeat = count // size
-                low[at : at + count] = np.tile(self.coils[:, 2] / scale, repeat)
-                high[at : at + count] = np.tile(self.coils[:, 3] / scale, repeat)
-            if name in "zsi":
-                low[at : at + size] = high[at : at + size] = self.guess[name][:, 0] / scale
-            at += count
-        low[-n_peaks:] = 0.0
-        for k, quantity in enumerate(self.quantities):
-            if bounds and quantity in bounds:
-                high[at + k] = bounds[quantity] / self.peaks_of_start[k]
-        w = np.array([weights.get(q, 0.0) for q in self.quantities]) * self.peaks_of_start
-        ends = np.concatenate([np.zeros(self._n_equal), np.full(self._n_within, np.inf)])
-        solved = solver(x0=x0, p=w, lbx=low, ubx=high, lbg=0.0 * ends.clip(max=0), ubg=ends)
-        x = np.asarray(solved["x"]).ravel()
-        stats = solver.stats()
-        result = (x[-n_peaks:] * self.peaks_of_start).tolist()
-        peaks = dict(zip(self.quantities, result, strict=True))
+                least[:], most[:] = (self.coils[:, [2, 3]] / self.scale[name][:, np.newaxis]).T[
+                    ..., np.newaxis
+                ]
+            if name in "zsi" and size:
+                least[:, 0] = most[:, 0] = guess[:, 0]
+            low.append(least.ravel(order="F"))
+            high.append(most.ravel(order="F"))
+        most = [bounds.get(q, np.inf) for q in self.quantities] / self.peaks_of_start
+        return np.concatenate([*low, np.zeros(len(most))]), np.concatenate([*high, most])
+
+    @property
+    def _commands(self) -> slice:
+        """Place of the commands among the variables."""
         before = sum(self.guess[k].size for k in _VARIABLES[: _VARIABLES.index("u")])
-        u = x[before : before + self.guess["u"].size].reshape(-1, self.sizes["u"])
-        u = np.clip(u * self.scale["u"], self.coils[:, 2], self.coils[:, 3])
+        return slice(before, before + self.guess["u"].size)
+
+    def _optimum(self, x: NDArray, w: NDArray, stats: Mapping[str, Any]) -> Optimum:
+        """Solution in SI units."""
+        peaks = x[-len(self.quantities) :]
+        u = x[self._commands].reshape(-1, self.sizes["u"]) * self.scale["u"]
         return Optimum(
-            u, peaks, float(w @ x[-n_peaks:]), stats["iter_count"], stats["return_status"], x
-        )
+            np.clip(u, self.coils[:, 2], self.coils[:, 3]),
+            dict(zip(self.quantities, (peaks * self.peaks_of_start).tolist(), strict=True)),
+            float(w @ peaks), stats["iter_count"], stats["return_status"], x,
+        )  # fmt: skip
+
+
+def solve_together(
+    problems: Sequence[WholeRecord],
+    weights: Sequence[Mapping[str, float]],
+    references: Sequence[float],
+    shared: Sequence[int],
+    iterations: int = 300,
+    tolerance: float = 1e-5,
+) -> list[Optimum]:
+    """Minimise the largest weighted sum of peaks over its reference, first commands being shared.
+
+    ``shared``: commands that a problem has in common with the first one. Rockafellar and Wets 1991:
+    scenarios and the nonanticipativity of decisions.
+    """
+    import casadi
+
+    worst = casadi.MX.sym("worst")
+    w = [one._scaled(own) for one, own in zip(problems, weights, strict=True)]
+    objective, constraints, lowest, highest, excesses = worst, [], [], [], []
+    first = problems[0]._problem["x"][problems[0]._commands]
+    for one, own, reference, n in zip(problems, w, references, shared, strict=True):
+        x, n_shared = one._problem["x"], n * one.sizes["u"]
+        objective += casadi.substitute(one._problem["f"], one._problem["p"], np.zeros(len(own)))
+        excess = casadi.dot(casadi.DM(own), x[-len(own) :]) - reference
+        apart = x[one._commands][:n_shared] - first[:n_shared]
+        constraints += [one._problem["g"], worst - excess, apart]
+        low, high = one._ends()
+        lowest += [low, np.zeros(1 + n_shared)]
+        highest += [high, [np.inf], np.zeros(n_shared)]
+        excesses.append(own.sum() - reference)
+    programme = {
+        "x": casadi.vertcat(*[one._problem["x"] for one in problems], worst), "f": objective,
+        "g": casadi.vertcat(*constraints),
+    }  # fmt: skip
+    boxes = [one._box({}) for one in problems]
+    solver = _interior_point("together", programme, iterations, tolerance)
+    solved = solver(
+        x0=np.concatenate([*(one.packed(one.guess) for one in problems), [max(excesses)]]),
+        lbx=np.concatenate([*(low for low, _ in boxes), [-np.inf]]),
+        ubx=np.concatenate([*(high for _, high in boxes), [np.inf]]),
+        lbg=np.concatenate(lowest),
+        ubg=np.concatenate(highest),
+    )
+    ends = np.cumsum([len(low) for low, _ in boxes])
+    parts = np.split(np.asarray(solved["x"]).ravel(), ends)
+    given = zip(problems, parts, w, strict=False)
+    return [one._optimum(x, own, solver.stats()) for one, x, own in given]
+
+
+def _interior_point(
+    name: str, programme: Mapping[str, Any], iterations: int, tolerance: float
+) -> Any:
+    import casadi
+
+    options: dict[str, Any] = {
+        "ipopt.max_iter": iterations, "ipopt.tol": tolerance, "ipopt.print_level": 0,
+        "print_time": False, "ipopt.sb": "yes", **_FROM_THE_START,
+    }  # fmt: skip
+    return casadi.nlpsol(name, "ipopt", dict(programme), options)
 
 
 def _along(row: NDArray, vector: Any) -> Any:
