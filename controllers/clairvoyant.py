@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ DISPLACEMENT, ACCELERATION, DRIFT = (
 """Whose peaks may be weighted; names as in ``isolation_sim.criteria``."""
 EQUALLY = {DISPLACEMENT: 1.0, ACCELERATION: 1.0}
 """The weighted peaks that controllers are compared by."""
+ITERATIONS = 300
+"""Most iterations of the interior-point method."""
 _TRIFLE = 0.02
 """Weight of the other peak at an end of the Pareto front, so that it is not worse than need be."""
 _WITHIN = 1.001
@@ -76,8 +78,8 @@ class Bound:
         Peaks of the same commands in the engine, SI units.
     score : float
         Weighted sum of the certified peaks, each relative to its value without current.
-    status : str
-        How the interior-point method ended.
+    solved : bool
+        Whether the interior-point method ended within its tolerance.
     run : Run
         The engine's run.
     """
@@ -87,7 +89,7 @@ class Bound:
     predicted: dict[str, float]
     certified: dict[str, float]
     score: float
-    status: str
+    solved: bool
     run: Run
 
     @property
@@ -99,7 +101,7 @@ class Bound:
 @checked
 def bound(
     plant: Plant, weights: Mapping[str, float] = EQUALLY, period: float | None = None,
-    starts: int = 2, roughness: float = 1e-3, iterations: int = 300,
+    starts: int = 2, roughness: float = 1e-3, iterations: int = ITERATIONS,
 ) -> Bound:  # fmt: skip
     """Minimise weighted peaks over the commands of a whole ground motion.
 
@@ -142,9 +144,11 @@ def _bound(
     plant: Plant, weights: tuple[tuple[str, float], ...], period: float | None, starts: int,
     roughness: float, iterations: int,
 ) -> Bound:  # fmt: skip
-    result, objective = [], dict(weights)
-    for problem in _problems(plant, starts, period, roughness, tuple(objective)):
-        optimum = problem.solve(_absolute(plant, objective), iterations=iterations)
+    objective = dict(weights)
+    problem = _problem(plant, period, roughness, tuple(objective), iterations)
+    absolute, result = _absolute(plant, objective), []
+    for run in _starts(plant, starts):
+        optimum = problem.solve(run, absolute)
         result.append(_certified(plant, problem, objective, optimum))
     return min(result, key=lambda one: one.score)
 
@@ -184,29 +188,30 @@ def pareto(
     """
     if n < 2:
         raise InputError(f"pareto: n is {n}; expected: 2 or more")
-    problems = _problems(plant, starts, period, roughness, (DISPLACEMENT, ACCELERATION))
-    problem = problems[-1]
+    problem = _problem(plant, period, roughness, (DISPLACEMENT, ACCELERATION), ITERATIONS)
+    runs = _starts(plant, starts)
     weights = {
         peak: _absolute(plant, {DISPLACEMENT: _TRIFLE, ACCELERATION: _TRIFLE} | {peak: 1.0})
         for peak in (DISPLACEMENT, ACCELERATION)
     }
     result: list[Bound] = []
 
-    def solved(peak: str, start: NDArray, most: float = np.inf) -> tuple[Bound, NDArray]:
-        optimum = problem.solve(weights[peak], {DISPLACEMENT: most}, start)
+    def solved(
+        peak: str, run: Run, start: NDArray | None = None, most: float = np.inf
+    ) -> tuple[Bound, Run, NDArray]:
+        optimum = problem.solve(run, weights[peak], {DISPLACEMENT: most}, start)
         result.append(_certified(plant, problem, EQUALLY, optimum))
-        return result[-1], optimum.variables
+        return result[-1], run, optimum.variables
 
-    first = [problem.packed(one.guess) for one in problems]
     stiff, gentle = (
-        min((solved(peak, start) for start in first), key=lambda one: one[0].certified[peak])
+        min((solved(peak, run) for run in runs), key=lambda one: one[0].certified[peak])
         for peak in (DISPLACEMENT, ACCELERATION)
     )
-    least, widest = (one.certified[DISPLACEMENT] for one, _ in (stiff, gentle))
+    least, widest = (one.certified[DISPLACEMENT] for one, *_ in (stiff, gentle))
     limits = np.linspace(least, widest, n)
-    for (_, start), inner in ((stiff, limits[1:]), (gentle, limits[-2:0:-1])):
+    for (_, run, start), inner in ((stiff, limits[1:]), (gentle, limits[-2:0:-1])):
         for most in inner:
-            _, start = solved(ACCELERATION, start, float(most))
+            *_, start = solved(ACCELERATION, run, start, float(most))
     front = {}
     for most in limits:
         within = [k for k, b in enumerate(result) if b.certified[DISPLACEMENT] <= most * _WITHIN]
@@ -218,7 +223,8 @@ def pareto(
 @checked
 def causal_bound(
     plants: Sequence[Plant], apart: Sequence[float], references: Sequence[float],
-    period: float | None = None, starts: int = 2, roughness: float = 1e-3, iterations: int = 300,
+    period: float | None = None, starts: int = 2, roughness: float = 1e-3,
+    iterations: int = ITERATIONS,
 ) -> list[Bound]:  # fmt: skip
     """Bound what is possible without preview, by motions that are equal at first.
 
@@ -260,8 +266,6 @@ def causal_bound(
     ----------
     Rockafellar and Wets 1991, Scenarios and policy aggregation in optimization under uncertainty.
     """
-    from .predictive.whole_record import solve_together
-
     first = plants[0].records[0]
     for plant, until in zip(plants, apart, strict=True):
         n = math.floor(until / first.dt * (1 + 1e-9)) + 1
@@ -271,16 +275,15 @@ def causal_bound(
                     f"{own.name} differs from {first.name} before {until:g} s; expected: motions "
                     "that are equal until they part"
                 )
-    of_each = [_problems(one, starts, period, roughness, tuple(EQUALLY)) for one in plants]
+    problem = _problem(plants[0], period, roughness, tuple(EQUALLY), iterations)
     weights = [_absolute(plant, EQUALLY) for plant in plants]
+    # what is measured at the instant of parting is still equal
+    shared = [math.floor(t / first.dt * (1 + 1e-9)) + 1 for t in apart]
     result = []
-    for problems in zip(*of_each, strict=False):
-        step = problems[0].every * first.dt
-        # what is measured at the instant of parting is still equal
-        shared = [0, *(math.floor(t / step * (1 + 1e-9)) + 1 for t in apart[1:])]
-        optima = solve_together(problems, weights, references, shared, iterations)
-        given = zip(plants, problems, optima, strict=True)
-        result.append([_certified(plant, one, EQUALLY, found) for plant, one, found in given])
+    for runs in zip(*(_starts(plant, starts) for plant in plants), strict=False):
+        optima = problem.solve_together(runs, weights, references, shared)
+        given = zip(plants, optima, strict=True)
+        result.append([_certified(plant, problem, EQUALLY, found) for plant, found in given])
 
     def worst(bounds: list[Bound]) -> float:
         return max(b.score - r for b, r in zip(bounds, references, strict=True))
@@ -341,31 +344,39 @@ def _uncontrolled(plant: Plant) -> Run:
     return _simulated(plant, PassiveOff())
 
 
-@lru_cache(maxsize=4)
 def _problem(
-    plant: Plant, level: float, period: float | None, roughness: float, quantities: tuple[str, ...]
-) -> WholeRecord:
-    """The problem, to start from a constant current between lowest (0) and highest (1)."""
-    from .predictive.whole_record import WholeRecord
-
+    plant: Plant, period: float | None, roughness: float, quantities: tuple[str, ...],
+    iterations: int,
+) -> WholeRecord:  # fmt: skip
+    """The problem; motions of one length share it, since building its solver takes a minute."""
     coils = _limits(plant)
     if not len(coils):
         raise InputError("clairvoyant: no element of the structure is driven by a coil")
-    amperes = tuple((coils[:, 2] + level * (coils[:, 3] - coils[:, 2])).tolist())
-    dt = plant.records[0].dt
-    every = 1 if period is None else max(1, round(period / dt))
-    run = _simulated(plant, Prescribed(time=(0.0,), amperes=(amperes,)))
-    return WholeRecord(run, coils, every, quantities, roughness)
+    record = plant.records[0]
+    every = 1 if period is None else max(1, round(period / record.dt))
+    return _whole_record(
+        plant.isolated, record.dt, len(record.acceleration) - 1, tuple(map(tuple, coils)), every,
+        quantities, roughness, iterations,
+    )  # fmt: skip
 
 
-def _problems(
-    plant: Plant, starts: int, period: float | None, roughness: float, quantities: tuple[str, ...]
-) -> list[WholeRecord]:
-    """The problems, to start from constant currents equally spaced from the lowest up."""
-    result = []
-    for k in range(starts):
+@lru_cache(maxsize=4)
+def _whole_record(
+    isolated: IsolatedStructure, dt: float, n: int, coils: tuple[tuple[float, ...], ...],
+    *settings: Any,
+) -> WholeRecord:  # fmt: skip
+    from .predictive.whole_record import WholeRecord
+
+    return WholeRecord(isolated, dt, n, np.array(coils), *settings)
+
+
+def _starts(plant: Plant, count: int) -> list[Run]:
+    """Runs of constant currents, equally spaced from the lowest up."""
+    coils, result = _limits(plant), []
+    for k in range(count):
+        amperes = tuple((coils[:, 2] + k / count * (coils[:, 3] - coils[:, 2])).tolist())
         try:
-            result.append(_problem(plant, k / starts, period, roughness, quantities))
+            result.append(_simulated(plant, Prescribed(time=(0.0,), amperes=(amperes,))))
         except Diverged:
             continue
     if not result:
@@ -387,7 +398,7 @@ def _certified(
     run = _simulated(plant, commands)
     peaks = {q: run.criteria[f"peak_{q}"] for q in optimum.peaks}
     score = sum(w * peaks[q] for q, w in _absolute(plant, weights).items())
-    return Bound(time, optimum.current, optimum.peaks, peaks, score, optimum.status, run)
+    return Bound(time, optimum.current, optimum.peaks, peaks, score, optimum.solved, run)
 
 
 class Clairvoyant(OpenLoop):
@@ -406,7 +417,7 @@ class Clairvoyant(OpenLoop):
 
     name = "clairvoyant"
     title = "Clairvoyant optimum"
-    source = "direct optimal control: Betts 2010; interior point: Wächter and Biegler 2006"
+    source = "direct optimal control: Betts 2010; interior point: Vanroye et al. 2023"
     preview_time = np.inf
 
     displacement_weight: float = setting(

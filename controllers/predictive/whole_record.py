@@ -1,4 +1,4 @@
-"""The best currents for a whole ground motion, by sparse direct optimal control."""
+"""The best currents for a whole ground motion, by direct optimal control."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run
+from isolation_sim.structures import IsolatedStructure
 
 from .interval import propagator
 
 _MIDDLE, _END = (5 / 24, 8 / 24, -1 / 24), (4 / 24, 16 / 24, 4 / 24)
 """Lobatto IIIA: states at the middle and the end of an interval from rates at its three nodes."""
 
-_FROM_THE_START = {
-    "ipopt.mu_init": 1e-5, "ipopt.bound_push": 1e-6, "ipopt.bound_frac": 1e-6,
-    "ipopt.slack_bound_push": 1e-6, "ipopt.slack_bound_frac": 1e-6, "ipopt.mumps_pivot_order": 0,
-}  # fmt: skip
-"""A barrier so low that the optimum next to the start is found, not the one that a high barrier
-leads every start to; and minimum degree ordering, which takes half the time of MUMPS's choice."""
+_BARRIER = 1e-5
+"""So low at first that the optimum next to the start is found, not the one that a high barrier
+leads every start to."""
+_TOLERANCE = 1e-5
 
-_VARIABLES = ("z", "s", "i", "u", "first", "middle", "last", "s_middle")
+_STATES = ("z", "s", "i", "past", "peaks")
+_CONTROLS = ("u", "first", "middle", "last", "s_middle", "s_end")
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Optimum:
     peaks: dict[str, float]  # Peaks that the transcription predicts, by quantity, SI units
     objective: float  # Weighted sum of the peaks
     iterations: int  # Of the interior-point method
-    status: str  # Its own word on how it ended
+    solved: bool  # Whether it ended within its tolerance
     variables: NDArray  # Solution, to start a neighbouring problem from
 
 
@@ -51,8 +51,10 @@ class WholeRecord:
     # points (Lobatto IIIA, fourth order); coil currents follow their commands in closed form. Laws
     # are traced from their one definition. Peaks are taken on both sides of every change of current
     # and at three instants of every interval; what lies in between is left to the certificate.
-    # start: A run of the structure under the ground motion, such as one of a constant current: it
-    # gives the problem its structure, its scales and its first guess.
+    # Every interval is a stage of an optimal control problem: modes, device states, currents, the
+    # last commands and the peaks are its state; commands, forces and what is collocated are its
+    # controls. The solver goes from stage to stage, so that its time grows with their number.
+    # dt, n: Sampling interval (s) of the ground motion, and number of its intervals.
     # coils: (n_channels, 5): Lag (s), slew (A/s), lowest, highest and initial current (A) of each
     # coil.
     # every: Samples from one command to the next.
@@ -60,24 +62,26 @@ class WholeRecord:
     # ``criteria.quantity_rows``.
     # roughness: Weight of the mean square change from command to command, relative to the coil's
     # range, against the weighted peaks: it settles the currents on which no peak depends.
+    # iterations: Most of the interior-point method.
 
     def __init__(
-        self, start: Run, coils: NDArray, every: int, quantities: Sequence[str], roughness: float
-    ):
-        self.start, self.coils, self.every = start, coils, every
+        self, isolated: IsolatedStructure, dt: float, n: int, coils: NDArray, every: int,
+        quantities: Sequence[str], roughness: float, iterations: int,
+    ):  # fmt: skip
+        self.isolated, self.dt, self.n, self.coils, self.every = isolated, dt, n, coils, every
         self.quantities, self.roughness = tuple(quantities), roughness
-        self.isolated = start.isolated
-        self.dt = start.records[0].dt
-        self.ground = np.stack([record.acceleration for record in start.records])
-        self.n = self.ground.shape[1] - 1
-        self.modes, self.outputs = modes_for(self.isolated)
-        ends = np.cumsum([len(e.device.law.states) for e in self.isolated.elements]).tolist()
+        self.iterations = iterations
+        self.modes, self.outputs = modes_for(isolated)
+        ends = np.cumsum([len(e.device.law.states) for e in isolated.elements]).tolist()
         self.own = [slice(a, b) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
-        n_elements, n_channels = len(self.own), len(coils)
+        z, s, i, e = 2 * self.modes.eigenvalues.size, ends[-1], len(coils), len(self.own)
         self.sizes = {
-            "z": 2 * self.modes.eigenvalues.size, "s": ends[-1], "i": n_channels, "u": n_channels,
-            "first": n_elements, "middle": n_elements, "last": n_elements, "s_middle": ends[-1],
+            "z": z, "s": s, "i": i, "past": i, "peaks": len(self.quantities),
+            "u": i, "first": e, "middle": e, "last": e, "s_middle": s, "s_end": s,
         }  # fmt: skip
+        self.n_states = sum(self.sizes[k] for k in _STATES)
+        self.n_given = self.n_states - self.sizes["peaks"]
+        self.n_variables = sum(self.sizes.values())
 
     def _device_side(self, z: Any, s: Any, i: Any) -> tuple[list, list]:
         """Each device's force beyond its reference (N, device scale), and all state rates."""
@@ -100,85 +104,38 @@ class WholeRecord:
         decay = [np.exp(-t / lag) if lag > 0 else 0.0 for lag in self.coils[:, 0]]
         return [u[c] + (i[c] - u[c]) * k for c, k in enumerate(decay)]
 
-    @cached_property
-    def guess(self) -> dict[str, NDArray]:
-        """Variables of the run to start from, (size, n or n + 1)."""
-        run, n = self.start, self.n
+    def guess(self, run: Run) -> dict[str, NDArray]:
+        """Variables of a run, (size, n or n + 1), SI units; peaks relative to the run's own."""
+        n = self.n
         z = run.modal[run.grid.samples].T
         s = np.concatenate([run.states[:, e, : k.stop - k.start].T for e, k in enumerate(self.own)])
-        i, u = run.current.T.copy(), run.command[:-1].T
-        i[:, 0] = self.coils[:, 4]
-        forces = [
+        i, u, initial = run.current.T.copy(), run.command[:-1].T, self.coils[:, 4:]
+        u = np.repeat(u[:, :: self.every], self.every, axis=1)[:, :n]
+        i[:, :1] = initial
+        first, last = (
             np.array(self._device_side(z[:, at], s[:, at], current)[0])
             for at, current in (
                 (slice(0, n), self._coil(i[:, :-1], u, 0.0)), (slice(1, n + 1), i[:, 1:])
             )
-        ]  # fmt: skip
+        )  # fmt: skip
         return {
-            "z": z, "s": s, "i": i, "u": u[:, :: self.every], "first": forces[0],
-            "middle": (forces[0] + forces[1]) / 2, "last": forces[1],
-            "s_middle": (s[:, 1:] + s[:, :-1]) / 2,
+            "z": z, "s": s, "i": i, "past": np.hstack([initial, u]),
+            "peaks": np.ones((self.sizes["peaks"], n + 1)), "u": u, "first": first,
+            "middle": (first + last) / 2, "last": last, "s_middle": (s[:, 1:] + s[:, :-1]) / 2,
+            "s_end": s[:, 1:],
         }  # fmt: skip
 
-    @cached_property
-    def scale(self) -> dict[str, NDArray]:
-        """Size of each variable, (size,): its largest in the run to start from."""
-        forces = np.concatenate([self.guess[k] for k in ("first", "last")], axis=1)
-        sizes = {k: self.guess[k] for k in ("z", "s", "s_middle")}
-        sizes |= dict.fromkeys(("first", "middle", "last"), forces)
-        scale = {k: np.abs(v).max(axis=1, initial=0.0) for k, v in sizes.items()}
-        scale = {k: np.where(v > 1e-6 * v.max(initial=0.0), v, 1.0) for k, v in scale.items()}
-        return scale | dict.fromkeys("iu", self.coils[:, 3] - self.coils[:, 2])
-
-    @cached_property
-    def _step(self) -> Any:
-        """CasADi function: one interval's variables -> scaled defects of its equations."""
-        import casadi
-
-        h, n = self.dt, self.sizes
-        ends = [(name, n[name]) for name in _VARIABLES]
-        ends += [(f"{name}_end", n[name]) for name in "zsi"]
-        ends += [(name, len(self.ground)) for name in ("a", "a_end")]
-        at = {k: casadi.vertcat(*symbols([f"{k}{j}" for j in range(size)])) for k, size in ends}
-        forces = [at[k] for k in ("first", "middle", "last")]
-
-        def carried(t: float) -> Any:
-            step = propagator(self.modes, h, t, 3)
-            moved = casadi.mtimes(casadi.sparsify(casadi.DM(step.decay)), at["z"])
-            for k, force in enumerate(forces):
-                moved += casadi.mtimes(casadi.DM(step.force[:, :, k]), force)
-            for k, name in enumerate(("a", "a_end")):
-                moved += casadi.mtimes(casadi.DM(step.ground[:, :, k]), at[name])
-            return moved
-
-        coil = [casadi.vertcat(*self._coil(at["i"], at["u"], t)) for t in (0.0, h / 2, h)]
-        sides = [
-            self._device_side(at["z"], at["s"], coil[0]),
-            self._device_side(carried(h / 2), at["s_middle"], coil[1]),
-            self._device_side(at["z_end"], at["s_end"], at["i_end"]),
-        ]
-        defects = [(at["z_end"] - carried(h), "z"), (at["i_end"] - coil[2], "i")]
-        for side, force in zip(sides, forces, strict=True):
-            defects.append((casadi.vertcat(*side[0]) - force, "first"))
-        for name, rule in (("s_middle", _MIDDLE), ("s_end", _END)):
-            grown = sum(w * casadi.vertcat(*side[1]) for w, side in zip(rule, sides, strict=True))
-            defects.append((at[name] - at["s"] - h * grown, "s"))
-        scaled = casadi.vertcat(*[d / casadi.DM(self.scale[k]) for d, k in defects])
-        return casadi.Function("step", list(at.values()), [scaled])
-
-    def _inside(self, var: Mapping[str, Any], ground: Any, tau: float) -> tuple[Any, Any]:
-        """Modes and forces at a fraction tau of every interval, (2 n_modes, n), (n_elements, n)."""
-        import casadi
-
-        step = propagator(self.modes, self.dt, tau * self.dt, 3)
-        moved = casadi.mtimes(casadi.sparsify(casadi.DM(step.decay)), var["z"][:, :-1])
-        for k, name in enumerate(("first", "middle", "last")):
-            moved += casadi.mtimes(casadi.DM(step.force[:, :, k]), var[name])
-        for k, a in enumerate((ground[:, :-1], ground[:, 1:])):
-            moved += casadi.mtimes(casadi.DM(step.ground[:, :, k]), a)
-        early, late = 1.0 - tau, 2.0 * tau - 1.0
-        force = -early * late * var["first"] + 4.0 * early * tau * var["middle"]
-        return moved, force + tau * late * var["last"]
+    def scale(self, guess: Mapping[str, NDArray]) -> NDArray:
+        """Size of each variable of a stage, (n_variables,): its largest in a guess."""
+        force = np.concatenate([guess[k] for k in ("first", "last")], axis=1)
+        alike = {"s_middle": "s", "s_end": "s"}
+        scale = {}
+        for k in (*_STATES, *_CONTROLS):
+            of = force if k in ("first", "middle", "last") else guess[alike.get(k, k)]
+            largest = np.abs(of).max(axis=1, initial=0.0)
+            scale[k] = np.where(largest > 1e-6 * largest.max(initial=0.0), largest, 1.0)
+        scale |= dict.fromkeys(("i", "u", "past"), self.coils[:, 3] - self.coils[:, 2])
+        return np.concatenate(list(scale.values()))
 
     def _rows(self, quantity: str) -> tuple[NDArray, NDArray]:
         """Rows of a quantity's items over the modes and over the devices' forces beyond reference.
@@ -193,184 +150,255 @@ class WholeRecord:
         return rows[..., :n] + force @ reference, force
 
     @cached_property
-    def _problem(self) -> Any:
-        """The sparse nonlinear programme; weights and bounds of the peaks are its parameters."""
+    def _stage(self) -> Any:
+        """CasADi function: scaled next state, equations, inequalities and cost of an interval."""
         import casadi
 
-        n, sizes = self.n, self.sizes
-        counts = {k: n for k in _VARIABLES} | dict.fromkeys("zsi", n + 1)
-        counts["u"] = self.guess["u"].shape[1]
-        raw = {k: casadi.MX.sym(k, sizes[k], counts[k]) for k in _VARIABLES}
-        var = {k: casadi.repmat(casadi.DM(self.scale[k]), 1, counts[k]) * v for k, v in raw.items()}
-        peaks = casadi.MX.sym("peaks", len(self.quantities))
-        weights = casadi.MX.sym("weights", len(self.quantities))
-        command = var["u"][:, (np.arange(n) // self.every).tolist()]
-        before = [var[k][:, :-1] if k in "zsi" else var[k] for k in _VARIABLES]
-        before[_VARIABLES.index("u")] = command
-        after = [var[k][:, 1:] for k in "zsi"]
-        a = casadi.DM(self.ground)
-        defects = self._step.map(n)(*before, *after, a[:, :-1], a[:, 1:])
+        h, n_ground = self.dt, len(self.isolated.structure.directions)
+        raw, scale = {}, {}
+        for k in (*_STATES, *_CONTROLS):
+            raw[k], scale[k] = (
+                casadi.vertcat(*symbols([f"{k}{j}{what}" for j in range(self.sizes[k])]))
+                for what in ("", "_scale")
+            )
+        at = {k: raw[k] * scale[k] for k in raw}
+        ground = [
+            casadi.vertcat(*symbols([f"{k}{j}" for j in range(n_ground)])) for k in ("a", "a_end")
+        ]
+        unit = casadi.vertcat(*symbols([f"{q}_peak" for q in self.quantities]))
+        forces = [at[k] for k in ("first", "middle", "last")]
+
+        def carried(t: float) -> Any:
+            step = propagator(self.modes, h, t, 3)
+            moved = casadi.mtimes(casadi.sparsify(casadi.DM(step.decay)), at["z"])
+            for k, force in enumerate(forces):
+                moved += casadi.mtimes(casadi.DM(step.force[:, :, k]), force)
+            for k, a in enumerate(ground):
+                moved += casadi.mtimes(casadi.DM(step.ground[:, :, k]), a)
+            return moved
+
+        def inside(tau: float) -> tuple[Any, Any]:
+            early, late = 1.0 - tau, 2.0 * tau - 1.0
+            force = -early * late * forces[0] + 4.0 * early * tau * forces[1]
+            return carried(tau * h), force + tau * late * forces[2]
+
+        coil = [casadi.vertcat(*self._coil(at["i"], at["u"], t)) for t in (0.0, h / 2, h)]
+        sides = [
+            self._device_side(at["z"], at["s"], coil[0]),
+            self._device_side(carried(h / 2), at["s_middle"], coil[1]),
+            self._device_side(carried(h), at["s_end"], coil[2]),
+        ]
+        following = casadi.vertcat(
+            carried(h) / scale["z"], raw["s_end"], coil[2] / scale["i"], raw["u"], raw["peaks"]
+        )
+        equal = [
+            (casadi.vertcat(*side[0]) - force) / scale["first"]
+            for side, force in zip(sides, forces, strict=True)
+        ]
+        for name, rule in (("s_middle", _MIDDLE), ("s_end", _END)):
+            grown = sum(w * casadi.vertcat(*side[1]) for w, side in zip(rule, sides, strict=True))
+            equal.append((at[name] - at["s"] - h * grown) / scale["s"])
         within: list[Any] = []
         # before a change of current, after the last one, and between them
-        sides = [(var["z"][:, 1:], var["last"]), (var["z"][:, :-1], var["first"])]
-        sides += [self._inside(var, a, tau) for tau in (0.25, 0.5, 0.75)]
-        for k, quantity in enumerate(self.quantities):
+        instants = [(carried(h), forces[2]), (at["z"], forces[0])]
+        instants += [inside(tau) for tau in (0.25, 0.5, 0.75)]
+        for which, quantity in enumerate(self.quantities):
             on_modes, on_force = self._rows(quantity)
-            for z, force in sides if on_force.any() else sides[:1]:
+            for z, force in instants if on_force.any() else instants[:1]:
                 for item in range(len(on_modes)):
                     value = casadi.mtimes(casadi.DM(on_modes[item]), z)
                     value += casadi.mtimes(casadi.DM(on_force[item]), force)
-                    value /= self.peaks_of_start[k]
+                    value /= unit[which]
+                    peak = raw["peaks"][which]
                     if len(on_modes[item]) == 1:
-                        within += [(peaks[k] - value).T, (peaks[k] + value).T]
+                        within += [peak - value, peak + value]
                     else:
-                        within.append((peaks[k] ** 2 - casadi.sum1(value**2)).T)
-        driven = np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist()
-        for c in driven:
+                        within.append(peak**2 - casadi.sumsqr(value))
+        for c in np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist():
             lag, slew = self.coils[c, :2]
-            past = casadi.horzcat(self.coils[c, 4], command[c, :-1])
-            rate = (command[c, :] - (var["i"][c, :-1] if lag > 0 else past)) / (lag or self.dt)
-            within += [(slew - rate).T / slew, (slew + rate).T / slew]
-        inequality = casadi.vertcat(*within)
-        change = casadi.diff(raw["u"], 1, 1)
-        smooth = self.roughness * casadi.sumsqr(change) / max(change.shape[1], 1)
-        x = casadi.vertcat(*[casadi.vec(raw[k]) for k in _VARIABLES], peaks)
-        equality = casadi.vec(defects)
-        self._n_equal, self._n_within = equality.shape[0], inequality.shape[0]
-        return {
-            "x": x, "p": weights, "f": casadi.dot(weights, peaks) + smooth,
-            "g": casadi.vertcat(equality, inequality),
-        }  # fmt: skip
+            rate = at["u"][c] - (at["i"] if lag > 0 else at["past"])[c]
+            rate /= (lag or h) * slew
+            within += [1.0 - rate, 1.0 + rate]
+        smooth = self.roughness / self.n * casadi.sumsqr(raw["u"] - raw["past"])
+        state, control = (
+            casadi.vertcat(*[raw[k] for k in names]) for names in (_STATES, _CONTROLS)
+        )
+        given = casadi.vertcat(*scale.values(), unit)
+        results = [following, casadi.vertcat(*equal), casadi.vertcat(*within), smooth]
+        return casadi.Function("stage", [state, control, *ground, given], results)
 
     @cached_property
-    def peaks_of_start(self) -> NDArray:
-        """Peak of each quantity in the run to start from, SI units."""
-        return np.array([self.start.criteria[f"peak_{q}"] for q in self.quantities])
+    def _programme(self) -> tuple[dict[str, Any], NDArray, list[int]]:
+        """Programme, which of its constraints are equations, and constraints of each stage."""
+        import casadi
+
+        n, n_x, n_given, n_u = self.n, self.n_states, self.n_given, self.sizes["u"]
+        stages = casadi.MX.sym("stages", self.n_variables, n)
+        end = casadi.MX.sym("end", n_x)
+        weights = casadi.MX.sym("weights", self.sizes["peaks"])
+        initial = casadi.MX.sym("initial", n_given)
+        ground = casadi.MX.sym("ground", len(self.isolated.structure.directions), n + 1)
+        units = casadi.MX.sym("units", self.n_variables + self.sizes["peaks"])
+        state = stages[:n_x, :]
+        following, equal, within, smooth = self._stage.map("stages", "serial", n, [4], [])(
+            state, stages[n_x:, :], ground[:, :-1], ground[:, 1:], units
+        )
+        changes = stages[n_x : n_x + n_u, :] - state[n_given - n_u : n_given, :]
+        start = state[:n_given, :] - casadi.repmat(initial, 1, n)
+        carried = casadi.horzcat(state[:, 1:], end) - following
+        blocks = (carried, start, changes, equal, within)
+        applies = np.ones((sum(block.shape[0] for block in blocks), n), bool)
+        applies[n_x : n_x + n_given, 1:] = False
+        applies[n_x + n_given : n_x + n_given + n_u] = np.arange(n) % self.every != 0
+        equation = np.ones_like(applies)
+        equation[len(applies) - within.shape[0] :] = False
+        equation = equation.T[applies.T]
+        problem = {
+            "x": casadi.vertcat(casadi.vec(stages), end),
+            "p": casadi.vertcat(weights, initial, casadi.vec(ground), units),
+            "f": casadi.dot(weights, end[n_given:]) + casadi.sum2(smooth),
+            "g": casadi.vec(casadi.vertcat(*blocks))[np.flatnonzero(applies.T).tolist()],
+        }
+        return problem, equation, applies[n_x:].sum(axis=0).tolist()
+
+    @cached_property
+    def _solver(self) -> Any:
+        import casadi
+
+        problem, equation, counts = self._programme
+        n, n_x = self.n, self.n_states
+        options = {
+            "structure_detection": "manual", "N": n, "nx": [n_x] * (n + 1),
+            "nu": [self.n_variables - n_x] * n + [0],
+            "ng": [*counts, 0], "equality": equation.tolist(),
+            "fatrop": {
+                "print_level": 0, "max_iter": self.iterations, "tolerance": _TOLERANCE,
+                "mu_init": _BARRIER,
+            },
+            "print_time": False,
+        }  # fmt: skip
+        return casadi.nlpsol("whole_record", "fatrop", problem, options)
 
     def packed(self, guess: Mapping[str, NDArray]) -> NDArray:
-        """Scaled variables in the programme's order, the peaks last."""
-        parts = [(guess[k] / self.scale[k][:, np.newaxis]).ravel(order="F") for k in _VARIABLES]
-        return np.concatenate([*parts, np.ones(len(self.quantities))])
+        """Scaled variables of a guess in the programme's order."""
+        scale = self.scale(guess)
+        stages = np.concatenate([guess[k][:, : self.n] for k in (*_STATES, *_CONTROLS)])
+        end = np.concatenate([guess[k][:, self.n] for k in _STATES])
+        return np.append((stages.T / scale).ravel(), end / scale[: self.n_states])
 
     def solve(
         self,
+        start: Run,
         weights: Mapping[str, float],
         bounds: Mapping[str, float] | None = None,
-        start: NDArray | None = None,
-        iterations: int = 300,
-        tolerance: float = 1e-5,
+        variables: NDArray | None = None,
     ) -> Optimum:
-        """Minimise a weighted sum of peaks."""
-        x0 = self.packed(self.guess) if start is None else start
-        low, high = self._box(bounds or {})
-        w = self._scaled(weights)
-        solver = _interior_point("whole_record", self._problem, iterations, tolerance)
-        lowest, highest = self._ends()
-        solved = solver(x0=x0, p=w, lbx=low, ubx=high, lbg=lowest, ubg=highest)
-        return self._optimum(np.asarray(solved["x"]).ravel(), w, solver.stats())
+        """Minimise a weighted sum of peaks under a run's ground motion.
 
-    def _scaled(self, weights: Mapping[str, float]) -> NDArray:
-        """Weights of the peaks as the programme scales them."""
-        return np.array([weights.get(q, 0.0) for q in self.quantities]) * self.peaks_of_start
+        The run gives the scales too, and the first guess where no variables are given.
+        """
+        equation = self._programme[1]
+        x0, given = self._given(start, weights)
+        low, high = self._box(start, bounds or {})
+        solved = self._solver(
+            x0=x0 if variables is None else variables, p=given, lbx=low, ubx=high,
+            lbg=0.0, ubg=np.where(equation, 0.0, np.inf),
+        )  # fmt: skip
+        x = np.asarray(solved["x"]).ravel()
+        return self._optimum(x, start, weights, self._solver.stats())
 
-    def _ends(self) -> tuple[NDArray, NDArray]:
-        """Limits of the programme's constraints."""
-        high = np.concatenate([np.zeros(self._n_equal), np.full(self._n_within, np.inf)])
-        return np.zeros(len(high)), high
+    def solve_together(
+        self, starts: Sequence[Run], weights: Sequence[Mapping[str, float]],
+        references: Sequence[float], shared: Sequence[int],
+    ) -> list[Optimum]:  # fmt: skip
+        """Minimise the largest weighted sum of peaks over its reference, over several motions.
 
-    def _box(self, bounds: Mapping[str, float]) -> tuple[NDArray, NDArray]:
-        """Limits of the scaled variables: coils, state at the start, and bounds of the peaks."""
-        low: list[NDArray] = []
-        high: list[NDArray] = []
-        for name in _VARIABLES:
-            size, guess = self.sizes[name], self.guess[name] / self.scale[name][:, np.newaxis]
-            least, most = np.full_like(guess, -np.inf), np.full_like(guess, np.inf)
-            if name in "iu":
-                least[:], most[:] = (self.coils[:, [2, 3]] / self.scale[name][:, np.newaxis]).T[
-                    ..., np.newaxis
-                ]
-            if name in "zsi" and size:
-                least[:, 0] = most[:, 0] = guess[:, 0]
-            low.append(least.ravel(order="F"))
-            high.append(most.ravel(order="F"))
-        most = [bounds.get(q, np.inf) for q in self.quantities] / self.peaks_of_start
-        return np.concatenate([*low, np.zeros(len(most))]), np.concatenate([*high, most])
+        ``shared``: intervals in which a motion's commands are those of the first one.
+        """
+        import casadi
+
+        problem, equation, _ = self._programme
+        one = casadi.Function("one", [problem["x"], problem["p"]], [problem["f"], problem["g"]])
+        together = casadi.MX.sym("together", problem["x"].shape[0], len(starts))
+        worst = casadi.MX.sym("worst")
+        objective, constraints, guess, boxes, excesses, highest = worst, [], [], [], [], []
+        for k, (run, own) in enumerate(zip(starts, weights, strict=True)):
+            x0, given = self._given(run, own)
+            w = given[: self.sizes["peaks"]].copy()
+            given[: len(w)] = 0.0
+            smooth, equations = one(together[:, k], given)
+            excess = casadi.dot(casadi.DM(w), together[-len(w) :, k]) - references[k]
+            commands = self._commands[: shared[k] : self.every].ravel().tolist() if k else []
+            objective += smooth
+            constraints += [
+                equations,
+                worst - excess,
+                together[commands, k] - together[commands, 0],
+            ]
+            highest += [np.where(equation, 0.0, np.inf), [np.inf], np.zeros(len(commands))]
+            guess.append(x0)
+            boxes.append(self._box(run, {}))
+            excesses.append(float(w.sum()) - references[k])
+        options = {
+            "ipopt.max_iter": self.iterations, "ipopt.tol": _TOLERANCE, "ipopt.print_level": 0,
+            "ipopt.mu_init": _BARRIER, "ipopt.bound_push": 1e-6, "ipopt.bound_frac": 1e-6,
+            "ipopt.slack_bound_push": 1e-6, "ipopt.slack_bound_frac": 1e-6,
+            "ipopt.mumps_pivot_order": 0, "ipopt.sb": "yes", "print_time": False,
+        }  # fmt: skip
+        programme = {
+            "x": casadi.vertcat(casadi.vec(together), worst), "f": objective,
+            "g": casadi.vertcat(*constraints),
+        }  # fmt: skip
+        solver = casadi.nlpsol("together", "ipopt", programme, options)
+        solved = solver(
+            x0=np.concatenate([*guess, [max(excesses)]]),
+            lbx=np.concatenate([*(low for low, _ in boxes), [-np.inf]]),
+            ubx=np.concatenate([*(high for _, high in boxes), [np.inf]]),
+            lbg=0.0, ubg=np.concatenate(highest),
+        )  # fmt: skip
+        parts = np.asarray(solved["x"]).ravel()[:-1].reshape(len(starts), -1)
+        given_runs = zip(parts, starts, weights, strict=True)
+        return [self._optimum(x, run, own, solver.stats()) for x, run, own in given_runs]
 
     @property
-    def _commands(self) -> slice:
-        """Place of the commands among the variables."""
-        before = sum(self.guess[k].size for k in _VARIABLES[: _VARIABLES.index("u")])
-        return slice(before, before + self.guess["u"].size)
+    def _commands(self) -> NDArray:
+        """Places of the commands among the variables, (n, n_channels)."""
+        first = np.arange(self.n)[:, np.newaxis] * self.n_variables + self.n_states
+        return first + np.arange(self.sizes["u"])
 
-    def _optimum(self, x: NDArray, w: NDArray, stats: Mapping[str, Any]) -> Optimum:
+    def _given(self, run: Run, weights: Mapping[str, float]) -> tuple[NDArray, NDArray]:
+        """Scaled variables of a run, and the programme's parameters, the weights first."""
+        guess = self.guess(run)
+        scale, x0 = self.scale(guess), self.packed(guess)
+        ground = np.stack([record.acceleration for record in run.records])
+        peaks = self._peaks(run)
+        w = np.array([weights.get(q, 0.0) for q in self.quantities]) * peaks
+        return x0, np.concatenate([w, x0[: self.n_given], ground.ravel("F"), scale, peaks])
+
+    def _peaks(self, run: Run) -> NDArray:
+        """Peaks of a run, SI units."""
+        return np.array([run.criteria[f"peak_{q}"] for q in self.quantities])
+
+    def _box(self, run: Run, bounds: Mapping[str, float]) -> tuple[NDArray, NDArray]:
+        """Limits of the scaled variables: coils, and bounds of the peaks."""
+        high = np.full(self.n * self.n_variables + self.n_states, np.inf)
+        low = -high
+        reach = self.coils[:, 3] - self.coils[:, 2]
+        low[self._commands], high[self._commands] = (self.coils[:, [2, 3]].T / reach)[:, np.newaxis]
+        most = np.array([bounds.get(q, np.inf) for q in self.quantities])
+        high[-len(most) :] = most / self._peaks(run)
+        return low, high
+
+    def _optimum(
+        self, x: NDArray, run: Run, weights: Mapping[str, float], stats: Mapping[str, Any]
+    ) -> Optimum:
         """Solution in SI units."""
-        peaks = x[-len(self.quantities) :]
-        u = x[self._commands].reshape(-1, self.sizes["u"]) * self.scale["u"]
-        return Optimum(
-            np.clip(u, self.coils[:, 2], self.coils[:, 3]),
-            dict(zip(self.quantities, (peaks * self.peaks_of_start).tolist(), strict=True)),
-            float(w @ peaks), stats["iter_count"], stats["return_status"], x,
-        )  # fmt: skip
-
-
-def solve_together(
-    problems: Sequence[WholeRecord],
-    weights: Sequence[Mapping[str, float]],
-    references: Sequence[float],
-    shared: Sequence[int],
-    iterations: int = 300,
-    tolerance: float = 1e-5,
-) -> list[Optimum]:
-    """Minimise the largest weighted sum of peaks over its reference, first commands being shared.
-
-    ``shared``: commands that a problem has in common with the first one. Rockafellar and Wets 1991:
-    scenarios and the nonanticipativity of decisions.
-    """
-    import casadi
-
-    worst = casadi.MX.sym("worst")
-    w = [one._scaled(own) for one, own in zip(problems, weights, strict=True)]
-    objective, constraints, lowest, highest, excesses = worst, [], [], [], []
-    first = problems[0]._problem["x"][problems[0]._commands]
-    for one, own, reference, n in zip(problems, w, references, shared, strict=True):
-        x, n_shared = one._problem["x"], n * one.sizes["u"]
-        objective += casadi.substitute(one._problem["f"], one._problem["p"], np.zeros(len(own)))
-        excess = casadi.dot(casadi.DM(own), x[-len(own) :]) - reference
-        apart = x[one._commands][:n_shared] - first[:n_shared]
-        constraints += [one._problem["g"], worst - excess, apart]
-        low, high = one._ends()
-        lowest += [low, np.zeros(1 + n_shared)]
-        highest += [high, [np.inf], np.zeros(n_shared)]
-        excesses.append(own.sum() - reference)
-    programme = {
-        "x": casadi.vertcat(*[one._problem["x"] for one in problems], worst), "f": objective,
-        "g": casadi.vertcat(*constraints),
-    }  # fmt: skip
-    boxes = [one._box({}) for one in problems]
-    solver = _interior_point("together", programme, iterations, tolerance)
-    solved = solver(
-        x0=np.concatenate([*(one.packed(one.guess) for one in problems), [max(excesses)]]),
-        lbx=np.concatenate([*(low for low, _ in boxes), [-np.inf]]),
-        ubx=np.concatenate([*(high for _, high in boxes), [np.inf]]),
-        lbg=np.concatenate(lowest),
-        ubg=np.concatenate(highest),
-    )
-    ends = np.cumsum([len(low) for low, _ in boxes])
-    parts = np.split(np.asarray(solved["x"]).ravel(), ends)
-    given = zip(problems, parts, w, strict=False)
-    return [one._optimum(x, own, solver.stats()) for one, x, own in given]
-
-
-def _interior_point(
-    name: str, programme: Mapping[str, Any], iterations: int, tolerance: float
-) -> Any:
-    import casadi
-
-    options: dict[str, Any] = {
-        "ipopt.max_iter": iterations, "ipopt.tol": tolerance, "ipopt.print_level": 0,
-        "print_time": False, "ipopt.sb": "yes", **_FROM_THE_START,
-    }  # fmt: skip
-    return casadi.nlpsol(name, "ipopt", dict(programme), options)
+        u = x[self._commands[:: self.every]] * (self.coils[:, 3] - self.coils[:, 2])
+        u = np.clip(u, self.coils[:, 2], self.coils[:, 3])
+        values = x[-len(self.quantities) :] * self._peaks(run)
+        least = dict(zip(self.quantities, values.tolist(), strict=True))
+        objective = sum(w * least[q] for q, w in weights.items())
+        return Optimum(u, least, objective, stats["iter_count"], stats["success"], x)
 
 
 def _along(row: NDArray, vector: Any) -> Any:

@@ -168,10 +168,10 @@ PUBLICATIONS = {
         "J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear "
         "Programming, second edition, SIAM, 2010."
     ),
-    "Wächter and Biegler 2006": (
-        "A. Wächter, L. T. Biegler, On the implementation of an interior-point filter "
-        "line-search algorithm for large-scale nonlinear programming, Mathematical Programming 106 "
-        "(2006) 25-57."
+    "Vanroye et al. 2023": (
+        "L. Vanroye, A. Sathya, J. De Schutter, W. Decré, FATROP: a fast constrained optimal "
+        "control problem solver for robot trajectory optimization and control, IEEE/RSJ "
+        "International Conference on Intelligent Robots and Systems (2023) 10036-10043."
     ),
     "Diehl, Bock and Schlöder 2005": (
         "M. Diehl, H. G. Bock, J. P. Schlöder, A real-time iteration scheme for nonlinear "

@@ -146,7 +146,8 @@ def main() -> None:
     began = perf_counter()
     best = bound(plant)
     print(
-        f"clairvoyant bound: {best.score:.4f} in {perf_counter() - began:.0f} s ({best.status}); "
+        f"clairvoyant bound: {best.score:.4f} in {perf_counter() - began:.0f} s "
+        f"({'' if best.solved else 'not '}solved); "
         f"engine and prediction differ by {best.difference:.1e}"
     )
     off, constant = (
