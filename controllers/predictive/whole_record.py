@@ -321,7 +321,10 @@ class WholeRecord:
         one = casadi.Function("one", [problem["x"], problem["p"]], [problem["f"], problem["g"]])
         together = casadi.MX.sym("together", problem["x"].shape[0], len(starts))
         worst = casadi.MX.sym("worst")
-        objective, constraints, guess, boxes, excesses, highest = worst, [], [], [], [], []
+        objective, constraints, boxes = worst, [], []
+        guess: list[NDArray] = []
+        highest: list[NDArray] = []
+        excesses: list[float] = []
         for k, (run, own) in enumerate(zip(starts, weights, strict=True)):
             x0, given = self._given(run, own)
             w = given[: self.sizes["peaks"]].copy()
@@ -335,7 +338,11 @@ class WholeRecord:
                 worst - excess,
                 together[commands, k] - together[commands, 0],
             ]
-            highest += [np.where(equation, 0.0, np.inf), [np.inf], np.zeros(len(commands))]
+            highest += [
+                np.where(equation, 0.0, np.inf),
+                np.full(1, np.inf),
+                np.zeros(len(commands)),
+            ]
             guess.append(x0)
             boxes.append(self._box(run, {}))
             excesses.append(float(w.sum()) - references[k])
@@ -351,9 +358,9 @@ class WholeRecord:
         }  # fmt: skip
         solver = casadi.nlpsol("together", "ipopt", programme, options)
         solved = solver(
-            x0=np.concatenate([*guess, [max(excesses)]]),
-            lbx=np.concatenate([*(low for low, _ in boxes), [-np.inf]]),
-            ubx=np.concatenate([*(high for _, high in boxes), [np.inf]]),
+            x0=np.append(np.concatenate(guess), max(excesses)),
+            lbx=np.append(np.concatenate([low for low, _ in boxes]), -np.inf),
+            ubx=np.append(np.concatenate([high for _, high in boxes]), np.inf),
             lbg=0.0, ubg=np.concatenate(highest),
         )  # fmt: skip
         parts = np.asarray(solved["x"]).ravel()[:-1].reshape(len(starts), -1)
