@@ -346,7 +346,7 @@ class WholeRecord:
             guess.append(x0)
             boxes.append(self._box(run, {}))
             excesses.append(float(w.sum()) - references[k])
-        options = {
+        options: dict[str, Any] = {
             "ipopt.max_iter": self.iterations, "ipopt.tol": _TOLERANCE, "ipopt.print_level": 0,
             "ipopt.mu_init": _BARRIER, "ipopt.bound_push": 1e-6, "ipopt.bound_frac": 1e-6,
             "ipopt.slack_bound_push": 1e-6, "ipopt.slack_bound_frac": 1e-6,
