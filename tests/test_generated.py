@@ -30,8 +30,8 @@ DAY = 86400.0
 
 GENERATORS = {
     "kernel": lambda: kernel.load([LAW], 1, 1),
-    "tables": lambda: kernel.load_tables.__wrapped__(1, 1, 1),
-    "summary": lambda: kernel.load_summary.__wrapped__(1, 1, 1, 1),
+    "tables": lambda: kernel.load_tables.__wrapped__(1),
+    "summary": lambda: kernel.load_summary.__wrapped__(1, 1),
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
     "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(

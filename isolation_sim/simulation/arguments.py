@@ -15,6 +15,8 @@ class Sizes(NamedTuple):
 
     n_modes: int
     n_pad: int
+    n_elements: int
+    n_ground: int
     n_channels: int
     n_windows: int
     n_levels: int
@@ -151,13 +153,17 @@ class Quantities(NamedTuple):
     # ``rows``: blocks of eight rows over the modes' real and imaginary parts, the elements' forces
     # beyond their references and the ground accelerations; a quantity is the norm of
     # ``n_directions`` consecutive rows. ``fast``: modes too fast for the grid; ``fast_moduli``: of
-    # the rows for them.
+    # the rows for them; ``fast_forced``: most that a bend of an element's force moves through them;
+    # ``follows``: what they follow, its sign turned, per ground acceleration and force, and per
+    # rate of these.
 
     rows: NDArray
     n_quantities: int
     n_directions: int
     fast: NDArray
     fast_moduli: NDArray
+    fast_forced: NDArray
+    follows: NDArray
 
 
 class Candidates(NamedTuple):
@@ -178,7 +184,8 @@ class SummaryScratch(NamedTuple):
     # ``points``, ``present``: grid points evaluated at once and the elements' forces there;
     # ``values``: of each block of quantities, just after a change of current at some points, then
     # just before it where it is ``changed``; ``near``: how many are near their peaks; ``bulges``,
-    # ``margins``, ``bounds``: of forces and quantities inside an interval.
+    # ``margins``, ``bounds``: of forces and quantities inside an interval; ``swings``: of fast
+    # modes, ``loudness``: of the quantities by them, ``unrest``: by all of them at some points.
 
     points: NDArray
     present: NDArray
@@ -188,6 +195,9 @@ class SummaryScratch(NamedTuple):
     bulges: NDArray
     margins: NDArray
     bounds: NDArray
+    swings: NDArray
+    loudness: NDArray
+    unrest: NDArray
 
 
 class DenseScratch(NamedTuple):

@@ -143,7 +143,7 @@ class _UnsignedIndices(ast.NodeTransformer):
                 )
             parts = [
                 part
-                if isinstance(part, ast.Constant)
+                if isinstance(part, ast.Constant | ast.Slice)
                 else ast.Call(ast.Name("unsigned", ast.Load()), [part], [])
                 for part in parts
             ]

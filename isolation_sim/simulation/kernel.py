@@ -140,9 +140,9 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
         # loops over lanes become vector instructions in functions of their own
         f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
         *(c.text() for c in codes),
-        "tables = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES)\n"
+        "tables = kernel.load_tables(TABLE_LANES)\n"
         "build_table, layout = tables.build_table, tables.layout\n"
-        "summary = kernel.load_summary(N_ELEMENTS, N_GROUND, LANES, TABLE_LANES)\n"
+        "summary = kernel.load_summary(LANES, TABLE_LANES)\n"
         "respond_to_others = intrinsics.make_respond_to_others(\n"
         "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
         "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
@@ -154,13 +154,11 @@ def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: b
 
 
 @lru_cache
-def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
-    """The part that does not depend on the laws: compiled once for all of them."""
+def load_tables(table_lanes: int) -> ModuleType:
+    """Coefficients of a step, for any laws and any number of elements."""
 
     def text() -> str:
         constants = {
-            "N_ELEMENTS": n_elements,
-            "N_GROUND": n_ground,
             "TABLE_LANES": table_lanes,
             "NODES_AND_END": (*NODES, 1.0),
             "LAGRANGE": polynomials(*NODES),
@@ -169,17 +167,15 @@ def load_tables(n_elements: int, n_ground: int, table_lanes: int) -> ModuleType:
             "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])
         )
 
-    return load_written("tables", (n_elements, n_ground, table_lanes), text)
+    return load_written("tables", table_lanes, text)
 
 
 @lru_cache
-def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -> ModuleType:
-    """Peaks and mean squares, which do not depend on the laws either."""
+def load_summary(lanes: int, table_lanes: int) -> ModuleType:
+    """Peaks and mean squares, for any laws and any number of elements."""
 
     def text() -> str:
         constants = {
-            "N_ELEMENTS": n_elements,
-            "N_GROUND": n_ground,
             "LANES": lanes,
             "ROWS": 8 * lanes,
             "TABLE_LANES": table_lanes,
@@ -191,7 +187,7 @@ def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -
             HEADER,
             _assigned(constants),
             f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
-            "powers = kernel.load_tables(N_ELEMENTS, N_GROUND, TABLE_LANES).powers\n"
+            "powers = kernel.load_tables(TABLE_LANES).powers\n"
             "POINTS = intrinsics.points_at_once(LANES)\n"
             "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
             "DENSE = intrinsics.points_at_once(1)\n"
@@ -200,7 +196,7 @@ def load_summary(n_elements: int, n_ground: int, lanes: int, table_lanes: int) -
         ]
         return folded_constants("\n\n".join(blocks))
 
-    return load_written("summary", (n_elements, n_ground, lanes, table_lanes), text)
+    return load_written("summary", (lanes, table_lanes), text)
 
 
 def _assigned(constants: dict[str, object]) -> str:

@@ -49,6 +49,8 @@ def integrate(
     (
         n_modes,
         n_pad,
+        _,
+        _,
         n_channels,
         n_windows,
         n_levels,
@@ -86,6 +88,7 @@ def integrate(
     z, states, forces, steps, step_count, cuts, first_step, last_step = history
     w, u = scratch
     per_error, per_defect = 1.0 / error_limit, 1.0 / defect_limit
+    shape = sizes[:4]
     row = 2 * n_pad
     whole = 1 << (n_levels - 1)  # a window in the shortest steps
     width = 4 + 4 * N_STATES if record_steps else 4  # numbers of an element in a step's record
@@ -216,10 +219,10 @@ def integrate(
             left = max(sweep_tolerance / per_interval, min(sweep_tolerance, 1e-14))
             h = span / n_steps
             offset = offsets[kind, depth]
-            _, _, decay, ground_columns, force_columns = layout(n_modes, n_pad, n_sub)
+            _, _, decay, ground_columns, force_columns = layout(shape, n_sub)
             if built[kind, depth] == 0:
                 for lane in range(TABLE_LANES):
-                    build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integral)
+                    build_table(h, n_sub, lane, shape, modes, table, offset, phi, integral)
                 built[kind, depth] = 1
             running = 0
             fresh = 0
@@ -289,8 +292,7 @@ def integrate(
                 n_sub,
                 share,
                 left,
-                n_modes,
-                n_pad,
+                shape,
                 table,
                 offset,
                 z,

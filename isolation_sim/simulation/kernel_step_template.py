@@ -10,8 +10,7 @@ def solve_step(
     n_sub,
     share,
     tolerance,
-    n_modes,
-    n_pad,
+    shape,
     table,
     offset,
     z,
@@ -34,7 +33,8 @@ def solve_step(
     what that does to the response. kinks: whether an element has a kink within the step. share: by
     how much the error of one such step counts.
     """
-    ground_rows, force_rows, _, _, _ = layout(n_modes, n_pad, n_sub)
+    n_modes, n_pad = shape[:2]
+    ground_rows, force_rows, _, _, _ = layout(shape, n_sub)
     for e in range(N_ELEMENTS):
         free_rows(
             w,

@@ -14,6 +14,7 @@ BULGE = 1.25  # largest distance of a force from its chord, over that in the mid
 PER_RADIAN = 4.5  # points of a dense evaluation, by the fastest mode
 FIRST_LOOK = 16  # every so many points are looked at first, to know about how large the peaks are
 NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the next interval
+UNREST = 0.25  # of its peak: what fast modes add to a smaller value before it is looked at
 FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
 STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a candidate
 CHUNK = 8  # grid points whose quantities are kept at once
@@ -31,20 +32,21 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
 
     The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
-    n_modes, n_pad = sizes.n_modes, sizes.n_pad
-    rows, n_quantities, n_directions, fast, _ = quantities
+    n_modes, n_pad, n_elements, n_ground = sizes[:4]
+    rows, n_quantities, n_directions, fast, _, _, _ = quantities
     lengths, ground = intervals.lengths, intervals.ground
     z, forces = history.z, history.forces
-    points, present, values, changed, near, bulges, margins, bounds = scratch
+    points, present, values, changed, near, bulges, margins, bounds = scratch[:8]
+    swings, loudness, unrest = scratch[8:]
     per_block = 8 // n_directions
     n_blocks = -(-n_quantities // per_block)
-    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    size = 8 * (2 * n_modes + n_elements + n_ground)
     n_points = lengths.shape[0] + 1
     duration = 0.0
     for k in range(n_points - 1):
         duration += lengths[k]
     for start in range(0, n_points, POINTS * FIRST_LOOK):
-        gather(points, present, forces, start, FIRST_LOOK, n_points)
+        gather(points, present, forces, n_elements, start, FIRST_LOOK, n_points)
         for block in range(n_blocks):
             to = block * 2 * SLOTS + PAST
             quantities_at(
@@ -58,23 +60,26 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                 n_modes,
                 n_pad,
                 present,
-                N_ELEMENTS,
-                N_ELEMENTS,
+                n_elements,
+                n_elements,
                 ground,
-                N_GROUND,
+                n_ground,
             )
             n_items = min(per_block, n_quantities - block * per_block)
             for p in range(POINTS):
                 at = (to + p) * ROWS
                 take_norms(values, at, n_items, n_directions)
                 look(track, block * KINDS * ROWS, values, at, at, 0.0, 0.0)
+    find_loudness(loudness, quantities, track)
     # one point more: the motion is mirrored at its end, where nothing is known of the next slope
     for start in range(0, n_points + 1, CHUNK):
         for first in range(0, CHUNK, POINTS):
-            gather(points, present, forces, start + first, 1, n_points)
+            gather(points, present, forces, n_elements, start + first, 1, n_points)
             for p in range(POINTS):
                 point = start + first + p
-                changed[PAST + first + p] = 0 < point < n_points and changes(forces, point)
+                changed[PAST + first + p] = 0 < point < n_points and changes(
+                    forces, n_elements, point
+                )
             for block in range(n_blocks):
                 to = block * 2 * SLOTS + PAST + first
                 quantities_at(
@@ -88,10 +93,10 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     n_modes,
                     n_pad,
                     present,
-                    N_ELEMENTS,
-                    N_ELEMENTS,
+                    n_elements,
+                    n_elements,
                     ground,
-                    N_GROUND,
+                    n_ground,
                 )
                 n_items = min(per_block, n_quantities - block * per_block)
                 for p in range(POINTS):
@@ -99,10 +104,31 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     if changed[PAST + first + p]:
                         before = after + SLOTS * ROWS
                         undo_changes(
-                            values, after, before, rows, block * size, n_modes, forces, points[p]
+                            values,
+                            after,
+                            before,
+                            rows,
+                            block * size,
+                            sizes,
+                            forces,
+                            points[p],
                         )
                         take_norms(values, before, n_items, n_directions)
                     take_norms(values, after, n_items, n_directions)
+        if fast.shape[0] > 0:
+            for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
+                interval = start + slot - PAST - 2
+                if interval >= 0:
+                    find_swings(
+                        swings[slot],
+                        unrest[slot],
+                        loudness,
+                        interval,
+                        sizes,
+                        intervals,
+                        quantities,
+                        history,
+                    )
         for block in range(n_blocks):
             at = block * KINDS * ROWS
             to = block * 2 * SLOTS
@@ -117,14 +143,14 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     near[block, slot] = look(track, at, values, before, after, left, right)
                 if point < 2:
                     continue
-                if near[block, slot - 2] + near[block, slot - 1] > 0 or fast.shape[0] > 0:
+                if near[block, slot - 2] + near[block, slot - 1] + restless(unrest[slot]) > 0:
                     interval = point - 2
                     begun = (to + slot - 2) * ROWS
                     ended = (to + slot - 1 + SLOTS * changed[slot - 1]) * ROWS
                     find_bulges(
-                        bulges, interval, intervals, history, n_pad, values, begun, ended, track, at
+                        bulges, interval, intervals, history, sizes, values, begun, ended, track, at
                     )
-                    find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z)
+                    find_margins(margins, block, n_items, sizes, quantities, bulges, swings[slot])
                     next_length = lengths[min(point, n_points - 1) - 1]
                     exceeded = bound_inside(
                         bounds,
@@ -149,7 +175,8 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                             lane = k % LANES
                             peak = track[at + PEAK * ROWS + k]
                             top = max(abs(values[begun + k]), abs(values[ended + k]))
-                            if bounds[k] > peak and (top > NEAR * peak or fast.shape[0] > 0):
+                            high = top > NEAR * peak or unrest[slot, lane] > UNREST
+                            if high and bounds[k] > peak:
                                 if candidates.number[lane] == CANDIDATES:
                                     look_inside(
                                         lane,
@@ -214,10 +241,10 @@ def add_candidate(candidates, lane, interval, item, bound):
 
 
 @inline
-def record_layout(steps, n_pad):
+def record_layout(steps, n_pad, n_elements):
     """Numbers of an element in a step's record; where the step's own numbers are."""
     own = steps.shape[1] // LANES - STEP
-    return (own - 2 * n_pad) // N_ELEMENTS, own
+    return (own - 2 * n_pad) // n_elements, own
 
 
 @inner
@@ -226,7 +253,7 @@ def strongly_cut(interval, lane, intervals, history):
     steps, cuts = history.steps, history.cuts
     if cuts[interval, lane] < STRONGLY_CUT:
         return False
-    _, own = record_layout(steps, 0)
+    own = steps.shape[1] // LANES - STEP
     own = own * LANES + lane
     n_intervals = intervals.windows[intervals.window_of[interval], 2]
     number = history.first_step[interval, lane]
@@ -238,23 +265,23 @@ def strongly_cut(interval, lane, intervals, history):
 
 
 @inline
-def gather(points, present, forces, start, stride, n_points):
+def gather(points, present, forces, n_elements, start, stride, n_points):
     """Grid points of the next evaluation and the elements' forces there, after any change."""
     for p in range(POINTS):
         point = start + stride * p
         points[p] = max(min(point, 2 * (n_points - 1) - point), 0)
-        for e in range(N_ELEMENTS):
-            at = ((points[p] * N_ELEMENTS + e) * FORCES + AFTER) * LANES
+        for e in range(n_elements):
+            at = ((points[p] * n_elements + e) * FORCES + AFTER) * LANES
             for lane in range(LANES):
-                present[(p * N_ELEMENTS + e) * LANES + lane] = forces[at + lane]
+                present[(p * n_elements + e) * LANES + lane] = forces[at + lane]
 
 
 @inline
-def changes(forces, point):
+def changes(forces, n_elements, point):
     """Whether a current, and with it a force, changes at a grid point in some lane."""
     count = 0
-    for e in range(N_ELEMENTS):
-        at = (point * N_ELEMENTS + e) * FORCES * LANES
+    for e in range(n_elements):
+        at = (point * n_elements + e) * FORCES * LANES
         for lane in range(LANES):
             at_end = forces[at + BEFORE * LANES + lane]
             count += 1 if forces[at + AFTER * LANES + lane] != at_end else 0
@@ -314,21 +341,22 @@ def bound_inside(
 
 
 @inner
-def find_bulges(bulges, interval, intervals, history, n_pad, values, begun, ended, track, at_block):
+def find_bulges(bulges, interval, intervals, history, sizes, values, begun, ended, track, at_block):
     """How far every force leaves the straight line inside an interval, N in the device's scale."""
+    n_pad, n_elements = sizes.n_pad, sizes.n_elements
     forces, steps, cuts = history.forces, history.steps, history.cuts
     window = intervals.window_of[interval]
     n_intervals = intervals.windows[window, 2]
     within = interval - intervals.windows[window, 0]
-    width, own = record_layout(steps, n_pad)
-    for e in range(N_ELEMENTS):
+    width, own = record_layout(steps, n_pad, n_elements)
+    for e in range(n_elements):
         for lane in range(LANES):
             n_sub = max(-cuts[interval, lane], 1)
             past = within & (n_sub - 1)  # of the step, which spans a power of two of intervals
-            first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
-            last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
+            first = forces[((interval * n_elements + e) * FORCES + AFTER) * LANES + lane]
+            last = forces[((interval + 1) * n_elements + e) * FORCES * LANES + lane]
             tau = (past + 0.5) / n_sub
-            at = ((interval - past) * N_ELEMENTS + e) * FORCES + AT_NODES
+            at = ((interval - past) * n_elements + e) * FORCES + AT_NODES
             middle = 0.0
             for k in range(3):
                 weight = fused(tau, fused(tau, LAGRANGE[k][2], LAGRANGE[k][1]), LAGRANGE[k][0])
@@ -336,9 +364,9 @@ def find_bulges(bulges, interval, intervals, history, n_pad, values, begun, ende
             bulges[e * LANES + lane] = BULGE * abs(fused(-0.5, first + last, middle))
     for lane in range(LANES):
         if cuts[interval, lane] > 1 and near_in(lane, values, begun, ended, track, at_block):
-            for e in range(N_ELEMENTS):
-                first = forces[((interval * N_ELEMENTS + e) * FORCES + AFTER) * LANES + lane]
-                last = forces[((interval + 1) * N_ELEMENTS + e) * FORCES * LANES + lane]
+            for e in range(n_elements):
+                first = forces[((interval * n_elements + e) * FORCES + AFTER) * LANES + lane]
+                last = forces[((interval + 1) * n_elements + e) * FORCES * LANES + lane]
                 most = 0.0
                 number = history.first_step[interval, lane]
                 for step in range(cuts[interval, lane]):
@@ -360,22 +388,78 @@ def near_in(lane, values, begun, ended, track, at):
     return count > 0
 
 
+@exact
+def find_swings(swings, unrest, loudness, interval, sizes, intervals, quantities, history):
+    """How far every fast mode swings inside an interval about what it follows.
+
+    It follows ground motion and forces that are linear in time without swinging.
+    """
+    _, n_pad, n_elements, n_ground = sizes[:4]
+    fast, follows = quantities.fast, quantities.follows
+    ground, z, forces = intervals.ground, history.z, history.forces
+    inverse = 1.0 / intervals.lengths[interval]
+    for lane in range(LANES):
+        own = lane % TABLE_LANES
+        total = 0.0
+        for k in range(fast.shape[0]):
+            at = (interval * 2 * n_pad + fast[k]) * LANES + lane
+            swing = complex(z[at], z[at + n_pad * LANES])
+            for i in range(n_ground):
+                at = (interval * n_ground + i) * LANES + lane
+                begun, ended = ground[at], ground[at + n_ground * LANES]
+                swing += follows[0, i, k, own] * begun
+                swing += follows[1, i, k, own] * ((ended - begun) * inverse)
+            for e in range(n_elements):
+                at = (interval * n_elements + e) * FORCES
+                begun = forces[(at + AFTER) * LANES + lane]
+                ended = forces[(at + n_elements * FORCES + BEFORE) * LANES + lane]
+                swing += follows[0, n_ground + e, k, own] * begun
+                swing += follows[1, n_ground + e, k, own] * ((ended - begun) * inverse)
+            swings[k, lane] = abs(swing)
+            total += loudness[k, lane] * swings[k, lane]
+        unrest[lane] = total
+
+
 @inner
-def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z):
+def find_loudness(loudness, quantities, track):
+    """Most that a fast mode swings any quantity, over the peak that is known so far."""
+    moduli, n_directions = quantities.fast_moduli, quantities.n_directions
+    for k in range(quantities.fast.shape[0]):
+        for lane in range(LANES):
+            loudest = 0.0
+            for item in range(quantities.n_quantities):
+                share = 2.0 * moduli[item, k, lane % TABLE_LANES]
+                peak = track[row_of(item, 8 // n_directions) * LANES + PEAK * ROWS + lane]
+                if share > 0.0:
+                    loudest = max(loudest, share / peak)
+            loudness[k, lane] = loudest
+
+
+@inline
+def restless(unrest):
+    """Number of lanes in which fast modes may raise a small value to a peak."""
+    count = 0
+    for lane in range(LANES):
+        count += 1 if unrest[lane] > UNREST else 0
+    return count
+
+
+@inner
+def find_margins(margins, block, n_items, sizes, quantities, bulges, swings):
     """What forces that leave the straight line, and fast modes, may add to a block's values.
 
     What follows a force directly has kinks where the current begins to change. Modes that are too
-    fast for the grid count with all their size.
+    fast for the grid add what they swing to either side.
     """
-    rows, _, n_directions, fast, moduli = quantities
-    n_modes, n_pad = sizes.n_modes, sizes.n_pad
-    at = 8 * (block * (2 * n_modes + N_ELEMENTS + N_GROUND) + 2 * n_modes)
+    rows, _, n_directions, fast, moduli, forced, _ = quantities
+    n_modes, _, n_elements, n_ground = sizes[:4]
+    at = 8 * (block * (2 * n_modes + n_elements + n_ground) + 2 * n_modes)
     first = block * (8 // n_directions)
     for item in range(n_items):
         own = item * LANES
         for lane in range(LANES):
             margins[own + lane] = 0.0
-        for e in range(N_ELEMENTS):
+        for e in range(n_elements):
             for direction in range(n_directions):
                 weight = (at + 8 * e + item * n_directions + direction) * TABLE_LANES
                 for lane in range(LANES):
@@ -384,29 +468,24 @@ def find_margins(margins, block, n_items, interval, sizes, quantities, bulges, z
                     margins[own + lane] = fused(share, bulge, margins[own + lane])
         if fast.shape[0] > 0:
             for lane in range(LANES):
-                most = 0.0
-                for end in range(2):
-                    total = 0.0
-                    for k in range(fast.shape[0]):
-                        real = z[((interval + end) * 2 * n_pad + fast[k]) * LANES + lane]
-                        imaginary = z[
-                            ((interval + end) * 2 * n_pad + n_pad + fast[k]) * LANES + lane
-                        ]
-                        modulus = np.sqrt(fused(real, real, imaginary * imaginary))
-                        share = moduli[first + item, k, lane % TABLE_LANES]
-                        total = fused(share, modulus, total)
-                    most = max(most, total)
-                margins[own + lane] += most
+                for k in range(fast.shape[0]):
+                    share = 2.0 * moduli[first + item, k, lane % TABLE_LANES]
+                    margins[own + lane] = fused(share, swings[k, lane], margins[own + lane])
+                for e in range(n_elements):
+                    share = forced[first + item, e, lane % TABLE_LANES]
+                    bulge = bulges[e * LANES + lane]
+                    margins[own + lane] = fused(share, bulge, margins[own + lane])
 
 
 @inner
-def undo_changes(values, after, before, rows, at, n_modes, forces, point):
+def undo_changes(values, after, before, rows, at, sizes, forces, point):
     """A block's rows just before the current changed, from those just after it."""
+    n_modes, n_elements = sizes.n_modes, sizes.n_elements
     for r in range(8):
         for lane in range(LANES):
             value = values[after + r * LANES + lane]
-            for e in range(N_ELEMENTS):
-                own = (point * N_ELEMENTS + e) * FORCES * LANES + lane
+            for e in range(n_elements):
+                own = (point * n_elements + e) * FORCES * LANES + lane
                 change = forces[own + BEFORE * LANES] - forces[own + AFTER * LANES]
                 weight = (at + (2 * n_modes + e) * 8 + r) * TABLE_LANES + lane % TABLE_LANES
                 value = fused(rows[weight], change, value)
@@ -481,9 +560,9 @@ def raise_peaks(
     lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense, track
 ):
     """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane."""
-    n_modes, n_pad = sizes.n_modes, sizes.n_pad
+    n_modes, n_pad, n_elements, n_ground = sizes[:4]
     windows, window_of, lengths, ground = intervals
-    _, n_quantities, n_directions, _, _ = quantities
+    _, n_quantities, n_directions, _, _, _, _ = quantities
     z, _, forces, steps, _, cuts, first_step, _ = history
     state, polynomials = dense.state, dense.polynomials
     per_block = 8 // n_directions
@@ -498,7 +577,7 @@ def raise_peaks(
         value = modes[m, lane % TABLE_LANES]
         fastest = max(fastest, value.real * value.real + value.imag * value.imag)
     fastest = np.sqrt(fastest)
-    width, own = record_layout(steps, n_pad)
+    width, own = record_layout(steps, n_pad, n_elements)
     number, following = first_step[interval, lane], 0
     begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
     past = 1.0  # distance between the instants before this step
@@ -515,7 +594,7 @@ def raise_peaks(
         resolved = n_dense <= MOST_DENSE
         n_dense = min(n_dense, MOST_DENSE)
         length = length / n_dense
-        set_weights(length, lane % TABLE_LANES, n_modes, modes, dense)
+        set_weights(length, lane % TABLE_LANES, sizes, modes, dense)
         share = 1.0 / (n_sub * n_dense)
         tau = (within % n_sub) / n_sub
         for m in range(n_modes):
@@ -525,9 +604,9 @@ def raise_peaks(
             else:
                 at = m * LANES + lane
                 state[m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
-        for e in range(N_ELEMENTS):
-            at = (begin * N_ELEMENTS + e) * FORCES * LANES + lane
-            end = ((begin + n_sub) * N_ELEMENTS + e) * FORCES * LANES + lane
+        for e in range(n_elements):
+            at = (begin * n_elements + e) * FORCES * LANES + lane
+            end = ((begin + n_sub) * n_elements + e) * FORCES * LANES + lane
             ending = forces[end + BEFORE * LANES]
             for k in range(8):
                 polynomials[e, k] = 0.0
@@ -555,30 +634,30 @@ def raise_peaks(
                 for m in range(n_modes):
                     dense.z[p * 2 * n_modes + m] = state[m].real
                     dense.z[p * 2 * n_modes + n_modes + m] = state[m].imag
-                for e in range(N_ELEMENTS):
+                for e in range(n_elements):
                     force = 0.0
                     for power in range(4, -1, -1):
                         force = force * a + polynomials[e, 3 + power]
-                    dense.forces[p * N_ELEMENTS + e] = force
-                for i in range(N_GROUND):
-                    low = ground[(interval * N_GROUND + i) * LANES + lane]
-                    high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
-                    dense.ground[p * N_GROUND + i] = low + (high - low) * b
+                    dense.forces[p * n_elements + e] = force
+                for i in range(n_ground):
+                    low = ground[(interval * n_ground + i) * LANES + lane]
+                    high = ground[((interval + 1) * n_ground + i) * LANES + lane]
+                    dense.ground[p * n_ground + i] = low + (high - low) * b
                 if first + p < n_dense:
                     for m in range(n_modes):
                         state[m] *= dense.weights[0, m]
-                    for e in range(N_ELEMENTS):
+                    for e in range(n_elements):
                         c1, c2 = polynomials[e, 1], polynomials[e, 2]
                         push0 = polynomials[e, 0] + a * (c1 + a * c2)
                         push1 = share * (c1 + 2.0 * a * c2)
                         push2 = share * share * c2
-                        to = 1 + 2 * N_GROUND + 3 * e
+                        to = 1 + 2 * n_ground + 3 * e
                         add_input(state, dense.weights, to, push0)
                         add_input(state, dense.weights, to + 1, push1)
                         add_input(state, dense.weights, to + 2, push2)
-                    for i in range(N_GROUND):
-                        low = ground[(interval * N_GROUND + i) * LANES + lane]
-                        high = ground[((interval + 1) * N_GROUND + i) * LANES + lane]
+                    for i in range(n_ground):
+                        low = ground[(interval * n_ground + i) * LANES + lane]
+                        high = ground[((interval + 1) * n_ground + i) * LANES + lane]
                         add_input(state, dense.weights, 1 + 2 * i, low + (high - low) * b)
                         rise = (high - low) * part / n_dense
                         add_input(state, dense.weights, 2 + 2 * i, rise)
@@ -588,7 +667,7 @@ def raise_peaks(
                     item = chosen[k]
                     if item // per_block == block:
                         if not evaluated:
-                            evaluate(block, lane, n_modes, quantities, dense)
+                            evaluate(block, lane, sizes, quantities, dense)
                             evaluated = True
                         follow(
                             item % per_block * n_directions,
@@ -610,24 +689,25 @@ def raise_peaks(
 
 
 @exact_inline
-def set_weights(length, own, n_modes, modes, dense):
+def set_weights(length, own, sizes, modes, dense):
     """Decay of the modes over a time, and the weights of the inputs' powers of time in it."""
     weights, integral, phi = dense.weights, dense.integral, dense.phi
+    n_modes, _, n_elements, n_ground = sizes[:4]
     if dense.weights_for[0] == length and dense.weights_for[1] == own:
         return
     dense.weights_for[0], dense.weights_for[1] = length, own
-    first = n_modes * (1 + 2 * N_ELEMENTS)
+    first = n_modes * (1 + 2 * n_elements)
     for m in range(n_modes):
         powers(modes[m, own], length, length, integral, phi)
         weights[0, m] = phi[0]
-        for i in range(N_GROUND):
+        for i in range(n_ground):
             column = modes[first + n_modes * i + m, own]
             for power in range(2):
                 weights[1 + 2 * i + power, m] = column * integral[power]
-        for e in range(N_ELEMENTS):
-            column = modes[first + n_modes * (N_GROUND + e) + m, own]
+        for e in range(n_elements):
+            column = modes[first + n_modes * (n_ground + e) + m, own]
             for power in range(3):
-                weights[1 + 2 * N_GROUND + 3 * e + power, m] = column * integral[power]
+                weights[1 + 2 * n_ground + 3 * e + power, m] = column * integral[power]
 
 
 @exact_inline
@@ -638,9 +718,10 @@ def add_input(state, weights, k, value):
 
 
 @exact_inline
-def evaluate(block, lane, n_modes, quantities, dense):
+def evaluate(block, lane, sizes, quantities, dense):
     """A block's rows at the instants of a dense evaluation."""
-    size = 8 * (2 * n_modes + N_ELEMENTS + N_GROUND)
+    n_modes, _, n_elements, n_ground = sizes[:4]
+    size = 8 * (2 * n_modes + n_elements + n_ground)
     for k in range(size):
         dense.rows[k] = quantities.rows[(block * size + k) * TABLE_LANES + lane % TABLE_LANES]
     dense_quantities_at(
@@ -654,10 +735,10 @@ def evaluate(block, lane, n_modes, quantities, dense):
         n_modes,
         n_modes,
         dense.forces,
-        N_ELEMENTS,
-        N_ELEMENTS,
+        n_elements,
+        n_elements,
         dense.ground,
-        N_GROUND,
+        n_ground,
     )
 
 

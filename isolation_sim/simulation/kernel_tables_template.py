@@ -5,7 +5,7 @@ Part of every compiled kernel, and a module of its own: it does not depend on th
 """
 
 
-@inner
+@exact
 def phi_functions(z, phi):
     """phi[k] = sum_n z**n / (n + k)!, the integrals of exp against powers, for k = 0..3."""
     if abs(z) < 1.0:
@@ -30,7 +30,7 @@ def phi_functions(z, phi):
         phi[3] = (phi[2] - 0.5) / z
 
 
-@inner
+@exact
 def powers(eigenvalue, span, h, integral, phi):
     """integral[p] = int_0^span exp(eigenvalue (span - t)) (t / h)**p dt."""
     phi_functions(eigenvalue * span, phi)
@@ -41,16 +41,17 @@ def powers(eigenvalue, span, h, integral, phi):
 
 
 @njit(cache=True, **OPTIONS)
-def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integral):
+def build_table(h, n_sub, lane, sizes, modes, table, offset, phi, integral):
     """Fill the coefficients of one step length that spans n_sub grid intervals, for one lane.
 
     modes: [eigenvalues | rows d, v an element | columns a ground direction | columns an element].
     table, from offset, see ``layout``: free rows, ground rows, force rows, decay, ground columns,
     force columns.
     """
-    ground_rows, force_rows, decay, ground_columns, force_columns = layout(n_modes, n_pad, n_sub)
-    first_ground = n_modes * (1 + 2 * N_ELEMENTS)
-    first_force = first_ground + n_modes * N_GROUND
+    n_modes, n_pad, n_elements, n_ground = sizes
+    ground_rows, force_rows, decay, ground_columns, force_columns = layout(sizes, n_sub)
+    first_ground = n_modes * (1 + 2 * n_elements)
+    first_force = first_ground + n_modes * n_ground
     delta = h / n_sub
     for k in range(ground_rows, decay):
         table[(offset + k) * TABLE_LANES + lane] = 0.0
@@ -61,15 +62,15 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
             powers(value, end, h, integral, phi)
             for rate in range(2):
                 r = 3 * rate + node if node < 3 else 6 + rate
-                for e in range(N_ELEMENTS):
+                for e in range(n_elements):
                     row = modes[n_modes * (1 + 2 * e + rate) + m, lane]
                     at = offset + (e * 2 * n_modes + m) * 8 + r
                     table[at * TABLE_LANES + lane] = (row * phi[0]).real
                     table[(at + 8 * n_modes) * TABLE_LANES + lane] = -(row * phi[0]).imag
-                    for other in range(N_ELEMENTS):
+                    for other in range(n_elements):
                         column = row * modes[first_force + n_modes * other + m, lane]
                         for k in range(3):
-                            at = offset + force_rows + ((e * N_ELEMENTS + other) * 3 + k) * 8 + r
+                            at = offset + force_rows + ((e * n_elements + other) * 3 + k) * 8 + r
                             table[at * TABLE_LANES + lane] += (
                                 column
                                 * (
@@ -88,14 +89,14 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                 decayed = np.exp(value * (end - stop))
                 for rate in range(2):
                     r = 3 * rate + node if node < 3 else 6 + rate
-                    for e in range(N_ELEMENTS):
+                    for e in range(n_elements):
                         row = modes[n_modes * (1 + 2 * e + rate) + m, lane] * decayed
-                        for g in range(N_GROUND):
+                        for g in range(n_ground):
                             column = row * modes[first_ground + n_modes * g + m, lane]
                             at = (
                                 offset
                                 + ground_rows
-                                + ((e * N_GROUND + g) * (n_sub + 1) + i) * 8
+                                + ((e * n_ground + g) * (n_sub + 1) + i) * 8
                                 + r
                             )
                             low, high = integral[0] - integral[1], integral[1]
@@ -104,7 +105,7 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
         powers(value, delta, delta, integral, phi)
         table[(offset + decay + m) * TABLE_LANES + lane] = phi[0].real
         table[(offset + decay + n_pad + m) * TABLE_LANES + lane] = phi[0].imag
-        for g in range(N_GROUND):
+        for g in range(n_ground):
             column = modes[first_ground + n_modes * g + m, lane]
             at = offset + ground_columns + 2 * g * 2 * n_pad + m
             for k in range(2):
@@ -114,7 +115,7 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
         for i in range(n_sub):
             # the force polynomial's powers of t/h, on the interval from i delta to (i + 1) delta
             a, b = i * delta / h, delta / h
-            for e in range(N_ELEMENTS):
+            for e in range(n_elements):
                 column = modes[first_force + n_modes * e + m, lane]
                 for k in range(3):
                     c0, c1, c2 = LAGRANGE[k][0], LAGRANGE[k][1], LAGRANGE[k][2]
@@ -123,22 +124,23 @@ def build_table(h, n_sub, lane, n_modes, n_pad, modes, table, offset, phi, integ
                         + (c1 + 2.0 * c2 * a) * b * integral[1]
                         + c2 * b * b * integral[2]
                     )
-                    at = offset + force_columns + ((i * N_ELEMENTS + e) * 3 + k) * 2 * n_pad + m
+                    at = offset + force_columns + ((i * n_elements + e) * 3 + k) * 2 * n_pad + m
                     table[at * TABLE_LANES + lane] = weight.real
                     table[(at + n_pad) * TABLE_LANES + lane] = weight.imag
 
 
 @inline
-def layout(n_modes, n_pad, n_sub):
+def layout(sizes, n_sub):
     """Offsets of a table's parts: ground rows, force rows, decay, ground columns, force columns."""
-    ground_rows = N_ELEMENTS * 2 * n_modes * 8
-    force_rows = ground_rows + N_ELEMENTS * N_GROUND * (n_sub + 1) * 8
-    decay = force_rows + N_ELEMENTS * N_ELEMENTS * 3 * 8
+    n_modes, n_pad, n_elements, n_ground = sizes
+    ground_rows = n_elements * 2 * n_modes * 8
+    force_rows = ground_rows + n_elements * n_ground * (n_sub + 1) * 8
+    decay = force_rows + n_elements * n_elements * 3 * 8
     ground_columns = decay + 2 * n_pad
     return (
         ground_rows,
         force_rows,
         decay,
         ground_columns,
-        ground_columns + 2 * N_GROUND * 2 * n_pad,
+        ground_columns + 2 * n_ground * 2 * n_pad,
     )

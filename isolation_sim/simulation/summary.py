@@ -43,10 +43,16 @@ def _summed(
     """Quantities with their items' numbers; peaks and mean squares of items, (n_items, lanes)."""
     quantities = _quantities(tuple(plants[: work.module.TABLE_LANES]))
     fast = np.flatnonzero(quantities.fastest * work.grid.longest > RESOLVED)
+    moduli = quantities.moduli[:, fast]
+    of_fast = (
+        moduli, np.einsum("imt,met->iet", moduli, quantities.forced[fast]),
+        quantities.follows[:, :, fast],
+    )  # fmt: skip
+    # of one layout: the kernel is compiled once more for another
     peak, total = work.summarise(
         Quantities(
             quantities.rows, quantities.n_items, quantities.n_directions, fast,
-            quantities.moduli[:, fast],
+            *map(np.ascontiguousarray, of_fast),
         )
     )  # fmt: skip
     return quantities.items, peak, total
@@ -62,14 +68,19 @@ class _Quantities(NamedTuple):
     """Quantities of some lanes' structures, as the kernel takes them."""
 
     # items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
-    # rows over the modes, (n_items, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of
-    # the lane where it is highest, 1/s.
+    # rows over the modes, (n_items, n_modes, lanes); forced: most that a mode moves when an
+    # element's force bends by 1 N and back, (n_modes, n_elements, lanes); follows: what a mode
+    # follows, with its sign turned, per ground acceleration and force, and per rate of these,
+    # (2, n_ground + n_elements, n_modes, lanes); fastest: modulus of each mode's eigenvalue, of the
+    # lane where it is highest, 1/s.
 
     items: tuple[tuple[str, list[int]], ...]
     n_items: int
     n_directions: int
     rows: NDArray
     moduli: NDArray
+    forced: NDArray
+    follows: NDArray
     fastest: NDArray
 
 
@@ -78,11 +89,17 @@ def _quantities(plants: tuple[IsolatedStructure, ...]) -> _Quantities:
     """Quantities of structures that go side by side."""
     per_lane = [_rows(plant) for plant in plants]
     rows, moduli = (np.stack([one[k] for one in per_lane], axis=-1) for k in (1, 2))
-    speeds = [np.abs(modes_for(plant)[0].eigenvalues) for plant in plants]
-    n_directions = len(plants[0].structure.directions)
+    modes = [modes_for(plant)[0] for plant in plants]
+    eigenvalues = np.array([one.eigenvalues for one in modes])
+    inputs = np.array([np.vstack([one.ground, one.force]) for one in modes])
+    static = inputs / eigenvalues[:, np.newaxis]
+    follows = np.array([static, static / eigenvalues[:, np.newaxis]])
+    # by parts: the force and its total variation, over the mode's speed
+    forced = 3.0 * np.abs([one.force for one in modes] / eigenvalues[:, np.newaxis])
     return _Quantities(
-        per_lane[0][0], len(moduli), n_directions, rows.ravel(), moduli, np.max(speeds, axis=0)
-    )
+        per_lane[0][0], len(moduli), len(plants[0].structure.directions), rows.ravel(), moduli,
+        forced.T, follows.transpose(0, 2, 3, 1), np.abs(eigenvalues).max(axis=0),
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=256)

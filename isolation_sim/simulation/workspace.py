@@ -142,8 +142,8 @@ class Workspace:
         n_outputs = len(sensing.measure)
         self.position = np.zeros(2, np.int64)
         self.sizes = Sizes(
-            n_modes, n_pad, n_channels, n_windows, N_LEVELS, n_outputs, sensing.function,
-            bool(self.record_steps), bool(self.clamp),
+            n_modes, n_pad, module.N_ELEMENTS, module.N_GROUND, n_channels, n_windows, N_LEVELS,
+            n_outputs, sensing.function, bool(self.record_steps), bool(self.clamp),
         )  # fmt: skip
         self.limits = Limits(
             0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance,
@@ -266,9 +266,9 @@ class Workspace:
 
     def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
         """Every quantity's peak and mean square, (n_quantities, lanes)."""
-        n_quantities = quantities.n_quantities
+        n_quantities, n_fast = quantities.n_quantities, quantities.fast.size
         module, grid, lanes = self.module.summary, self.grid, self.module.LANES
-        n_modes, n_elements, n_ground = self.elements.n_modes, module.N_ELEMENTS, module.N_GROUND
+        n_modes, _, n_elements, n_ground = self.sizes[:4]
         per_block = 8 // quantities.n_directions
         n_blocks = -(-n_quantities // per_block)
         track = np.zeros((n_blocks, module.KINDS, 8, lanes))
@@ -287,6 +287,9 @@ class Workspace:
             np.empty(n_elements * lanes),
             np.zeros(8 * lanes),
             np.empty(8 * lanes),
+            np.empty((module.SLOTS, n_fast, lanes)),
+            np.empty((n_fast, lanes)),
+            np.zeros((module.SLOTS, lanes)),
         )
         dense = DenseScratch(
             np.empty(n_modes, complex),
