@@ -30,14 +30,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TITLE = "Limit of control without preview: pulses that are equal until they are cut"
-STEP, DURATION = 0.04, 6.0
-"""Sampling interval of motions and commands, and length of the motions, s."""
+STEP, DURATION = 0.02, 6.0
+"""Sampling interval and length of the motions, s."""
 PEAK_VELOCITY, PERIOD, CYCLES, BEFORE = 0.5, 4.5, 1.2, 0.2
 """Of the whole pulse: peak velocity, m/s; period, s; length in periods; rest before it, s."""
 CUTS = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2)
 """Times at which the pulse is cut, s."""
 RETURN = 0.4
 """Time in which the ground velocity returns to zero after a cut, s."""
+COMMAND = 0.04
+"""Time from one command to the next, s."""
 WHOLE = "whole pulse"
 
 Rows = list[dict[str, Any]]
@@ -68,14 +70,14 @@ def limit(given: dict[str, tuple[float, Record]], constant: list[float], starts:
 
     def find() -> dict[str, Any]:
         plants = [Plant(runs.plant(), (record,), runs.DRIVER) for record in records]
-        best = causal_bound(plants, apart, constant, starts=starts)
+        best = causal_bound(plants, apart, constant, COMMAND, starts)
         return {
             "J": [one.score for one in best], "difference": max(one.difference for one in best),
             "current": [one.current[:, 0].tolist() for one in best],
         }  # fmt: skip
 
     samples = np.concatenate([record.acceleration for record in records])
-    content = np.concatenate([samples, apart, constant, [STEP, starts]]).tobytes()
+    content = np.concatenate([samples, apart, constant, [STEP, COMMAND, starts]]).tobytes()
     return cached_result("causal_limit", content, find)
 
 
@@ -142,7 +144,7 @@ def figure(given: dict[str, tuple[float, Record]], currents: list[NDArray]) -> F
             time = np.arange(len(record)) * record.dt
             velocity = np.cumsum(record.acceleration) * record.dt
             ground.plot(time, velocity, label=name, **look)
-            command.step(np.arange(len(current)) * STEP, current, where="post", **look)
+            command.step(np.arange(len(current)) * COMMAND, current, where="post", **look)
         ground.set(xlabel="time, s", ylabel="ground velocity, m/s")
         command.set(xlabel="time, s", ylabel="command, A")
         legend(drawing, ground, "outside lower center")
