@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from .predictive.whole_record import Optimum, WholeRecord
 
-__all__ = ["Bound", "Clairvoyant", "Plant", "bound", "pareto", "share_of_gap"]
+__all__ = ["Bound", "Clairvoyant", "Plant", "bound", "causal_bound", "pareto", "share_of_gap"]
 
 DISPLACEMENT, ACCELERATION, DRIFT = (
     "base_displacement_m", "floor_acceleration_m_s2", "drift_m"
@@ -217,6 +218,77 @@ def pareto(
         best = min(within, key=lambda k: result[k].certified[ACCELERATION])
         front[best] = result[best]
     return list(front.values())
+
+
+@checked
+def causal_bound(
+    plants: Sequence[Plant], apart: Sequence[float], references: Sequence[float],
+    period: float | None = None, starts: int = 2, roughness: float = 1e-3,
+    iterations: int = ITERATIONS,
+) -> list[Bound]:  # fmt: skip
+    """Bound what is possible without preview, by motions that are equal at first.
+
+    A controller without preview gives equal commands while it measures the same. Here this is
+    all that is asked: once a motion has parted from the first one, all of it is known. The largest
+    score over its reference is minimised over the commands of all motions at once. The problem is
+    not convex: what is returned is the best of the local optima found from several constant
+    currents.
+
+    Parameters
+    ----------
+    plants : sequence of Plant
+        Equal ones but for their ground motions, which have the same samples.
+    apart : sequence of float, s
+        Until when each motion equals the first one, 0 or later; the first one's does not matter.
+    references : sequence of float
+        What the score of each motion is compared with, such as that of the best constant current.
+    period : float, optional, s
+        Time from one command to the next, rounded to whole samples; one sample by default.
+    starts : int
+        Constant currents to start from; see ``bound``.
+    roughness : float
+        See ``WholeRecord``.
+    iterations : int
+        Most iterations of the interior-point method from one start.
+
+    Returns
+    -------
+    list of Bound
+        One per motion, with equal commands until they part.
+
+    Raises
+    ------
+    InputError
+        If a motion differs from the first one before the time given, or the structure diverges at
+        every current to start from.
+
+    References
+    ----------
+    Rockafellar and Wets 1991, Scenarios and policy aggregation in optimization under uncertainty.
+    """
+    first = plants[0].records[0]
+    for plant, until in zip(plants, apart, strict=True):
+        n = math.floor(until / first.dt * (1 + 1e-9)) + 1
+        for own, other in zip(plant.records, plants[0].records, strict=True):
+            if not np.array_equal(own.acceleration[:n], other.acceleration[:n]):
+                raise InputError(
+                    f"{own.name} differs from {first.name} before {until:g} s; expected: motions "
+                    "that are equal until they part"
+                )
+    problem = _problem(plants[0], period, roughness, tuple(EQUALLY), iterations)
+    weights = [_absolute(plant, EQUALLY) for plant in plants]
+    # what is measured at the instant of parting is still equal
+    shared = [math.floor(t / first.dt * (1 + 1e-9)) + 1 for t in apart]
+    result = []
+    for runs in zip(*(_starts(plant, starts) for plant in plants), strict=False):
+        optima = problem.solve_together(runs, weights, references, shared)
+        given = zip(plants, optima, strict=True)
+        result.append([_certified(plant, problem, EQUALLY, found) for plant, found in given])
+
+    def worst(bounds: list[Bound]) -> float:
+        return max(b.score - r for b, r in zip(bounds, references, strict=True))
+
+    return min(result, key=worst)
 
 
 @checked

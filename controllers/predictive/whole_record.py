@@ -228,8 +228,8 @@ class WholeRecord:
         return casadi.Function("stage", [state, control, *ground, given], results)
 
     @cached_property
-    def _solver(self) -> tuple[Any, NDArray]:
-        """Solver, and which of its constraints are equations."""
+    def _programme(self) -> tuple[dict[str, Any], NDArray, list[int]]:
+        """Programme, which of its constraints are equations, and constraints of each stage."""
         import casadi
 
         n, n_x, n_given, n_u = self.n, self.n_states, self.n_given, self.sizes["u"]
@@ -259,17 +259,25 @@ class WholeRecord:
             "f": casadi.dot(weights, end[n_given:]) + casadi.sum2(smooth),
             "g": casadi.vec(casadi.vertcat(*blocks))[np.flatnonzero(applies.T).tolist()],
         }
+        return problem, equation, applies[n_x:].sum(axis=0).tolist()
+
+    @cached_property
+    def _solver(self) -> Any:
+        import casadi
+
+        problem, equation, counts = self._programme
+        n, n_x = self.n, self.n_states
         options = {
             "structure_detection": "manual", "N": n, "nx": [n_x] * (n + 1),
             "nu": [self.n_variables - n_x] * n + [0],
-            "ng": [*applies[n_x:].sum(axis=0).tolist(), 0], "equality": equation.tolist(),
+            "ng": [*counts, 0], "equality": equation.tolist(),
             "fatrop": {
                 "print_level": 0, "max_iter": self.iterations, "tolerance": _TOLERANCE,
                 "mu_init": _BARRIER,
             },
             "print_time": False,
         }  # fmt: skip
-        return casadi.nlpsol("whole_record", "fatrop", problem, options), equation
+        return casadi.nlpsol("whole_record", "fatrop", problem, options)
 
     def packed(self, guess: Mapping[str, NDArray]) -> NDArray:
         """Scaled variables of a guess in the programme's order."""
@@ -289,31 +297,114 @@ class WholeRecord:
 
         The run gives the scales too, and the first guess where no variables are given.
         """
-        solver, equation = self._solver
-        guess = self.guess(start)
-        scale, n_peaks = self.scale(guess), self.sizes["peaks"]
-        x0 = self.packed(guess) if variables is None else variables
-        ground = np.stack([record.acceleration for record in start.records])
-        peaks = np.array([start.criteria[f"peak_{q}"] for q in self.quantities])
-        w = np.array([weights.get(q, 0.0) for q in self.quantities]) * peaks
-        commands = slice(self.n_states, self.n_states + self.sizes["u"])
-        high = np.full((self.n, self.n_variables), np.inf)
-        low, end = -high, np.full(self.n_states, np.inf)
-        low[:, commands], high[:, commands] = self.coils[:, 2:4].T / scale[commands]
-        for k, quantity in enumerate(self.quantities):
-            if bounds and quantity in bounds:
-                end[self.n_given + k] = bounds[quantity] / peaks[k]
-        solved = solver(
-            x0=x0, p=np.concatenate([w, x0[: self.n_given], ground.ravel("F"), scale, peaks]),
-            lbx=np.append(low, np.full(len(end), -np.inf)), ubx=np.append(high, end),
+        equation = self._programme[1]
+        x0, given = self._given(start, weights)
+        low, high = self._box(start, bounds or {})
+        solved = self._solver(
+            x0=x0 if variables is None else variables, p=given, lbx=low, ubx=high,
             lbg=0.0, ubg=np.where(equation, 0.0, np.inf),
         )  # fmt: skip
         x = np.asarray(solved["x"]).ravel()
-        u = x[: low.size].reshape(low.shape)[:: self.every, commands] * scale[commands]
+        return self._optimum(x, start, weights, self._solver.stats())
+
+    def solve_together(
+        self, starts: Sequence[Run], weights: Sequence[Mapping[str, float]],
+        references: Sequence[float], shared: Sequence[int],
+    ) -> list[Optimum]:  # fmt: skip
+        """Minimise the largest weighted sum of peaks over its reference, over several motions.
+
+        ``shared``: intervals in which a motion's commands are those of the first one.
+        """
+        import casadi
+
+        problem, equation, _ = self._programme
+        one = casadi.Function("one", [problem["x"], problem["p"]], [problem["f"], problem["g"]])
+        together = casadi.MX.sym("together", problem["x"].shape[0], len(starts))
+        worst = casadi.MX.sym("worst")
+        objective, constraints, boxes = worst, [], []
+        guess: list[NDArray] = []
+        highest: list[NDArray] = []
+        excesses: list[float] = []
+        for k, (run, own) in enumerate(zip(starts, weights, strict=True)):
+            x0, given = self._given(run, own)
+            w = given[: self.sizes["peaks"]].copy()
+            given[: len(w)] = 0.0
+            smooth, equations = one(together[:, k], given)
+            excess = casadi.dot(casadi.DM(w), together[-len(w) :, k]) - references[k]
+            commands = self._commands[: shared[k] : self.every].ravel().tolist() if k else []
+            objective += smooth
+            constraints += [
+                equations,
+                worst - excess,
+                together[commands, k] - together[commands, 0],
+            ]
+            highest += [
+                np.where(equation, 0.0, np.inf),
+                np.full(1, np.inf),
+                np.zeros(len(commands)),
+            ]
+            guess.append(x0)
+            boxes.append(self._box(run, {}))
+            excesses.append(float(w.sum()) - references[k])
+        options: dict[str, Any] = {
+            "ipopt.max_iter": self.iterations, "ipopt.tol": _TOLERANCE, "ipopt.print_level": 0,
+            "ipopt.mu_init": _BARRIER, "ipopt.bound_push": 1e-6, "ipopt.bound_frac": 1e-6,
+            "ipopt.slack_bound_push": 1e-6, "ipopt.slack_bound_frac": 1e-6,
+            "ipopt.mumps_pivot_order": 0, "ipopt.sb": "yes", "print_time": False,
+        }  # fmt: skip
+        programme = {
+            "x": casadi.vertcat(casadi.vec(together), worst), "f": objective,
+            "g": casadi.vertcat(*constraints),
+        }  # fmt: skip
+        solver = casadi.nlpsol("together", "ipopt", programme, options)
+        solved = solver(
+            x0=np.append(np.concatenate(guess), max(excesses)),
+            lbx=np.append(np.concatenate([low for low, _ in boxes]), -np.inf),
+            ubx=np.append(np.concatenate([high for _, high in boxes]), np.inf),
+            lbg=0.0, ubg=np.concatenate(highest),
+        )  # fmt: skip
+        parts = np.asarray(solved["x"]).ravel()[:-1].reshape(len(starts), -1)
+        given_runs = zip(parts, starts, weights, strict=True)
+        return [self._optimum(x, run, own, solver.stats()) for x, run, own in given_runs]
+
+    @property
+    def _commands(self) -> NDArray:
+        """Places of the commands among the variables, (n, n_channels)."""
+        first = np.arange(self.n)[:, np.newaxis] * self.n_variables + self.n_states
+        return first + np.arange(self.sizes["u"])
+
+    def _given(self, run: Run, weights: Mapping[str, float]) -> tuple[NDArray, NDArray]:
+        """Scaled variables of a run, and the programme's parameters, the weights first."""
+        guess = self.guess(run)
+        scale, x0 = self.scale(guess), self.packed(guess)
+        ground = np.stack([record.acceleration for record in run.records])
+        peaks = self._peaks(run)
+        w = np.array([weights.get(q, 0.0) for q in self.quantities]) * peaks
+        return x0, np.concatenate([w, x0[: self.n_given], ground.ravel("F"), scale, peaks])
+
+    def _peaks(self, run: Run) -> NDArray:
+        """Peaks of a run, SI units."""
+        return np.array([run.criteria[f"peak_{q}"] for q in self.quantities])
+
+    def _box(self, run: Run, bounds: Mapping[str, float]) -> tuple[NDArray, NDArray]:
+        """Limits of the scaled variables: coils, and bounds of the peaks."""
+        high = np.full(self.n * self.n_variables + self.n_states, np.inf)
+        low = -high
+        reach = self.coils[:, 3] - self.coils[:, 2]
+        low[self._commands], high[self._commands] = (self.coils[:, [2, 3]].T / reach)[:, np.newaxis]
+        most = np.array([bounds.get(q, np.inf) for q in self.quantities])
+        high[-len(most) :] = most / self._peaks(run)
+        return low, high
+
+    def _optimum(
+        self, x: NDArray, run: Run, weights: Mapping[str, float], stats: Mapping[str, Any]
+    ) -> Optimum:
+        """Solution in SI units."""
+        u = x[self._commands[:: self.every]] * (self.coils[:, 3] - self.coils[:, 2])
         u = np.clip(u, self.coils[:, 2], self.coils[:, 3])
-        least = dict(zip(self.quantities, (x[-n_peaks:] * peaks).tolist(), strict=True))
-        stats = solver.stats()
-        objective = float(w @ x[-n_peaks:])
+        values = x[-len(self.quantities) :] * self._peaks(run)
+        least = dict(zip(self.quantities, values.tolist(), strict=True))
+        objective = sum(w * least[q] for q, w in weights.items())
         return Optimum(u, least, objective, stats["iter_count"], stats["success"], x)
 
 

@@ -11,9 +11,11 @@ from controllers.clairvoyant import (
     Clairvoyant,
     Plant,
     bound,
+    causal_bound,
     pareto,
     share_of_gap,
 )
+from ground_motions import Record
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
@@ -129,3 +131,38 @@ def test_share_of_the_gap():
     assert share_of_gap(2.0, 2.0, 1.0) == 0
     assert share_of_gap(1.0, 2.0, 1.0) == 1
     assert share_of_gap(2.5, 2.0, 1.0) == -0.5
+
+
+def parting(plant, until):
+    """The plant's motion, and one that becomes still after a time."""
+    (record,) = plant.records
+    k = round(until / record.dt)
+    still = np.where(np.arange(len(record)) > k, 0.0, record.acceleration)
+    return [plant, plant._replace(records=(Record(still, record.dt, name="still"),))]
+
+
+def test_motions_that_part_share_their_first_commands(short):
+    until, period = 0.8, 0.04
+    plants = parting(short, until)
+    references = [bound(one, period=period, starts=1).score for one in plants]
+    both = causal_bound(plants, [0.0, until], references, period=period, starts=1)
+    n = np.sum(both[0].time <= until + 1e-9)
+    np.testing.assert_allclose(both[0].current[:n], both[1].current[:n], atol=1e-6)
+    assert np.abs(both[0].current[n:] - both[1].current[n:]).max() > 0.1
+    excess = [one.score - r for one, r in zip(both, references, strict=True)]
+    # to know which motion comes is worth something, and each is free after the parting
+    assert 1e-3 < max(excess) < 0.5
+    assert max(one.difference for one in both) < 5e-3
+
+
+def test_motions_that_part_at_once_are_optimised_alone(short):
+    plants = parting(short, 0.8)
+    free = causal_bound(plants, [0.0, 0.0], [0.0, 0.0], period=0.04, starts=1)
+    alone = [bound(one, period=0.04, starts=1).score for one in plants]
+    # only the worse one counts
+    assert max(one.score for one in free) == pytest.approx(max(alone), abs=2e-3)
+
+
+def test_motions_that_part_earlier_than_said_are_refused(short):
+    with pytest.raises(InputError, match=r"still differs from .* before 0.9 s"):
+        causal_bound(parting(short, 0.8), [0.0, 0.9], [2.0, 2.0])
