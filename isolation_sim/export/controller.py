@@ -192,7 +192,9 @@ RUN = """\
 
 #include "NAME.h"
 
+#ifndef REPEATS
 #define REPEATS 100
+#endif
 
 int main(void)
 {

@@ -46,12 +46,15 @@ def job():
     return Job("", isolated, (record,), controllers, {"driver": iso.CoilDriver(lag=0.02)})
 
 
-def compiled_program(files, folder):
+def compiled_program(files, folder, *options):
     for name, text in files.items():
         (folder / name).write_text(text)
     sources = [name for name in files if name.endswith(".c")]
     done = subprocess.run(
-        [GCC, *STRICT, "-o", "program", *sources, "-lm"], cwd=folder, capture_output=True, text=True
+        [GCC, *STRICT, *options, "-o", "program", *sources, "-lm"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stderr
     return folder / "program"
@@ -155,7 +158,9 @@ def test_what_has_no_form_in_c_is_refused(controller, said, job):
 )
 def test_predictive_control_in_c_decides_as_in_the_simulation(settings, driver, job, tmp_path):
     controller = iso.controller("mpc", **settings)
-    case = replace(job, controllers={"mpc": controller}, options={"driver": driver})
+    sensors = iso.Sensors(delay=0.02 if "filter" in settings else 0.0)
+    options = {"driver": driver, "sensors": sensors}
+    case = replace(job, controllers={"mpc": controller}, options=options)
     files = controller_files(case, "mpc")
     assert "malloc" not in files["mpc.c"]
     inputs = re.findall(r"measured\[\d+\]: (\S+)", files["mpc.h"])
@@ -163,7 +168,7 @@ def test_predictive_control_in_c_decides_as_in_the_simulation(settings, driver, 
     # every 5 ms of the preview time
     assert len(known) == (80 if "preview" in settings else 0)
     assert not known or known[-1] == "ground_acceleration_in_400_ms_m_s2"
-    program, rows, decide = compiled_program(files, tmp_path), [], controller.current
+    program, rows, decide = compiled_program(files, tmp_path, "-DREPEATS=3"), [], controller.current
 
     def watched(t, measurement):
         command = decide(t, measurement)
@@ -171,8 +176,7 @@ def test_predictive_control_in_c_decides_as_in_the_simulation(settings, driver, 
         return command
 
     controller.current = watched
-    delay = iso.Sensors(delay=0.02) if "filter" in settings else iso.Sensors()
-    run = iso.simulate(job.isolated, job.records, controller, driver=driver, sensors=delay)
+    run = iso.simulate(job.isolated, job.records, controller, **options)
     given = "\n".join(" ".join(map(repr, row)) for row in rows)
     done = subprocess.run([program], input=given, capture_output=True, text=True, check=True)
     found = np.array([line.split() for line in done.stdout.splitlines()], float)
