@@ -7,10 +7,8 @@ Laws, parameter sets, controllers and records say where they come from in a shor
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..errors import InputError
 from .publications import PUBLICATIONS
 
 if TYPE_CHECKING:
@@ -41,11 +39,14 @@ class Citation(NamedTuple):
         return f"{self.text.rstrip('.')}. Used for: {', '.join(self.uses)}."
 
 
-def of_scenario(scenario: Scenario) -> list[Citation]:
-    """References of what a scenario uses."""
-    job = scenario.build()
-    sources = {label: getattr(each, "source", "") for label, each in job.controllers.items()}
-    return cited(_used(job.isolated, job.records, sources))
+def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
+    """References of what scenarios use."""
+    used: list[tuple[str, str]] = []
+    for scenario in scenarios:
+        job = scenario.build()
+        sources = {label: getattr(each, "source", "") for label, each in job.controllers.items()}
+        used += _used(job.isolated, job.records, sources)
+    return cited(used)
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
@@ -53,22 +54,6 @@ def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
     return cited(_used(first.isolated, first.records, sources))
-
-
-def of_path(path: Path | None) -> list[Citation]:
-    """References of what a results folder or a scenario file used."""
-    from ..scenario import Scenario, main_job
-
-    if path is None:
-        return of_scenario(main_job())
-    if path.is_dir() and not (path / "scenario.toml").is_file():
-        inside = [result.parent for result in sorted(path.glob("*/scenario.toml"))]
-        remedy = f", such as {inside[0]}" if inside else "; isolation-sim run makes one"
-        raise InputError(
-            f"{path}: holds no run (no scenario.toml); expected: a scenario file, or the folder of "
-            f"a run{remedy}"
-        )
-    return of_scenario(Scenario.read(path / "scenario.toml" if path.is_dir() else path))
 
 
 def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:

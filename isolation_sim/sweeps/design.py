@@ -142,16 +142,27 @@ class Design:
 
     def _check_values(self) -> None:
         """Try every value with the first ones of the other axes, but for a long file's."""
-        first = {id(axis): tuple(axis.changes(0)) for axis in self.axes}
         for axis in self.axes:
-            others = [c for each in self.axes if each is not axis for c in first[id(each)]]
             for k in range(min(len(axis), 1000)):
-                changes = (*others, *axis.changes(k))
                 try:
-                    validated(changed(self.base, changes))
+                    self._varied(axis, k)
                 except InputError as error:
                     shown = ", ".join(f"{name} = {v!r}" for name, v in axis.shown(k).items())
                     raise with_place(error, shown) from None
+
+    def _varied(self, axis: Axis, k: int) -> Scenario:
+        """Scenario of an axis's k-th point and the first ones of the other axes."""
+        others = (c for each in self.axes if each is not axis for c in each.changes(0))
+        return validated(changed(self.base, (*others, *axis.changes(k))))
+
+    def scenarios(self) -> Iterator[Scenario]:
+        """Scenarios that name whatever the cases name: numbers alone are not gone through."""
+        yield validated(self.case(0).data(self.base))
+        for axis in self.axes:
+            if not isinstance(axis.points, np.ndarray):
+                for k in range(min(len(axis), 1000)):
+                    if any(isinstance(value, str) for value in axis.points[k]):
+                        yield self._varied(axis, k)
 
 
 def validated(data: dict[str, Any]) -> Scenario:

@@ -8,12 +8,14 @@ import pytest
 from controllers import CONTROLLERS
 from isolation_sim import Scenario
 from isolation_sim.cli import main
+from isolation_sim.cli.cite import scenarios_of
 from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, available_sets, law
 from isolation_sim.reports import references
 from isolation_sim.reports.publications import PUBLICATIONS
 from isolation_sim.scenario import main_job
+from isolation_sim.tuning.tuning import Trial, Tuning
 
 TEXTBOOK = {"linear", "kelvin_voigt", "maxwell", "spring_pot"}
 """Laws without a publication of their own."""
@@ -60,20 +62,20 @@ def test_a_source_that_nobody_knows_stands_for_itself():
 
 
 def test_a_scenario_cites_what_it_names_and_nothing_else():
-    text = " ".join(c.line for c in references.of_scenario(Scenario.from_toml(
+    text = " ".join(c.line for c in references.of_scenarios([Scenario.from_toml(
         '[isolator]\nlaw = "hybrid"\n[[controller]]\nname = "passive_off"\n'
-    )))  # fmt: skip
+    )]))  # fmt: skip
     assert "improved FOA" in text and "Dyke" in text and "Chopra" in text
     assert "rate-dependent mechanical model" not in text and "Karnopp" not in text
 
 
 def test_a_folder_without_a_scenario_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"holds no run .*isolation-sim run makes one"):
-        references.of_path(tmp_path)
+    with pytest.raises(InputError, match=r"no such result; .*isolation-sim run makes one"):
+        scenarios_of(tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "scenario.toml").write_text("")
-    with pytest.raises(InputError, match=r"the folder of a run, such as .*mine"):
-        references.of_path(tmp_path)
+    with pytest.raises(InputError, match=r"tuning, such as .*mine"):
+        scenarios_of(tmp_path)
 
 
 def called(capsys, *arguments):
@@ -95,4 +97,31 @@ def test_cite_as_json(capsys):
     code, out = called(capsys, "cite", "--json")
     entries = json.loads(out)["references"]
     assert code == 0
-    assert [e["reference"] for e in entries] == [c.text for c in references.of_path(None)]
+    main_jobs = references.of_scenarios([main_job()])
+    assert [e["reference"] for e in entries] == [c.text for c in main_jobs]
+
+
+def test_a_sweep_cites_every_law_and_controller_of_its_cases(tmp_path, capsys):
+    plan = tmp_path / "plan.toml"
+    plan.write_text(
+        "[scenario.ground]\nstop_s = 0.5\n"
+        '[[vary]]\nfield = "isolator.law"\nvalues = ["strain_stiffening", "hybrid"]\n'
+        '[[vary]]\nfield = "controller"\nvalues = [{name = "on_off"}, {name = "fuzzy"}]\n'
+    )
+    assert called(capsys, "sweep", plan, "--out", tmp_path / "swept", "--workers", 1)[0] == 0
+    code, out = called(capsys, "cite", tmp_path / "swept")
+    assert code == 0
+    for used in ("law strain_stiffening", "law hybrid", "controller on", "controller fuzzy"):
+        assert used in out
+
+
+def test_a_tuning_cites_its_plant_and_the_tuned_controller(tmp_path, capsys):
+    plant = Scenario.from_toml('[isolator]\nlaw = "hybrid"\n[[controller]]\nname = "fuzzy"\n')
+    content = {
+        "controller": "clipped_lqr", "scenario": plant.to_toml(), "fixed": {}, "isolation_sim": "",
+        "command": "",
+    }  # fmt: skip
+    Tuning(content, [Trial({}, [1.0])]).save_state(tmp_path)
+    code, out = called(capsys, "cite", tmp_path)
+    assert code == 0 and "law hybrid" in out and "controller clipped" in out
+    assert "controller fuzzy" not in out
