@@ -260,7 +260,9 @@ def collect(
             else:
                 collect(value, parts, passed, shared)
         elif isinstance(value, (bool, int, float, tuple)):
-            _put(parts, needed, f"{needed} = {value!r}")
+            # Numba compiles a function once more for every number that is a constant
+            number = shared and isinstance(value, int) and not isinstance(value, bool)
+            _put(parts, needed, f"{needed} = {f'np.int64({value})' if number else repr(value)}")
         elif value is not np and value is not math:
             raise InputError(
                 f"{name} cannot be compiled: it uses {needed}, a {type(value).__name__}; expected: "

@@ -136,7 +136,7 @@ def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
     assert list(found.diverged) == ["passive_off"]
     assert isinstance(found.diverged["passive_off"], iso.Diverged)
     assert re.search(reason, str(found.diverged["passive_off"]))
-    assert re.search(f"passive_off has no result: .*{reason}", str(found))
+    assert re.search(f"passive off has no result: .*{reason}", str(found))
     run = found.runs["passive_on"]
     again = iso.compare(run.isolated, run.records[0], ["passive_off", "passive_on"])
     assert (list(again.runs), list(again.diverged)) == (["passive_on"], ["passive_off"])
