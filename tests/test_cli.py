@@ -348,7 +348,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("diagnose folder", "folder: no campaign.toml in it"),
         ("diagnose table.csv", "table.csv: columns 'a,b'; expected:"),
         ("diagnose folder --out table.csv/a", "table.csv/a: results cannot be written there"),
-        ("cite folder", "folder: holds no run"),
+        ("cite folder", "folder: holds no result"),
         ("cite latin.toml", "latin.toml: cannot be read (not UTF-8)"),
         ("sweep folder", "folder: cannot be read (Is a directory)"),
         ("sweep plan.toml --out table.csv", "table.csv: a file; expected: a new folder"),

@@ -62,7 +62,7 @@ def scenarios_of(path: Path | None) -> Iterable[Scenario]:
     try:
         result = load(path)
     except InputError:
-        raise InputError(f"{path}: no such result; {expected}") from None
+        raise InputError(f"{path}: holds no result; {expected}") from None
     if isinstance(result, Suite):
         result = result.sweep
     if isinstance(result, Sweep):

@@ -70,7 +70,7 @@ def test_a_scenario_cites_what_it_names_and_nothing_else():
 
 
 def test_a_folder_without_a_scenario_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"no such result; .*isolation-sim run makes one"):
+    with pytest.raises(InputError, match=r"holds no result; .*isolation-sim run makes one"):
         scenarios_of(tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "scenario.toml").write_text("")
