@@ -21,7 +21,7 @@ from .controller import Trial
 from .open_loop import OpenLoop, highest_tested, lowest, within_tested
 from .passive_off import PassiveOff
 from .prescribed import Prescribed
-from .settings import Integer, Number, setting
+from .settings import Integer, Number, Optional, setting
 
 if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
@@ -38,6 +38,8 @@ EQUALLY = {DISPLACEMENT: 1.0, ACCELERATION: 1.0}
 """The weighted peaks that controllers are compared by."""
 ITERATIONS = 300
 """Most iterations of the interior-point method."""
+LONG = 1000
+"""Intervals of a motion above which its first half is solved before."""
 _TRIFLE = 0.02
 """Weight of the other peak at an end of the Pareto front, so that it is not worse than need be."""
 _WITHIN = 1.001
@@ -102,11 +104,13 @@ class Bound:
 def bound(
     plant: Plant, weights: Mapping[str, float] = EQUALLY, period: float | None = None,
     starts: int = 2, roughness: float = 1e-3, iterations: int = ITERATIONS,
+    interval: float | None = None,
 ) -> Bound:  # fmt: skip
     """Minimise weighted peaks over the commands of a whole ground motion.
 
     The problem is not convex: what is returned is the best of the local optima found from several
-    constant currents.
+    constant currents. Under a motion of more than ``LONG`` intervals the first half is solved from
+    the constant current, and the whole from that optimum, continued by the constant current.
 
     Parameters
     ----------
@@ -123,6 +127,10 @@ def bound(
         See ``WholeRecord``.
     iterations : int
         Most iterations of the interior-point method from one start.
+    interval : float, optional, s
+        Shortest interval of the optimisation, to which a motion that is sampled more finely is
+        resampled; its own interval by default. A longer one takes less time. The certified peaks
+        are those under the motion itself.
 
     Returns
     -------
@@ -136,19 +144,33 @@ def bound(
     positive = tuple(sorted((q, float(w)) for q, w in weights.items() if w > 0))
     if not positive:
         raise InputError("clairvoyant: every weight is 0; expected: one or more above 0")
-    return _bound(plant, positive, period, starts, roughness, iterations)
+    return _bound(plant, positive, period, starts, roughness, iterations, interval)
 
 
 @lru_cache(maxsize=16)
 def _bound(
     plant: Plant, weights: tuple[tuple[str, float], ...], period: float | None, starts: int,
-    roughness: float, iterations: int,
+    roughness: float, iterations: int, interval: float | None,
 ) -> Bound:  # fmt: skip
     objective = dict(weights)
-    problem = _problem(plant, period, roughness, tuple(objective), iterations)
-    absolute, result = _absolute(plant, objective), []
-    for run in _starts(plant, starts):
-        optimum = problem.solve(run, absolute)
+    absolute, solved = _absolute(plant, objective), plant
+    if interval is not None and plant.records[0].dt < interval:
+        solved = plant._replace(records=tuple(r.resampled(interval) for r in plant.records))
+
+    def found(part: Plant, constant: NDArray) -> tuple[WholeRecord, Optimum]:
+        problem = _problem(part, period, roughness, tuple(objective), iterations)
+        commands, time = constant[np.newaxis], np.zeros(1)
+        if problem.n > LONG:
+            halves = tuple(r.cut(0.0, r.duration / 2) for r in part.records)
+            first = found(part._replace(records=halves), constant)[1].current
+            commands = np.vstack([first, commands])
+            time = np.arange(len(commands)) * problem.every * problem.dt
+        run = _simulated(part, Prescribed(time=time, amperes=commands))
+        return problem, problem.solve(run, absolute)
+
+    result = []
+    for run in _starts(solved, starts):
+        problem, optimum = found(solved, run.command[-1])
         result.append(_certified(plant, problem, objective, optimum))
     return min(result, key=lambda one: one.score)
 
@@ -441,6 +463,10 @@ class Clairvoyant(OpenLoop):
         "weight of the mean square change of the commands, relative to the peaks",
         Number(at_least=0),
     )
+    interval: float | None = setting(
+        None, "shortest interval of the optimisation; None for that of the motion's samples",
+        Optional(Number(above=0)), "s",
+    )  # fmt: skip
     iterations: int = setting(
         300,
         "largest number of iterations of the interior-point method from one start",
@@ -472,8 +498,9 @@ class Clairvoyant(OpenLoop):
             DRIFT: self.drift_weight,
         }
         self.bound = bound(
-            plant, weights, self.period, self.starts, self.roughness, self.iterations
-        )
+            plant, weights, self.period, self.starts, self.roughness, self.iterations,
+            self.interval,
+        )  # fmt: skip
 
     def commands(self, context: RunContext) -> tuple[NDArray, NDArray]:
         """Return the optimal commands."""

@@ -49,6 +49,8 @@ NOISE = {
 DEGRADED_SENSING = Sensors(noise=NOISE, delay=0.02, seed=1)
 CERTIFIED = 5e-3
 """Largest relative difference between engine and optimisation with which a bound counts."""
+INTERVAL = 0.02
+"""Interval of the clairvoyant optimum's commands, s: that of the controllers' decisions."""
 NOMINAL, PASSIVE = "nominal", "passive"
 HOME = "El Centro"
 
@@ -199,7 +201,7 @@ def possible(record: Record) -> dict[str, Any]:
     """
 
     def find() -> dict[str, Any]:
-        best = bound(Plant(plant(), (record,), DRIVER))
+        best = bound(Plant(plant(), (record,), DRIVER), interval=INTERVAL)
         off = _run(controller("passive_off"), record, Case())
         return _peaks(best.run, off) | {"certified": best.difference}
 

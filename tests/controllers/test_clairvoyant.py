@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controllers import controller
+from controllers import clairvoyant, controller
 from controllers.clairvoyant import (
     ACCELERATION,
     DISPLACEMENT,
@@ -15,6 +15,7 @@ from controllers.clairvoyant import (
     pareto,
     share_of_gap,
 )
+from controllers.predictive.whole_record import WholeRecord
 from ground_motions import Record
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
@@ -85,6 +86,35 @@ def test_the_best_of_several_optima_is_kept(isolated, el_centro):
     lowest, both = bound(plant, starts=1), bound(plant, starts=2)
     assert lowest.solved and both.solved
     assert both.score < 0.9 * lowest.score
+
+
+def test_a_long_motion_is_begun_with_the_optimum_of_its_first_half(short, monkeypatch):
+    begun = []
+    solve = WholeRecord.solve
+
+    def noted(self, start, *given):
+        begun.append((self.n, start.command[:-1, 0]))
+        return solve(self, start, *given)
+
+    monkeypatch.setattr(WholeRecord, "solve", noted)
+    monkeypatch.setattr(clairvoyant, "LONG", 100)
+    grown = bound(short, starts=1, period=0.04)
+    (half, constant), (whole, continued) = begun
+    assert (half, whole) == (62, 125) and np.all(constant == 0)
+    assert np.ptp(continued[:half]) > 0.1 and np.all(continued[half:] == 0)
+    monkeypatch.undo()
+    alone = bound(short, starts=1, period=0.04, iterations=299)
+    assert grown.score == pytest.approx(alone.score, rel=5e-3)
+
+
+def test_a_longer_interval_is_certified_under_the_motion_itself(short):
+    coarse, fine = bound(short, starts=1, interval=0.04), bound(short, starts=1)
+    assert coarse.run.records == short.records
+    assert weighted(short, coarse.run) == pytest.approx(coarse.score, rel=1e-9)
+    assert np.diff(coarse.time) == pytest.approx(0.04)
+    # half as many commands, and the ground without its fastest parts
+    assert fine.score * (1 - 5e-3) < coarse.score < 1.1 * fine.score
+    assert bound(short, starts=1, interval=0.01).score == fine.score
 
 
 def test_front_is_a_front_and_not_below_the_weighted_optimum(short):
