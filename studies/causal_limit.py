@@ -92,19 +92,19 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         constants = runs.constants(record)
         best = min(constants, key=lambda row: row["J"])
         row = {"motion": name, "parts_at_s": apart} | {
-            "best_constant_A": runs.CONSTANTS[constants.index(best)], "constant_J": best["J"],
+            "best_constant_A": runs.CONSTANTS[constants.index(best)], "J_of_constant": best["J"],
         }  # fmt: skip
         for own in runs.judged(candidates, record, runs.Case()):
-            row["constant_J"] = min(row["constant_J"], own["constant"])
+            row["J_of_constant"] = min(row["J_of_constant"], own["constant"])
             row[own["controller"]] = own["J"]
         rows.append(row)
         step(name, 0.2 / len(given))
-    found = limit(given, [row["constant_J"] for row in rows], 1 if short else 2)
+    found = limit(given, [row["J_of_constant"] for row in rows], 1 if short else 2)
     step("commands", 0.8)
     for row, J in zip(rows, found["J"], strict=True):
         for one in candidates:
-            row[one] -= row["constant_J"]
-        row["limit"] = J - row["constant_J"]
+            row[one] -= row["J_of_constant"]
+        row["limit"] = J - row["J_of_constant"]
     table = [
         {key: round(value, 3) if isinstance(value, float) else value for key, value in row.items()}
         for row in rows

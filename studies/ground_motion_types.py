@@ -169,7 +169,7 @@ def table(result: Rows) -> Rows:
         worst = int(over.argmax())
         numbers = {
             "over_constant": over.mean(), "from": low, "to": high, "worst": over[worst],
-            "J": np.mean([row["J"] for row in some]), "largest_J": max(row["J"] for row in some),
+            "J": np.mean([row["J"] for row in some]), "J_worst": max(row["J"] for row in some),
         }  # fmt: skip
         rows.append(
             {"kind": kind, "controller": name, "motions": len(some)}
