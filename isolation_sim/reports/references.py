@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..effects.extend import separate
 from .publications import PUBLICATIONS
 
 if TYPE_CHECKING:
     from ground_motions import Record
 
+    from ..laws import Device
     from ..scenario import Scenario
     from ..simulation.result import Run
     from ..structures import IsolatedStructure
@@ -46,17 +48,25 @@ def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
         job = scenario.build()
         sources = {label: getattr(each, "source", "") for label, each in job.controllers.items()}
         used += _used(job.isolated, job.records, sources)
-    return cited(used)
+    return _looked_up(used)
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     """References of what runs used."""
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
-    return cited(_used(first.isolated, first.records, sources))
+    return _looked_up(_used(first.isolated, first.records, sources))
 
 
-def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
+def of_device(device: Device) -> list[Citation]:
+    """References of a device's law and effects, such as a fit or a diagnosis leaves it."""
+    base, applied = separate(device)
+    used = [(f"law {base.law.name}", base.law.source)]
+    used += [(f"effect {effect.cause}", effect.source) for effect, _ in applied]
+    return _looked_up(used)
+
+
+def _looked_up(used: Iterable[tuple[str, str]]) -> list[Citation]:
     """Look up publications."""
     uses: dict[str, list[str]] = {}
     for what, source in used:
