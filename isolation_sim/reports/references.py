@@ -48,14 +48,14 @@ def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
         job = scenario.build()
         sources = {label: getattr(each, "source", "") for label, each in job.controllers.items()}
         used += _used(job.isolated, job.records, sources)
-    return _looked_up(used)
+    return cited(used)
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     """References of what runs used."""
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
-    return _looked_up(_used(first.isolated, first.records, sources))
+    return cited(_used(first.isolated, first.records, sources))
 
 
 def of_device(device: Device) -> list[Citation]:
@@ -63,10 +63,10 @@ def of_device(device: Device) -> list[Citation]:
     base, applied = separate(device)
     used = [(f"law {base.law.name}", base.law.source)]
     used += [(f"effect {effect.cause}", effect.source) for effect, _ in applied]
-    return _looked_up(used)
+    return cited(used)
 
 
-def _looked_up(used: Iterable[tuple[str, str]]) -> list[Citation]:
+def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
     """Look up publications."""
     uses: dict[str, list[str]] = {}
     for what, source in used:
