@@ -91,6 +91,14 @@ def _stop(number: int, frame: object) -> None:
     raise SystemExit(128 + number)
 
 
+def _stop_again(ignored: Any) -> None:
+    """Repeat the signal whose error Python ignores, as it does within a callback of a compiler."""
+    if isinstance(ignored.exc_value, SystemExit):
+        threading.Timer(0.05, signal.raise_signal, [signal.SIGTERM]).start()
+    else:
+        sys.__unraisablehook__(ignored)
+
+
 def _print_warning(message: Any, *_: Any, **__: Any) -> None:
     """Print a Python warning as one line: its place is in this package, not in a user's code."""
     print_warning(str(message))
@@ -112,6 +120,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and end the process."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
+        sys.unraisablehook = _stop_again
     warnings.showwarning = _print_warning
     try:
         code = get_command(app).main(arguments, "isolation-sim", standalone_mode=False)

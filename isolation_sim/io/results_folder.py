@@ -148,11 +148,12 @@ def write_contents(folder: str | Path, title: str) -> Path:
     """Write ``README.txt`` into a folder of results: what each file in it is."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
-    listed: set[Path] = set()
+    listed: dict[Path, str] = {}
     for pattern, what in _CONTENTS.items():
-        found = sorted(set(folder.glob(pattern)) - listed)
-        listed.update(found)
-        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in found]
+        listed |= dict.fromkeys(sorted(set(folder.glob(pattern)) - set(listed)), what)
+    names = [path.name + "/" * path.is_dir() for path in listed]
+    width = max(map(len, names), default=0) + 2
+    lines += [f"{name:<{width}}{what}" for name, what in zip(names, listed.values(), strict=True)]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 
