@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from .sweeps.plan import SweepPlan
     from .sweeps.result import Sweep
     from .sweeps.run import sweep
+    from .sweeps.study import Study
     from .sweeps.suites.result import Suite
     from .sweeps.suites.run import run_suite
     from .tuning.tune import tune
@@ -113,6 +114,7 @@ _HOMES = {
     "Sensors": ".simulation.control",
     "Simulator": ".simulation.simulator",
     "Structure": ".structures",
+    "Study": ".sweeps.study",
     "Suite": ".sweeps.suites.result",
     "Sweep": ".sweeps.result",
     "SweepPlan": ".sweeps.plan",
@@ -181,6 +183,7 @@ __all__ = [
     "Sensors",
     "Simulator",
     "Structure",
+    "Study",
     "Suite",
     "Sweep",
     "SweepPlan",

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .laws.law import Law
     from .scenario import Scenario
     from .sweeps.result import Sweep
+    from .sweeps.study import Study
     from .sweeps.suites.result import Suite
     from .tuning.tuning import Tuning
 
@@ -177,18 +178,18 @@ def compare(
 
 
 @checked
-def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite | Tuning:
+def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite | Tuning | Study:
     """Read a saved result as what it was.
 
     Parameters
     ----------
     path : str or pathlib.Path
-        Folder that ``save``, ``isolation-sim run``, ``fit``, ``diagnose``, ``sweep``, ``suite`` or
-        ``tune`` wrote, or a file ``result.npz``.
+        Folder that ``save``, ``isolation-sim run``, ``fit``, ``diagnose``, ``sweep``, ``suite``,
+        ``tune`` or ``study`` wrote, or a file ``result.npz``.
 
     Returns
     -------
-    Run, Comparison, Fit, Diagnosis, Sweep, Suite or Tuning
+    Run, Comparison, Fit, Diagnosis, Sweep, Suite, Tuning or Study
         With its plots, criteria and reports; without the simulation's working memory.
 
     Raises
@@ -198,6 +199,7 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
     """
     from .archive import FILE, load_archive
     from .sweeps.result import Sweep
+    from .sweeps.study import FINDING, Study
     from .sweeps.suites.result import Suite
     from .tuning.tuning import Tuning
 
@@ -206,8 +208,10 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
         return load_archive(folder)
     if (folder / FILE).is_file():
         return load_archive(folder / FILE)
-    kinds: dict[str, Callable[[Path], Sweep | Suite | Tuning]]
-    kinds = {"suite.json": Suite, "manifest.json": Sweep, "tuning.json": Tuning.read}
+    kinds: dict[str, Callable[[Path], Sweep | Suite | Tuning | Study]]
+    kinds = {
+        "suite.json": Suite, "manifest.json": Sweep, "tuning.json": Tuning.read, FINDING: Study,
+    }  # fmt: skip
     for name, kind in kinds.items():
         if (folder / name).is_file():
             return kind(folder)

@@ -40,6 +40,7 @@ app = typer.Typer(
     cls=_Studies,
     help="Run a study by its name, or by the path of its file.",
     no_args_is_help=True,
+    add_completion=False,
     rich_markup_mode=None,
     epilog=examples(
         "isolation-sim study papers",
@@ -99,8 +100,9 @@ def _run(name: str) -> typer.Typer:
         quiet: Quiet = False,
     ) -> None:
         from isolation_sim.reports.console import standard_console
+        from isolation_sim.reports.study_tables import layout
 
-        from .study import layout, perform
+        from .study import perform
 
         where = out or default_folder(name)
         with progress(quiet, 1) as step:
@@ -109,7 +111,7 @@ def _run(name: str) -> typer.Typer:
             print(json.dumps({"finding": result.finding, "table": list(result.table)}, indent=2))
         elif not quiet:
             console = standard_console()
-            console.print(layout(result.table, about(name)))
+            console.print(layout(result.table, run.__doc__ or ""))
             console.print(f"\n{result.finding}\n")
         print_results(path, as_json, quiet, where)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,21 +21,15 @@ from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
-from isolation_sim.reports.sweep_tables import heading
-from isolation_sim.reports.tables import TextTable
-from isolation_sim.reports.units import unit_of
-from isolation_sim.written_names import as_written
+from isolation_sim.reports.study_tables import Records, texts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import RenderableType
 
     from isolation_sim.sweeps import Estimate, Sweep
 
 Step = Callable[..., None]
 """``step(what, share)``: what is being done, and which share of the study has just been done."""
-
-Records = Sequence[Mapping[str, Any]]
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 """Measured data beside the checkout, unless ISOLATION_SIM_DATA says where they are."""
@@ -176,32 +170,3 @@ def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
         step("running", done / total)
 
     return sweep(dict(plan), folder / "sweep", announce=announce, progress=progress)
-
-
-def layout(records: Records, title: str) -> RenderableType:
-    """Lay out a study's table for the terminal, in engineering units."""
-    words = [any(isinstance(record.get(key), str) for record in records) for key in _keys(records)]
-    # the words that a row begins with say which case it is
-    keys = max(1, next((k for k, word in enumerate(words) if not word), len(words)))
-    return TextTable(title, *texts(records), keys=keys)
-
-
-def texts(records: Records) -> tuple[list[str], list[list[str]]]:
-    """Write a study's table as text, in engineering units."""
-    keys = _keys(records)
-    headings = [heading(key).replace("_", " ") for key in keys]
-    return headings, [[_printed(key, record.get(key, "")) for key in keys] for record in records]
-
-
-def _keys(records: Records) -> list[str]:
-    return list(dict.fromkeys(key for record in records for key in record))
-
-
-def _printed(key: str, value: Any) -> str:
-    if value is None:
-        return "never"
-    if key == "controller":
-        return as_written(value)
-    if isinstance(value, float):
-        return f"{value * unit_of(key)[1]:.3g}"
-    return str(value)

@@ -26,6 +26,18 @@ name = "passive_off"
 name = "passive_on"
 """
 
+WARNS = """
+import warnings
+from controllers import Controller
+
+class Warns(Controller):
+    name = "warns"
+    def prepare(self, context, trial):
+        warnings.warn("the current is a guess")
+    def current(self, t, measurement):
+        return 1.0
+"""
+
 CRITERIA = (
     {
         f"{kind}_{name}"
@@ -456,6 +468,21 @@ def test_shells_complete_commands(here):
         check=True,
     )  # fmt: skip
     assert done.stdout.split() == ["list"]
+
+
+def test_a_warning_is_one_line_without_a_place_in_the_package(here, call):
+    """What Python code is warned of at its own line has no line on the command line."""
+    (here / "mine.py").write_text(WARNS)
+    (here / "short.toml").write_text(SHORT.replace('"passive_on"', '"mine.py:Warns"'))
+    code, _, err = call("run", "short.toml", "--no-figures", "--quiet")
+    assert code == 0
+    assert "warning: the current is a guess\n" in err
+    assert "UserWarning" not in err and "mine.py" not in err
+
+
+def test_studies_have_the_options_of_other_commands(call):
+    _, out, _ = call("study", "--help")
+    assert "completion" not in out and "--help" in out
 
 
 def test_no_colours_where_nobody_looks(here, call):

@@ -7,6 +7,8 @@ from scipy.io import loadmat
 
 import isolation_sim as iso
 from isolation_sim.cli import main
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
 from isolation_sim.io.columns import columns_bytes
 from isolation_sim.io.netcdf import read_netcdf
 
@@ -90,3 +92,23 @@ def test_what_is_refused(tmp_path, results, capsys):
     assert not (tmp_path / "none").exists()
     assert command("export", "mat", tmp_path) == 2
     assert "holds no results" in capsys.readouterr().err
+
+
+def test_the_folder_of_a_fit_is_exported_as_fit_exports_it(tmp_path):
+    time = np.arange(0, 2, 1 / 64)
+    x, v = 4e-3 * np.sin(6 * time), 24e-3 * np.cos(6 * time)
+    noise = np.random.default_rng(0).normal(0, 1.0, time.size)
+    run = TestRun("sine", time, x, v, 2e4 * x + 300 * v + noise, np.zeros(time.size))
+    fit = iso.fit(Campaign("spring", "made for a test", (run,)), "kelvin_voigt", starts=1)
+    fit.save(tmp_path / "fit")
+    sheets = [
+        pandas.read_excel(path, sheet_name=None)
+        for path in (
+            fit.save(tmp_path / "own.xlsx"), iso.export_results(tmp_path / "fit", "xlsx"),
+        )
+    ]  # fmt: skip
+    assert sheets[0].keys() == sheets[1].keys() >= {"law", "parameters", "runs"}
+    for name, table in sheets[0].items():
+        pandas.testing.assert_frame_equal(sheets[1][name], table)
+    with pytest.raises(iso.InputError, match="nothing: no such folder"):
+        iso.export_results(tmp_path / "nothing", "mat")

@@ -257,6 +257,31 @@ def test_a_terminated_command_leaves_nothing_behind(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+IN_A_CALLBACK = """
+import ctypes, signal, time, types
+from isolation_sim import cli
+
+compiler = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGTERM))
+
+def work(*arguments, **options):
+    compiler()
+    time.sleep(20)
+    print("went on")
+
+cli.get_command = lambda app: types.SimpleNamespace(main=work)
+cli.main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM to catch")
+def test_a_signal_while_a_law_compiles_ends_the_command():
+    """Python ignores what is raised within a callback from C, such as that of the compiler."""
+    done = subprocess.run(
+        [sys.executable, "-c", IN_A_CALLBACK], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
+
+
 def test_a_name_of_ones_own_that_hides_a_package_is_told(tmp_path):
     """A controllers.py beside a script, and a ground_motions.py."""
     code = "import isolation_sim as iso; iso.controller('passive_off')"

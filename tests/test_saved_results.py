@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 import isolation_sim as iso
 from isolation_sim.archive import FILE, load_archive, save_archive
+from isolation_sim.cli import main
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
 from isolation_sim.effects import effect, extend
 from isolation_sim.errors import Diverged, InputError
@@ -19,6 +20,7 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS
 from isolation_sim.laws.law import Law, Quantity
+from studies.study import perform
 
 pytestmark = pytest.mark.filterwarnings("ignore::isolation_sim.errors.TestedRangeWarning")
 
@@ -127,6 +129,61 @@ def test_a_diagnosis_comes_back(diagnosis, tmp_path):
     found = iso.load(tmp_path / "diagnosis")
     assert found.extended.law is diagnosis.extended.law
     assert found.to_json() == diagnosis.to_json()
+
+
+STUDY = '''"""A question of one's own."""
+import matplotlib.figure
+from studies.study import Outcome, swept
+TITLE = "What does nothing do?"
+PLAN = {
+    "scenario": {"ground": {"stop_s": 1.0}, "controller": [{"name": "passive_off"}]},
+    "vary": [{"field": "isolator.count", "values": [1.0]}],
+}
+def outcome(folder, short, step):
+    runs = swept(PLAN, folder, step).table
+    peak = float(runs["peak_drift_m"][0])
+    rows = [{"case": "none", "peak_m": None}, {"case": "one", "peak_m": peak}]
+    return Outcome(rows, "Little.\\n\\nVery little.", {"empty": matplotlib.figure.Figure()})
+'''
+
+
+def test_a_study_comes_back(tmp_path, capsys):
+    (tmp_path / "mine.py").write_text(STUDY)
+    outcome, folder = perform(str(tmp_path / "mine.py"), tmp_path / "out")
+    study = iso.load(folder)
+    assert isinstance(study, iso.Study)
+    assert (study.title, study.finding) == ("What does nothing do?", outcome.finding)
+    assert list(study.table["case"]) == ["none", "one"]
+    assert np.isnan(study.table["peak_m"][0])
+    assert study.table["peak_m"][1] == outcome.table[1]["peak_m"]
+    assert study.figures == {"empty": folder / "figures" / "empty.svg"}
+    assert study.sweep.table["peak_drift_m"][0] == study.table["peak_m"][1]
+    assert repr(study) == "Study(What does nothing do? 2 rows, 1 figures)"
+    for text in (str(study), study._repr_html_()):
+        assert "never" in text and "Very little." in text
+
+
+def cited(capsys, folder):
+    with pytest.raises(SystemExit) as ended:
+        main(["cite", str(folder)])
+    return ended.value.code or 0, *capsys.readouterr()
+
+
+def test_what_a_saved_result_cites(fitted, diagnosis, tmp_path, capsys):
+    """A fit cites its law, a diagnosis its effects too, a study the runs of its sweep."""
+    code, out, _ = cited(capsys, fitted.save(tmp_path / "fit"))
+    assert code == 0 and "for: law kelvin_voigt" in out
+    diagnosis.save(tmp_path / "diagnosis")
+    code, out, _ = cited(capsys, tmp_path / "diagnosis")
+    assert code == 0 and "for: law bouc_wen" in out and "effect coulomb_friction" in out
+    (tmp_path / "mine.py").write_text(STUDY)
+    _, folder = perform(str(tmp_path / "mine.py"), tmp_path / "out")
+    code, out, _ = cited(capsys, folder)
+    assert code == 0 and "El Centro" in out
+    (tmp_path / "no").mkdir()
+    (tmp_path / "no" / "finding.txt").write_text("A title\n\nNothing.\n")
+    code, out, err = cited(capsys, tmp_path / "no")
+    assert code == 2 and err.count("\n") == 1 and "name no sources" in err
 
 
 @pytest.fixture(scope="module")

@@ -15,12 +15,13 @@ def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return beyond * touches * np.sign(signals.x), signals.v * touches
 
 
+GAP = EffectParameter("gap", "m", "play to either side", lower=0.0, strength=True, starts=(0.1,))
 FORMS = (
     Effect(
         cause="slack",
         form="symmetric",
         title="Play in the bolts",
-        parameters=(EffectParameter("gap", "m", "play to either side", lower=0.0, strength=True),),
+        parameters=(GAP,),
         motion=motion,
         source="geometry",
     ),

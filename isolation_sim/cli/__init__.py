@@ -9,6 +9,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import warnings
 from typing import Annotated, Any
 
 import typer
@@ -19,7 +20,7 @@ from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
 from . import check, cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
-from .common_options import TABLE_WIDTH, examples, print_error
+from .common_options import TABLE_WIDTH, examples, print_error, print_warning
 
 
 class _Commands(TyperGroup):
@@ -90,6 +91,19 @@ def _stop(number: int, frame: object) -> None:
     raise SystemExit(128 + number)
 
 
+def _stop_again(ignored: Any) -> None:
+    """Repeat the signal whose error Python ignores, as it does within a callback of a compiler."""
+    if isinstance(ignored.exc_value, SystemExit):
+        threading.Timer(0.05, signal.raise_signal, [signal.SIGTERM]).start()
+    else:
+        sys.__unraisablehook__(ignored)
+
+
+def _print_warning(message: Any, *_: Any, **__: Any) -> None:
+    """Print a Python warning as one line: its place is in this package, not in a user's code."""
+    print_warning(str(message))
+
+
 def _end_at_usage(error: Any) -> None:
     """Say in one line which option or argument cannot be used; help where nothing was given."""
     context = error.ctx
@@ -106,6 +120,8 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and end the process."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
+        sys.unraisablehook = _stop_again
+    warnings.showwarning = _print_warning
     try:
         code = get_command(app).main(arguments, "isolation-sim", standalone_mode=False)
         sys.exit(code if isinstance(code, int) else 0)

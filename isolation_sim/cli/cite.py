@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 from .common_options import AsJson, examples
 
 if TYPE_CHECKING:
-    from ..scenario import Scenario
+    from ..reports.references import Citation
 
 EXAMPLES = examples("isolation-sim cite", "isolation-sim cite results/main_job --json")
 
@@ -21,18 +20,16 @@ def cite(
     what: Annotated[
         Path | None,
         typer.Argument(
-            help="Folder of a run, sweep, suite or tuning, or scenario file; the main job by "
-            "default.",
+            help="Folder of results, or scenario file; the main job by default.",
             metavar="[DIR|SCENARIO]",
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Print the references of the methods that a result used."""
-    from ..reports.references import of_scenarios
     from ..version import __version__
 
-    citations = of_scenarios(scenarios_of(what))
+    citations = citations_of(what)
     if as_json:
         records = [{"reference": text, "used_for": list(uses)} for text, uses in citations]
         print(json.dumps({"version": __version__, "references": records}, indent=2))
@@ -42,33 +39,39 @@ def cite(
         print(f"{text}\n    for: {', '.join(uses)}")
 
 
-def scenarios_of(path: Path | None) -> Iterable[Scenario]:
-    """Scenarios behind a results folder or in a file; the main job for None."""
+def citations_of(path: Path | None) -> list[Citation]:
+    """References behind a results folder or a scenario's file; of the main job for None."""
     from ..api import load
+    from ..discrepancy.diagnosis import Diagnosis
     from ..errors import InputError
+    from ..identification.fitted import Fit
+    from ..reports.references import of_device, of_scenarios
     from ..scenario import Scenario, main_job
     from ..sweeps.design import Design
     from ..sweeps.result import Sweep
+    from ..sweeps.study import Study
     from ..sweeps.suites.result import Suite
     from ..tuning.tuning import Tuning
 
     if path is None:
-        return [main_job()]
+        return of_scenarios([main_job()])
     if not path.is_dir() or (path / "scenario.toml").is_file():
-        return [Scenario.read(path / "scenario.toml" if path.is_dir() else path)]
+        return of_scenarios([Scenario.read(path / "scenario.toml" if path.is_dir() else path)])
     inside = [result.parent for result in sorted(path.glob("*/scenario.toml"))]
     remedy = f", such as {inside[0]}" if inside else "; isolation-sim run makes one"
-    expected = f"expected: a scenario file, or the folder of a run, sweep, suite or tuning{remedy}"
+    expected = f"expected: a scenario file, or a folder of results{remedy}"
     try:
         result = load(path)
     except InputError:
         raise InputError(f"{path}: holds no result; {expected}") from None
-    if isinstance(result, Suite):
-        result = result.sweep
-    if isinstance(result, Sweep):
-        return Design(result.plan).scenarios()
+    runs = result.sweep if isinstance(result, Suite | Study) else result
+    if isinstance(runs, Sweep):
+        return of_scenarios(Design(runs.plan).scenarios())
     if isinstance(result, Tuning):
         plant = Scenario.from_toml(result.content["scenario"])
         tuned = Scenario.from_toml(result.scenario_section())
-        return [plant.model_copy(update={"controller": tuned.controller})]
-    raise InputError(f"{path}: a {type(result).__name__.lower()}; {expected}")
+        return of_scenarios([plant.model_copy(update={"controller": tuned.controller})])
+    device = getattr(result, "device" if isinstance(result, Fit) else "extended", None)
+    if isinstance(result, Fit | Diagnosis) and device is not None:
+        return of_device(device)
+    raise InputError(f"{path}: its results name no sources; {expected}")

@@ -96,7 +96,7 @@ def export_fmu(
     print(write_fmu(part, out, fmi))
 
 
-Folder = Annotated[Path, typer.Argument(help="Results of a run, a diagnosis, a sweep or a study.")]
+Folder = Annotated[Path, typer.Argument(help="Folder of results.")]
 OutFile = Annotated[
     Path | None, typer.Option(help="File to write; results.mat or .xlsx in the folder by default.")
 ]

@@ -21,6 +21,7 @@ from ..simulation.control import Control, RunContext
 from ..simulation.result import Run
 from ..simulation.run import simulate
 from ..structures import IsolatedStructure
+from ..written_names import as_written
 
 CASES = {
     "predicted": "plant and nominal model by the evaluated law",
@@ -104,6 +105,7 @@ def consequence(
         )
     tell = progress or (lambda what: None)
     runs: dict[str, dict[str, Run | None]] = {case: {} for case in CASES}
+    refused: dict[str, str] = {}
     for name, control in controllers.items():
         # in this order: what is learnt on the old plant is used on the new one
         for case, plant, nominal, one in (
@@ -116,6 +118,8 @@ def consequence(
                 run = simulate(plant, ground, one, **{**(options or {}), "nominal": nominal})
             except Diverged:
                 run = None
+            except InputError as error:
+                run, refused[name] = None, str(error)
             runs[case][name] = run
     ranked = {case: _ranked(of_case) for case, of_case in runs.items()}
     performance = {name: {case: ranked[case][name] for case in CASES} for name in controllers}
@@ -123,7 +127,7 @@ def consequence(
     return Consequence(
         scenario=f"{before.structure.name}, {', '.join(record.name for record in records)}",
         scaling=scaling,
-        finding=_finding(performance),
+        finding=_finding(performance, refused),
         performance=performance,
         warnings=tuple(_beyond(runs)),
     )
@@ -167,19 +171,23 @@ def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
             if peak > tested:
                 peaks[name] = peak / tested
         if peaks:
-            how = ", ".join(f"{name} {ratio:.2f} times" for name, ratio in peaks.items())
+            how = ", ".join(
+                f"{as_written(name)} {ratio:.2f} times" for name, ratio in peaks.items()
+            )
             sentences.append(
                 f"{_WHERE[case]} the device deforms further than it was tested: {how}."
             )
     return sentences
 
 
-def _finding(performance: Mapping[str, Mapping[str, Performance | None]]) -> str:
+def _finding(
+    performance: Mapping[str, Mapping[str, Performance | None]], refused: Mapping[str, str]
+) -> str:
     failed = [
-        f"{name} ({case})"
+        f"{as_written(name)} ({case})"
         for name, cases in performance.items()
         for case, one in cases.items()
-        if one is None
+        if one is None and name not in refused
     ]
     known = {
         name: (predicted, actual, redesigned)
@@ -189,6 +197,7 @@ def _finding(performance: Mapping[str, Mapping[str, Performance | None]]) -> str
         and (redesigned := cases["redesigned"])
     }
     sentences = [f"The response diverges: {', '.join(failed)}."] if failed else []
+    sentences += [f"{as_written(n)} cannot be used: {reason}." for n, reason in refused.items()]
     if not known:
         return " ".join(sentences)
     sentences.append(
@@ -215,12 +224,13 @@ def _range(known: _Known, quantity: str) -> str:
 
 def _choice(known: _Known) -> str:
     """Say which controller it would have chosen, and what that costs."""
-    chosen = min(known, key=lambda name: known[name][0].J)
-    best = min(known, key=lambda name: known[name][1].J)
+    first = min(known, key=lambda name: known[name][0].J)
+    second = min(known, key=lambda name: known[name][1].J)
+    chosen, best = as_written(first), as_written(second)
     same = all(predicted.rank == actual.rank for predicted, actual, _ in known.values())
     if same:
         return f"It ranks the controllers as they are, {chosen} first."
-    hoped, got, possible = known[chosen][0].J, known[chosen][1].J, known[best][1].J
+    hoped, got, possible = known[first][0].J, known[first][1].J, known[second][1].J
     if got == possible:
         return f"It finds the best controller, {chosen}, but not the order of the others."
     return (
@@ -237,6 +247,6 @@ def _redesign(known: _Known) -> list[str]:
         return ["Designing the controllers with the extended law changes nothing."]
     _, before, after = known[most]
     return [
-        f"Designing with the extended law changes {most} most: J goes from {before.J:.3f} to "
-        f"{after.J:.3f}."
+        f"Designing with the extended law changes {as_written(most)} most: J goes from "
+        f"{before.J:.3f} to {after.J:.3f}."
     ]

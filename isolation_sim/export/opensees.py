@@ -197,7 +197,9 @@ def opensees_material(
     from scipy.optimize import least_squares
 
     if amplitude is None:
-        amplitude = device.deformation_scale
+        amplitude = device.length * device.tested_deformation
+        if not np.isfinite(amplitude):
+            raise InputError("the device has no tested deformation; expected: an amplitude, m")
     for what, value, unit in (("amplitude", amplitude, "m"), ("frequency", frequency, "Hz")):
         if not 0 < value < np.inf:
             raise InputError(f"{what} is {value} {unit}; expected: above 0")

@@ -15,8 +15,9 @@ from ground_motions.argument_types import checked
 from ..archive import FILE, save_archive
 from ..effects import device_section
 from ..io.atomic_write import write_text
+from ..io.csv_table import write_table
 from ..io.interchange import write_parts
-from ..io.results_folder import write_contents
+from ..io.results_folder import file_name, write_contents
 from ..laws import Device
 from ..rendering import Printed, render
 from .campaign import Campaign
@@ -386,8 +387,8 @@ class Fit(LawEvaluation):
         path : str or pathlib.Path
             A file, replaced whole or not at all: ``.toml`` gets the scenario section, ``.mat`` and
             ``.xlsx`` the law's polynomials of the current, the fitted numbers, the runs' errors
-            and their loops; or a folder, which gets ``fitted.toml``, ``result.npz`` and
-            ``report.html``, and which ``isolation_sim.load`` reads.
+            and their loops; or a folder, which gets ``fitted.toml``, these tables as
+            CSV, ``result.npz`` and ``report.html``, and which ``isolation_sim.load`` reads.
 
         Returns
         -------
@@ -403,6 +404,8 @@ class Fit(LawEvaluation):
             return write_parts(self._exported(), path.suffix[1:], path)
         path.mkdir(parents=True, exist_ok=True)
         write_text(self.scenario_section(), path / "fitted.toml")
+        for name, table in self._exported().items():
+            write_table(table.to_dict("records"), path / f"{file_name(name)}.csv")
         save_archive(self, path / FILE)
         self.to_html(path / "report.html")
         write_contents(path, f"Fit of {self.device.law.name} to {self.campaign.name}")

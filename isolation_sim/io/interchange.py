@@ -32,7 +32,7 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
     Parameters
     ----------
     folder : str or pathlib.Path
-        Results of a run, a diagnosis, a sweep or a study: its CSV files, ``table.npz`` and
+        Results of a run, a fit, a diagnosis, a sweep or a study: its CSV files, ``table.npz`` and
         netCDF files.
     form : {"mat", "xlsx"}
         ``"mat"``: MATLAB's format of version 5, one struct per file, whose fields are a table's
@@ -60,9 +60,9 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
     for path in sorted([*folder.glob("*.csv"), *folder.glob("table.npz"), *folder.glob("*.nc")]):
         parts[path.stem if path.stem not in parts else path.name] = _read(path)
     if not parts:
+        what = "holds no results" if folder.is_dir() else "no such folder"
         raise InputError(
-            f"{folder}: holds no results; expected: a folder with CSV files, table.npz or netCDF "
-            "files"
+            f"{folder}: {what}; expected: a folder with CSV files, table.npz or netCDF files"
         )
     return write_parts(parts, form, folder / f"results.{form}" if out is None else Path(out))
 

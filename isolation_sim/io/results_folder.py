@@ -124,10 +124,13 @@ _CONTENTS = {
     "causes.csv": "the causes that were found, with their parameters",
     "table.npz": "one row per run, one array per column, in SI units; isolation_sim.load reads it",
     "result.npz": "all data; isolation_sim.load returns the object",
+    "law.csv": "the fitted law: polynomials of the current, by parameter",
+    "parameters.csv": "the fitted numbers with their intervals",
+    "loops_*.csv": "measured motion, current and force of a run, and the fitted force",
     "fitted.toml": "the fitted law: the [isolator] section of a scenario",
     "manifest.json": "what the sweep ran",
     "statistics.csv": "mean, median, 84th percentile, maximum of every criterion, in SI units",
-    "runs.csv": "every run of the suite, in SI units",
+    "runs.csv": "every run, in SI units",
     "suite.json": "the motions of the suite and what was done to them",
     "motions": "the motions as they shake the building",
     "sweep": "the sweep behind it; isolation-sim sweep show reads it",
@@ -145,11 +148,12 @@ def write_contents(folder: str | Path, title: str) -> Path:
     """Write ``README.txt`` into a folder of results: what each file in it is."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
-    listed: set[Path] = set()
+    listed: dict[Path, str] = {}
     for pattern, what in _CONTENTS.items():
-        found = sorted(set(folder.glob(pattern)) - listed)
-        listed.update(found)
-        lines += [f"{path.name + '/' * path.is_dir():<24}{what}" for path in found]
+        listed |= dict.fromkeys(sorted(set(folder.glob(pattern)) - set(listed)), what)
+    names = [path.name + "/" * path.is_dir() for path in listed]
+    width = max(map(len, names), default=0) + 2
+    lines += [f"{name:<{width}}{what}" for name, what in zip(names, listed.values(), strict=True)]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..effects.extend import separate
 from .publications import PUBLICATIONS
 
 if TYPE_CHECKING:
     from ground_motions import Record
 
+    from ..laws import Device
     from ..scenario import Scenario
     from ..simulation.result import Run
     from ..structures import IsolatedStructure
@@ -54,6 +56,14 @@ def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
     return cited(_used(first.isolated, first.records, sources))
+
+
+def of_device(device: Device) -> list[Citation]:
+    """References of a device's law and effects, such as a fit or a diagnosis leaves it."""
+    base, applied = separate(device)
+    used = [(f"law {base.law.name}", base.law.source)]
+    used += [(f"effect {effect.cause}", effect.source) for effect, _ in applied]
+    return cited(used)
 
 
 def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:

@@ -156,6 +156,10 @@ class Simulator:
         self._seed: int | None = None
         self.reset()
 
+    def __repr__(self) -> str:
+        at = f"{self.time:.4g} s, step {self._k} of {self.n_steps}"
+        return f"Simulator({self.isolated.structure.name}; period {self.period:g} s; at {at})"
+
     @property
     def time(self) -> float:
         """Time at the end of the last step, s."""

@@ -63,6 +63,10 @@ class DeviceSimulator:
         self._settings, self._end = np.zeros(2), np.zeros(4)
         self.reset()
 
+    def __repr__(self) -> str:
+        name = self.device.name or self.device.law.name
+        return f"DeviceSimulator({name}; period {self.period:g} s; at {self.time:.4g} s)"
+
     @property
     def time(self) -> float:
         """Time at the end of the last step, s."""

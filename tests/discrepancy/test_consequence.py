@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
+from controllers import Controller
 from ground_motions import el_centro_1940
 from ground_motions.spectra import response_spectrum
 from isolation_sim.discrepancy.consequence import CASES, consequence
@@ -211,3 +212,29 @@ def test_what_makes_no_sense_is_left_out_in_words():
     damper = replace(iso.law("kelvin_voigt", {"k": 1e3, "c": 1e4}), tested_deformation=0.01)
     refused = with_consequence(_diagnosis(damper, damper), SCENARIO).consequence
     assert not refused.performance and "cannot carry a building" in refused.finding
+
+
+class _OldLawOnly(Controller):
+    """Refuses a nominal model that is not the one it was made for."""
+
+    name = "old_law_only"
+
+    def __init__(self, expected):
+        self._expected = expected
+
+    def prepare(self, context, trial):
+        if context.nominal is not self._expected:
+            raise iso.InputError("made for another law")
+
+    def current(self, t, measurement):
+        return 1.0
+
+
+def test_a_controller_that_refuses_the_new_law_leaves_the_others(before, after, ground):
+    """A diagnosis takes long: one controller must not end it."""
+    both = {"passive_off": iso.controller("passive_off"), "old_law_only": _OldLawOnly(before)}
+    result = consequence(before, after, ground, both)
+    assert "old law only cannot be used: made for another law." in result.finding
+    assert "diverges" not in result.finding and "misses the peak base" in result.finding
+    assert result.performance["old_law_only"]["predicted"] is not None
+    assert result.performance["old_law_only"]["redesigned"] is None

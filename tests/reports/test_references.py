@@ -8,7 +8,7 @@ import pytest
 from controllers import CONTROLLERS
 from isolation_sim import Scenario
 from isolation_sim.cli import main
-from isolation_sim.cli.cite import scenarios_of
+from isolation_sim.cli.cite import citations_of
 from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, available_sets, law
@@ -71,11 +71,11 @@ def test_a_scenario_cites_what_it_names_and_nothing_else():
 
 def test_a_folder_without_a_scenario_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"holds no result; .*isolation-sim run makes one"):
-        scenarios_of(tmp_path)
+        citations_of(tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "scenario.toml").write_text("")
-    with pytest.raises(InputError, match=r"tuning, such as .*mine"):
-        scenarios_of(tmp_path)
+    with pytest.raises(InputError, match=r"results, such as .*mine"):
+        citations_of(tmp_path)
 
 
 def called(capsys, *arguments):

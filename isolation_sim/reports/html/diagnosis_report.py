@@ -22,7 +22,7 @@ from ..diagnosis import (
     ladder_rows,
     ladder_text,
 )
-from ..references import cited
+from ..references import of_device
 from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
 from .page import (
     Block,
@@ -231,12 +231,8 @@ def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:
-    base, applied = _parts(diagnosis)
-    if base is None:
-        return
-    used = [(f"law {base.name}", base.source)]
-    used += [(f"effect {effect.cause}", effect.source) for effect in applied]
-    yield Bullets(tuple(citation.line for citation in cited(used)))
+    if diagnosis.extended is not None:
+        yield Bullets(tuple(citation.line for citation in of_device(diagnosis.extended)))
 
 
 def _parts(diagnosis: Diagnosis) -> tuple[Law | None, list[Effect]]:

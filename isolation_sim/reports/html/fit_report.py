@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...effects.serialisation import device_code
-from ..references import cited
+from ..references import of_device
 from .charts import Look, layout, numbers
 from .page import (
     Bullets,
@@ -71,7 +71,7 @@ def fit_report(fit: Fit) -> Page:
             Listing("The fitted law, as a scenario's [isolator] section", fit.scenario_section()),
         ]),
         Section("References", [Bullets(tuple(
-            citation.line for citation in cited([(f"law {law.name}", law.source)])
+            citation.line for citation in of_device(fit.device)
         ))]),
     ]  # fmt: skip
     return Page(f"Fit report: {law.title}", f"Fitted to {fit.campaign.name}", sections)

@@ -1,0 +1,43 @@
+"""The table of a study, in engineering units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..written_names import as_written
+from .sweep_tables import heading
+from .tables import TextTable
+from .units import unit_of
+
+Records = Sequence[Mapping[str, Any]]
+"""A row per case; a heading ends in the SI unit; None for what did not happen."""
+
+
+def layout(records: Records, title: str) -> TextTable:
+    """Lay out a study's table for the terminal, in engineering units."""
+    words = [any(isinstance(record.get(key), str) for record in records) for key in _keys(records)]
+    # the words that a row begins with say which case it is
+    keys = max(1, next((k for k, word in enumerate(words) if not word), len(words)))
+    return TextTable(title, *texts(records), keys=keys)
+
+
+def texts(records: Records) -> tuple[list[str], list[list[str]]]:
+    """Write a study's table as text, in engineering units."""
+    keys = _keys(records)
+    headings = [heading(key).replace("_", " ") for key in keys]
+    return headings, [[_printed(key, record.get(key, "")) for key in keys] for record in records]
+
+
+def _keys(records: Records) -> list[str]:
+    return list(dict.fromkeys(key for record in records for key in record))
+
+
+def _printed(key: str, value: Any) -> str:
+    if value is None:
+        return "never"
+    if key == "controller":
+        return as_written(value)
+    if isinstance(value, float):
+        return f"{value * unit_of(key)[1]:.3g}"
+    return str(value)
