@@ -50,10 +50,10 @@ class MoatWall(Section):
         stop = {"gap": self.gap_m, "stiffness": self.stiffness_N_per_m, "exponent": self.exponent}
         device = extend(law("linear", {"k": 0.0}), [(effect("end_stop", "power"), stop)])
         structure = isolated.structure
-        for column, label in zip(structure.influence.T, structure.directions, strict=True):
+        for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
             row = np.zeros(structure.n_dofs)
             row[list(structure.base)] = column[list(structure.base)]
-            name = "moat_wall" if len(structure.directions) == 1 else f"moat_wall_{label}"
+            name = "moat_wall" if len(structure.horizontal) == 1 else f"moat_wall_{label}"
             isolated = isolated.with_element(device, row, name=name)
         return isolated
 

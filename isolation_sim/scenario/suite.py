@@ -23,7 +23,11 @@ class RecordSuite(Section):
     ] = None
     files: Annotated[
         list[str | list[str]] | None,
-        Field(min_length=1, description="one file per record, or two in brackets: its components"),
+        Field(
+            min_length=1,
+            description="one file per record, or its components in brackets: two horizontal ones, "
+            "and the vertical one",
+        ),
     ] = None
     peer: Annotated[InputPath | None, Field(description="PEER NGA-West2 download, .zip")] = None
     components: Annotated[

@@ -79,6 +79,7 @@ def sized(
     device: Device,
     target_period: float,
     displacement: float | None,
+    biaxial: bool = False,
 ) -> Device:
     """Scale a device so that the first mode has a period at the middle of its range of current."""
     from scipy.optimize import brentq
@@ -94,7 +95,7 @@ def sized(
     current = middle_current(device)
 
     def period(force: float) -> float:
-        isolated = structure.on(device.scaled(force=force))
+        isolated = structure.on(device.scaled(force=force), biaxial=biaxial)
         return float(_modes_of(isolated.linearised(current, 1 / target_period)).periods[0])
 
     # a rigid structure: whole mass on the storage stiffness
