@@ -148,8 +148,15 @@ def test_too_few_records_give_no_design_value(suite):
     other = Suite(suite.folder)
     other.index["inputs"]["section"]["rule"] = "asce7_22_16"
     assert other.design_statistic is None
+    assert other.rule.floor == 0.9
+    other.index["inputs"]["section"]["scaling"] = "matched"
+    assert other.rule.floor == 1.1  # ASCE 7-22, 16.2.3
     assert other.statistics["design"].isna().all()
     assert "asks for 11 records or more; the suite has 3" in " ".join(verdict(other))
+    # the period was given
+    assert "small vibrations" not in " ".join(verdict(suite))
+    other.index["inputs"]["section"]["isolated_period_s"] = None
+    assert "Give isolated_period_s" in " ".join(verdict(other))
 
 
 def test_two_directions_are_shaken_together(tmp_path):

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ground_motions import (
-    SUITE_RULES,
     Record,
     SuiteRecord,
     SuiteRule,
@@ -64,7 +63,7 @@ def prepare(
             f"{folder}: the suite has changed since; expected: the same records and keys, or a "
             "new folder"
         )
-    rule = SUITE_RULES[section.rule]
+    rule = section.suite_rule
     period = section.isolated_period_s or isolated_period(isolated)
     step("reading records")
     records, changes = _scaled(section, rule, period, section.records(), step)
