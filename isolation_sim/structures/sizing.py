@@ -151,7 +151,7 @@ def facts(isolated: Any) -> dict[str, str]:
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
         with suppress(InputError):
-            result["Fixed-base period"] = f"{structure.fixed_base_periods()[0]:.3g} s"
+            result["Fixed-base period"] = f"{isolated.fixed_base().periods()[0]:.3g} s"
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
@@ -189,7 +189,7 @@ def implausible(isolated: Any, isolated_period: float) -> list[str]:
     fixed = 0.0
     if structure.base and structure.superstructure:
         try:
-            fixed = float(structure.fixed_base_periods()[0])
+            fixed = float(isolated.fixed_base().periods()[0])
         except InputError:
             return []
     low, high = FIXED_BASE_PERIODS

@@ -764,11 +764,20 @@ class IsolatedStructure:
         """
         above = list(self.structure.superstructure)
         fixed = self.structure.fixed_base()
+        below = [*self.structure.base, *self.structure.foundation]
+        holding = np.any(np.abs(self.holding) > 1e-9, axis=1)
+
+        def stays(e: int) -> bool:
+            # the first storey stands on the base, but does not deform when both move alike
+            row = self.elements[e].direction
+            inside = np.any(row[above]) and not holding[e]
+            return bool(inside or not np.any(row[below]))
+
         elements = tuple(
-            replace(element, direction=element.direction[above], channel=None)
-            for element in self.elements
-            if not np.any(element.direction[[*self.structure.base, *self.structure.foundation]])
-            and not element.device.depends_on_current
+            replace(self.elements[e], direction=self.elements[e].direction[above], channel=None)
+            for group in self.groups
+            if stays(group[0]) and not self.elements[group[0]].device.depends_on_current
+            for e in group
         )
         if not elements:
             top = np.zeros(len(above))
