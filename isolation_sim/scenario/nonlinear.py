@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -49,6 +50,8 @@ class MoatWall(Section):
         """Return the structure within the wall."""
         stop = {"gap": self.gap_m, "stiffness": self.stiffness_N_per_m, "exponent": self.exponent}
         device = extend(law("linear", {"k": 0.0}), [(effect("end_stop", "power"), stop)])
+        told = f"gap {1e3 * self.gap_m:.4g} mm, stiffness {1e-6 * self.stiffness_N_per_m:.4g} kN/mm"
+        device = replace(device, name=told)
         structure = isolated.structure
         for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
             row = np.zeros(structure.n_dofs)

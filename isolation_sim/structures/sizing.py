@@ -139,7 +139,7 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
     coefficient = 2 * omega * (damping - own) / float(moved @ moved)
     for element in held:
         numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
-        damper = Device(LAW, numbers, name="damper", source="added for a damping ratio")
+        damper = Device(LAW, numbers, name="damper added for a damping ratio")
         name = element.name.replace("isolator", "damper")
         isolated = isolated.with_element(damper, element.direction, None, name)
     return isolated
