@@ -696,7 +696,8 @@ class IsolatedStructure:
         elements = [*self.elements, first, Element(device, y, channel, f"{name}_y", first.name)]
         if load_change is not None:
             row = self.structure.direction_row(load_change)
-            elements.append(Element(_no_force(), row, None, f"{name}_load", first.name))
+            device = replace(_no_force(), name="change of the vertical load over its mean")
+            elements.append(Element(device, row, None, f"{name}_load", first.name))
         return replace(self, elements=tuple(elements))
 
     @checked

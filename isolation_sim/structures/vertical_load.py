@@ -12,9 +12,6 @@ from ground_motions.argument_types import checked
 from ..errors import InputError
 from .structure import Structure
 
-VERTICAL = "vertical"
-"""The dof and the direction of vertical motion."""
-
 
 @checked
 def with_p_delta(structure: Structure, height: float) -> Structure:
@@ -124,7 +121,8 @@ def with_vertical_motion(
     Returns
     -------
     Structure
-        With one more dof and direction of ground motion, ``vertical``. Criteria leave it out.
+        With one more dof, ``base_z``, and direction of ground motion, ``z``, upwards. Criteria
+        leave it out.
 
     Raises
     ------
@@ -151,8 +149,8 @@ def with_vertical_motion(
         damping=enlarged(structure.damping, 2 * damping_ratio * frequency * mass),
         stiffness=enlarged(structure.stiffness, frequency**2 * mass),
         influence=enlarged(structure.influence, 1.0),
-        names=(*structure.names, VERTICAL),
-        directions=(*structure.directions, VERTICAL),
+        names=(*structure.names, "base_z"),
+        directions=(*structure.directions, "z"),
         drift_rows=np.pad(structure.drift_rows, ((0, 0), (0, 1))),
         vertical=(n,),
     )

@@ -132,7 +132,7 @@ def test_vertical_motion_is_apart_from_soil_and_criteria():
     device = law("friction_pendulum", dict(LAWS["friction_pendulum"].example))
     plain = building()
     moving = with_vertical_motion(plain, 0.1)
-    assert moving.directions == ("x", "y", "vertical")
+    assert moving.directions == ("x", "y", "z")
     assert moving.total_mass == plain.total_mass
     rows = load_change_rows(moving, overturning=True)
     np.testing.assert_allclose(rows[:, :-1], overturning_rows(plain), atol=1e-12)

@@ -10,6 +10,7 @@ import isolation_sim as iso
 from ground_motions import Record, el_centro_1940, read_csv, response_spectrum, write_csv
 from isolation_sim.cli import main
 from isolation_sim.errors import InputError
+from isolation_sim.io.results_folder import is_results
 from isolation_sim.reports.suite_tables import verdict
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import plan_building, with_vertical_motion
@@ -132,6 +133,7 @@ def test_a_suite_that_was_stopped_goes_on(folder, suite, monkeypatch):
         run_suite(folder / "three.toml", out, workers=1, progress=stop)
     with pytest.raises(InputError, match="--resume to go on"):
         run_suite(folder / "three.toml", out, workers=1)
+    assert is_results(out)  # which --overwrite replaces
     after = []
     resumed = run_suite(
         folder / "three.toml", out, resume=True, workers=1, progress=lambda n, _: after.append(n)
