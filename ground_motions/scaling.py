@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,8 @@ class SuiteRule:
         Records from which on the largest response is, where there are fewer than ``mean_from``.
     zero_floor : float, optional
         Least mean spectrum over the target at period 0, where the code asks for it.
+    matched_floor : float, optional
+        Least mean spectrum over the target of matched records, where it is another.
     """
 
     name: str
@@ -54,6 +56,12 @@ class SuiteRule:
     mean_from: int
     maximum_from: int | None = None
     zero_floor: float | None = None
+    matched_floor: float | None = None
+
+    @property
+    def matched(self) -> SuiteRule:
+        """The rule for records that are matched to the target, not scaled alone."""
+        return self if self.matched_floor is None else replace(self, floor=self.matched_floor)
 
     def periods(self, isolated_period: float) -> FloatArray:
         """Return the periods at which the rule is checked.
@@ -102,8 +110,8 @@ SUITE_RULES = {
     rule.name: rule
     for rule in (
         SuiteRule(
-            "asce7_22_16", "ASCE 7-22, 16.2.3.1 and 16.2.3.2", 0.2, 1.5, 0.9, "rotd100",
-            "ASCE 7-22, 16.2.2 and 16.4", mean_from=11,
+            "asce7_22_16", "ASCE 7-22, 16.2.3", 0.2, 1.5, 0.9, "rotd100",
+            "ASCE 7-22, 16.2.2 and 16.4", mean_from=11, matched_floor=1.1,
         ),
         SuiteRule(
             "asce7_22_17", "ASCE 7-22, 17.3.3", 0.75, 1.25, 1.0, "srss",

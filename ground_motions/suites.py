@@ -102,7 +102,8 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
     Parameters
     ----------
     files : sequence
-        A file for each record, or two files for its two horizontal components.
+        A file for each record, or two files for its two horizontal components; a third one is the
+        vertical component.
 
     Returns
     -------
@@ -111,7 +112,7 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
     Raises
     ------
     InputError
-        If a file cannot be used, or a record has more than two components.
+        If a file cannot be used, or a record has more than three components.
     """
     records = []
     for entry in files:
@@ -119,9 +120,11 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
             path = Path(entry)
             records.append(SuiteRecord(path.stem, _components(path)))
         else:
-            if not 1 <= len(entry) <= 2:
-                raise InputError("files of a record", f"{len(entry)}", "1 or 2")
-            records.append(SuiteRecord(Path(entry[0]).stem, tuple(read(each) for each in entry)))
+            if not 1 <= len(entry) <= 3:
+                raise InputError("files of a record", f"{len(entry)}", "1 to 3")
+            components = tuple(read(each) for each in entry)
+            vertical = components[2] if len(components) == 3 else None
+            records.append(SuiteRecord(Path(entry[0]).stem, components[:2], vertical))
     names = [record.name for record in records]
     for name in names:
         if names.count(name) > 1:

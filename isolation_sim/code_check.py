@@ -229,7 +229,7 @@ def _effective_rows(
         f"at most {LONGEST_PERIOD:g} s", period <= LONGEST_PERIOD,
     )  # fmt: skip
     if isolated.structure.superstructure:
-        fixed = float(isolated.structure.fixed_base_periods()[0])
+        fixed = float(isolated.fixed_base().periods()[0])
         yield CheckRow(
             group, "T_M over the fixed-base period", case, "17.4.1", f"{period / fixed:.3g}",
             f"above {LEAST_LENGTHENING:g}", period / fixed > LEAST_LENGTHENING,

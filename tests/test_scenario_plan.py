@@ -33,7 +33,19 @@ def test_the_scenario_of_the_page():
     ("old", "new", "message"),
     [
         ('law = "park_wen_ang"', 'law = "lugre"', "unknown parameter 'k'"),
-        ("biaxial = true", "overturning = true", "overturning needs biaxial isolators"),
+        ("biaxial = true", "overturning = true", "need biaxial isolators"),
+        (
+            "biaxial = true",
+            "",
+            r"isolator: .* nothing holds the rotation; expected: biaxial = true",
+        ),
+        (
+            "biaxial = true",
+            'biaxial = true\n[[isolator.effect]]\nname = "ambient_temperature"\nsoftening = 0.01',
+            "effects act along one direction",
+        ),
+        ("biaxial = true", "vertical_period_s = 0.1", "need biaxial isolators"),
+        ("biaxial = true", "biaxial = true\nvertical_period_s = 0.1", "vertical load that changes"),
         ("biaxial = true", "biaxial = true\noverturning = true", "vertical load that changes"),
         ("biaxial = true", "biaxial = true\np_delta_height_m = 0.0", "p_delta_height_m"),
         ("plan_m = [24.0, 15.0]", "plan_m = [24.0]", "plan_m"),

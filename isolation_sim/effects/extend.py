@@ -18,7 +18,7 @@ from ground_motions.argument_types import checked
 from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
-from ..laws.law import Law, Quantity
+from ..laws.law import InPlan, Law, Quantity
 from .effect import REFERENCE_TEMPERATURE, Effect, Signals, in_sentence
 
 ACCELERATION_LAG = 2e-3
@@ -46,6 +46,13 @@ class ExtendedLaw(Law):
     base: Law | None = None
     effects: tuple[Effect, ...] = ()
     breaks: tuple[float, ...] | None = None
+
+    def _over(self, functions: InPlan | None, directions: int) -> Law:
+        around = ", ".join(effect.cause for effect in self.effects)
+        raise InputError(
+            f"effects act along one direction ({around}); expected for biaxial isolators: none "
+            "around their law"
+        )
 
 
 @checked

@@ -85,14 +85,14 @@ def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
 
 def _check_replaceable(folder: Path) -> None:
     """Refuse to replace what is no results."""
-    if not _is_free(folder) and not _is_results(folder):
+    if not _is_free(folder) and not is_results(folder):
         raise InputError(
             f"{folder}: holds something other than results of isolation-sim; expected with "
             "--overwrite: a folder of results"
         )
 
 
-def _is_results(folder: Path) -> bool:
+def is_results(folder: Path) -> bool:
     """Whether a folder was written by `write_contents`."""
     try:
         first = (folder / "README.txt").read_text(encoding="utf-8").partition("\n")[0]

@@ -23,6 +23,13 @@ dissipates ``2 beta theta |z|^3 |v| / (alpha + (beta - gamma) z^2)``. Unloading 
 (The usual ``theta z^2 / (2 alpha)`` is not a stored energy if gamma > beta.)
 
 The stiffness has a corner at x = 0. The law linearised at rest is that of extension.
+
+In plan the device extends along x. Between extension and compression the loss of stiffness
+follows the angle a of the deformation, ``eps = d (1 + cos a) / 2``, and so does W with the angle b
+of the velocity, ``W (1 - d (1 + cos b) / 2)``. Both interpolations are ours: along x the law is
+exactly the one above, along y it has the mean stiffness. The spring is the gradient of
+``(1 - eps) k r^2 / 2``, the damping acts along the velocity and goes by the deformation along it,
+and w follows the form of Park, Wen and Ang with the product of the vectors (see ``bouc_wen``).
 """
 
 from typing import Any
@@ -31,7 +38,8 @@ import numpy as np
 
 from .current_dependence import CurrentDependence
 from .device import Device
-from .law import Law, Quantity, Redundancy
+from .in_plan import length
+from .law import InPlan, Law, Quantity, Redundancy
 from .published import TAO, TAO_CURRENTS_A, TAO_IMPROVED
 
 # keeps 0/0 out of log1p(u) / u; changes no value above 1e-284
@@ -59,12 +67,47 @@ def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
 
 def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     """Energy of the spring, and what unloading the hysteretic element gives back."""
-    (w,) = states
-    _, beta, gamma, theta, k, _, d, _, _ = parameters
+    *_, k, _, d, _, _ = parameters
+    return _stiffness(x, k, d) * x**2 / 2 + _hysteretic_energy(states[0], parameters)
+
+
+def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Asymmetric spring, stepped damping along the velocity, hysteretic force."""
+    alpha, beta, gamma, theta, k, c, d, W, O = parameters  # noqa: E741
+    r, speed = length(x[0], x[1]), length(v[0], v[1])
+    reach = O * (W * (1 - d * (1 + v[0] / speed) / 2) + (x[0] * v[0] + x[1] * v[1]) / speed)
+    damping = c * (reach * (reach > 0) * (reach < 1) + (reach >= 1))
+    yielded = theta * np.sqrt(alpha / (beta + gamma))
+    along = k * (1 - d / 2 - d * x[0] / (4 * r))
+    return (
+        along * x[0] - d / 4 * k * r + damping * v[0] + yielded * states[0],
+        along * x[1] + damping * v[1] + yielded * states[1],
+    )
+
+
+def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+    """Rate of the hysteretic vector over its yield value."""
+    w_x, w_y = states
+    alpha, beta, gamma, *_ = parameters
+    loading = v[0] * w_x + v[1] * w_y
+    decay = (beta * np.fabs(loading) + gamma * loading) / (beta + gamma)
+    slope = np.sqrt(alpha * (beta + gamma))
+    return slope * (v[0] - decay * w_x), slope * (v[1] - decay * w_y)
+
+
+def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
+    """Energy of the spring, and what unloading the hysteretic element gives back."""
+    *_, k, _, d, _, _ = parameters
+    r, size = length(x[0], x[1]), length(states[0], states[1])
+    spring = k * ((1 - d / 2) * r**2 - d / 2 * r * x[0]) / 2
+    return spring + _hysteretic_energy(size, parameters)
+
+
+def _hysteretic_energy(w: Any, parameters: tuple) -> Any:
+    _, beta, gamma, theta, *_ = parameters
     u = (beta - gamma) / (beta + gamma) * w**2
     u = u + (u == 0) * _TINY
-    hysteretic = theta * w**2 / (2 * (beta + gamma)) * np.log1p(u) / u
-    return _stiffness(x, k, d) * x**2 / 2 + hysteretic
+    return theta * w**2 / (2 * (beta + gamma)) * np.log1p(u) / u
 
 
 def _stiffness(x: Any, k: Any, d: Any) -> Any:
@@ -102,6 +145,7 @@ LAW = Law(
     force=force,
     rates=rates,
     stored_energy=stored_energy,
+    plan=InPlan(plan_force, plan_rates, plan_energy),
     source="Tao et al., Eqs 20-23 mended",
     redundancy=Redundancy("alpha", 1e3, ("alpha", "beta", "gamma", "theta")),
     sets={"table_4": table_4},

@@ -7,6 +7,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from ..code_check import MEMORY, CheckRow
+from ..written_names import as_written
 from .html.page import Cell, Page, Picture, Prose, Row, Section, Table
 from .style import svg_text
 
@@ -28,10 +29,10 @@ def passes_text(row: CheckRow) -> str:
 
 
 def verdict(rows: Sequence[CheckRow]) -> str:
-    """How many checks have a limit, and how many of these do not pass."""
+    """How many checks have a limit, and how many of these pass."""
     limited = [row for row in rows if row.passes is not None]
     failed = sum(not row.passes for row in limited)
-    return f"{failed} of {len(limited)} checks that have a limit do not pass"
+    return f"{len(limited) - failed} of {len(limited)} checks with a limit pass, {failed} do not"
 
 
 def console_table(rows: Sequence[CheckRow], title: str) -> ConsoleTable:
@@ -45,7 +46,7 @@ def console_table(rows: Sequence[CheckRow], title: str) -> ConsoleTable:
         table.add_section()
         table.add_row(group, style="bold")
         for row in some:
-            cells = (row.case, row.clause, row.value, row.limit, passes_text(row))
+            cells = (as_written(row.case), row.clause, row.value, row.limit, passes_text(row))
             table.add_row(f"  {row.subject}", *cells)
     return table
 
@@ -59,7 +60,7 @@ def check_page(rows: Sequence[CheckRow], isolated: IsolatedStructure, name: str)
         lines.append(Row(group))
         for row in some:
             clause = f"{row.clause}, from memory" if row.clause else ""
-            texts = (row.case, clause, row.value, row.limit, passes_text(row))
+            texts = (as_written(row.case), clause, row.value, row.limit, passes_text(row))
             lines.append(Row(row.subject, tuple(map(Cell, texts))))
     headings = tuple(heading[0].upper() + heading[1:] for heading in HEADINGS)
     checks = Table(

@@ -42,10 +42,11 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
     rows = storey_rows(structure)[:, 0]
     z, tall = _levels(structure)
     half, thick = _WIDTH / 2, 0.08 * tall
-    yielding = {name.removesuffix("_hysteresis") for name in isolated.element_names
-                if name.endswith("_hysteresis")}  # fmt: skip
+    told = {element.name: element.device.name for element in isolated.elements}
     for low, high, row in zip(z[:-1], z[1:], rows, strict=False):
-        color, dash = ("#D55E00", "--") if structure.storeys[row] in yielding else ("0.2", "-")
+        yields = told.get(f"{structure.storeys[row]}_hysteresis", "").partition(",")[0]
+        color, dash = ("#D55E00", "--") if yields else ("0.2", "-")
+        axes.text(half + 1.2, (low + high) / 2, yields, va="center", fontsize=7, color=color)
         for x in (-0.9 * half, 0.9 * half):
             axes.plot([x, x], [low, high], color=color, linestyle=dash, linewidth=1.6)
     for level, dof in zip(z, levels, strict=True):
@@ -59,12 +60,12 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
         for x in np.linspace(-0.8 * half, 0.8 * half, 4):
             axes.fill_between([x - 0.5, x + 0.5], below, -thick, color="#0072B2", linewidth=0)
         axes.text(half + 1.2, (below - thick) / 2, _isolators(isolated), va="center", fontsize=7)
-    gap = _gap(isolated)
-    if gap is not None:
+    wall = next((text for name, text in told.items() if name.startswith("moat_wall")), "")
+    if wall:
         for sign in (-1, 1):
             edge = sign * (half + 0.35)
             axes.fill_between([edge, edge + sign * 0.25], below, 2.5 * thick, color="0.2")
-        axes.text(-half - 0.9, 0.0, f"wall, gap {1e3 * gap:.3g} mm", va="center", ha="right",
+        axes.text(-half - 0.9, 0.0, "wall: " + wall.replace(", ", ",\n"), va="center", ha="right",
                   fontsize=7)  # fmt: skip
     ground = below
     if structure.foundation:
@@ -75,14 +76,19 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
             zigzag = np.where(np.arange(13) % 2, 0.25, -0.25) * (turns > 0.05) * (turns < 0.95)
             axes.plot(x + zigzag, ground + (below - 2 * thick - ground) * turns, color="#009E73",
                       linewidth=0.9)  # fmt: skip
-        axes.text(half + 1.2, (ground + below) / 2, "soil: " + ", ".join(
-            sorted({structure.names[d].split("_")[0] for d in structure.foundation})
-        ), va="center", fontsize=7)  # fmt: skip
+        sway = structure.foundation[0]
+        rocks = any(structure.names[d].startswith("rocking") for d in structure.foundation)
+        label = f"soil: sway, {1e-6 * structure.stiffness[sway, sway]:.4g} kN/mm"
+        axes.text(half + 1.2, (ground + below) / 2, label + "; rocking" * rocks, va="center",
+                  fontsize=7)  # fmt: skip
     axes.plot([-1.4 * half, 1.4 * half], [ground, ground], color="0.2", linewidth=1.0)
     axes.fill_between([-1.4 * half, 1.4 * half], ground - 0.2 * tall, ground, hatch="////",
                       facecolor="white", edgecolor="0.6", linewidth=0)  # fmt: skip
     axes.set_xlim(-2.4 * half, 3.0 * half)
-    axes.set_title("from the side" + "; dashed: storeys that yield" * bool(yielding), loc="left")
+    axes.set_title(
+        "from the side" + "; dashed: storeys that yield" * any("_hysteresis" in n for n in told),
+        loc="left",
+    )
     axes.set_axis_off()
 
 
@@ -126,19 +132,6 @@ def _isolators(isolated: IsolatedStructure) -> str:
         if np.any(isolated.holding[group[0]]) and not name.startswith("moat_wall"):
             laws.append(law.name + ", biaxial" * (len(group) > 1))
     return "isolators: " + ", ".join(dict.fromkeys(laws))
-
-
-def _gap(isolated: IsolatedStructure) -> float | None:
-    """Gap of a moat wall, m."""
-    for element in isolated.elements:
-        if element.name.startswith("moat_wall"):
-            device = element.device
-            for name, value in zip(
-                device.law.parameter_names, device.parameters_at(0.0), strict=True
-            ):
-                if name.endswith("gap"):
-                    return float(value) * device.length
-    return None
 
 
 def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:

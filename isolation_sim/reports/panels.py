@@ -41,8 +41,8 @@ def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
 
 
 def direction_number(run: Run, direction: str | None) -> int:
-    """Find a direction of ground motion."""
-    directions = run.isolated.structure.directions
+    """Find a horizontal direction of ground motion."""
+    directions = run.isolated.structure.horizontal
     if direction is None:
         return 0
     if direction not in directions:

@@ -49,7 +49,7 @@ def spectra(suite: Suite) -> Figure:
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel("period (s)")
-        axes.set_ylabel(f"pseudo-acceleration (m/s²), {COMBINATIONS[result['combination']]}")
+        axes.set_ylabel("pseudo-acceleration (m/s²)")
         legend(figure, axes, "outside upper center")
     return figure
 

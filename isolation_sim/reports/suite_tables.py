@@ -91,6 +91,11 @@ def verdict(suite: Suite) -> list[str]:
             f"isolated period of {period:.3g} s; it {met} the least mean of {rule.floor:g} "
             f"({rule.clause})."
         )
+        if suite.index["inputs"]["section"]["isolated_period_s"] is None:
+            sentences.append(
+                "The isolated period is that of small vibrations. Give isolated_period_s, the "
+                "effective period at the design displacement, for isolators that soften."
+            )
     records = suite.index["n_records"]
     if statistic is None:
         needed = rule.mean_from if rule.maximum_from is None else rule.maximum_from

@@ -11,7 +11,13 @@ from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
 from ..old_names import renamed_value
-from ..structures import IsolatedStructure, Structure, overturning_rows, with_p_delta
+from ..structures import (
+    IsolatedStructure,
+    Structure,
+    load_change_rows,
+    with_p_delta,
+    with_vertical_motion,
+)
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from ..structures.sizing import sized
 from .fields import Coefficients, Number, Positive, Registered, Section
@@ -150,6 +156,13 @@ class Isolator(_Device):
     overturning: Annotated[
         bool, Field(description="overturning changes each device's vertical load; with biaxial")
     ] = False
+    vertical_period_s: Annotated[
+        Positive | None,
+        Field(
+            description="of the building on the isolators' vertical stiffness; a last [[ground]] "
+            "moves it vertically, which changes their load; with biaxial"
+        ),
+    ] = None
     p_delta_height_m: Annotated[
         Positive | None, Field(description="of the bearings, for P-delta: stiffness -W / h")
     ] = None
@@ -158,11 +171,14 @@ class Isolator(_Device):
         """Return the structure on the isolators."""
         if self.p_delta_height_m is not None:
             structure = with_p_delta(structure, self.p_delta_height_m)
+        if self.vertical_period_s is not None:
+            structure = with_vertical_motion(structure, self.vertical_period_s)
+        loads = self.overturning or self.vertical_period_s is not None
         return structure.on(
             device,
             damping=self.damping_ratio,
             biaxial=self.biaxial,
-            load_changes=overturning_rows(structure) if self.overturning else None,
+            load_changes=load_change_rows(structure, self.overturning) if loads else None,
         )
 
     def sized(self, structure: Structure) -> Isolator:
@@ -176,7 +192,9 @@ class Isolator(_Device):
         for key, default in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
             if getattr(self, key) != default:
                 raise InputError(f"{key} is given beside target_period_s; expected: one of the two")
-        device = sized(structure, self.device(), self.target_period_s, self.design_displacement_m)
+        device = sized(
+            structure, self.device(), self.target_period_s, self.design_displacement_m, self.biaxial
+        )
         result = {
             "length_scale": device.length, "force_scale": device.force_scale,
             "target_period_s": None, "design_displacement_m": None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -49,11 +50,13 @@ class MoatWall(Section):
         """Return the structure within the wall."""
         stop = {"gap": self.gap_m, "stiffness": self.stiffness_N_per_m, "exponent": self.exponent}
         device = extend(law("linear", {"k": 0.0}), [(effect("end_stop", "power"), stop)])
+        told = f"gap {1e3 * self.gap_m:.4g} mm, stiffness {1e-6 * self.stiffness_N_per_m:.4g} kN/mm"
+        device = replace(device, name=told)
         structure = isolated.structure
-        for column, label in zip(structure.influence.T, structure.directions, strict=True):
+        for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
             row = np.zeros(structure.n_dofs)
             row[list(structure.base)] = column[list(structure.base)]
-            name = "moat_wall" if len(structure.directions) == 1 else f"moat_wall_{label}"
+            name = "moat_wall" if len(structure.horizontal) == 1 else f"moat_wall_{label}"
             isolated = isolated.with_element(device, row, name=name)
         return isolated
 

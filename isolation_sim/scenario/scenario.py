@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..io.toml import parse_toml, read_toml
 from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
-from .building import Building, ReferenceBuilding
+from .building import Building, PlanBuilding, ReferenceBuilding
 from .check import Check, simulator
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Element, Isolator, NominalModel
@@ -288,6 +288,8 @@ class Scenario(Section):
         isolated = self._at(section, partial(isolator.put_under, structure, scaled))
         for k, element in enumerate(self.element):
             isolated = self._at(f"element[{k}]", partial(element.added, isolated))
+        if isinstance(self.structure, PlanBuilding):
+            self._at(section, partial(_check_rotation, isolated))
         if self.yielding is not None:
             isolated = self._at("yielding", partial(self.yielding.added, isolated))
         if self.moat_wall is not None:
@@ -301,6 +303,15 @@ class Scenario(Section):
             return build()
         except InputError as error:
             raise with_place(error, self._source, section) from None
+
+
+def _check_rotation(isolated: IsolatedStructure) -> None:
+    rotation = isolated.structure.plan_dofs()[2]
+    if not isolated.element_rows[:, rotation].any():
+        raise InputError(
+            "isolators that are not biaxial act at the centre of the plan, and nothing holds the "
+            "rotation; expected: biaxial = true, or an [[element]] along base_rotation"
+        )
 
 
 def main_job() -> Scenario:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, NoReturn, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from ground_motions import SUITE_RULES, SuiteRecord, read_files, read_folder, read_peer
+from ground_motions import SUITE_RULES, SuiteRecord, SuiteRule, read_files, read_folder, read_peer
 
 from ..errors import InputError, unknown_name
 from .fields import InputPath, NonNegative, Positive, Section, absolute
@@ -23,7 +23,11 @@ class RecordSuite(Section):
     ] = None
     files: Annotated[
         list[str | list[str]] | None,
-        Field(min_length=1, description="one file per record, or two in brackets: its components"),
+        Field(
+            min_length=1,
+            description="one file per record, or its components in brackets: two horizontal ones, "
+            "and the vertical one",
+        ),
     ] = None
     peer: Annotated[InputPath | None, Field(description="PEER NGA-West2 download, .zip")] = None
     components: Annotated[
@@ -91,6 +95,12 @@ class RecordSuite(Section):
     def scaled_by(self) -> str:
         """How the records are scaled: to the target's amplitude where there is a target."""
         return self.scaling or ("none" if self.target is None else "amplitude")
+
+    @property
+    def suite_rule(self) -> SuiteRule:
+        """What the code asks of these records."""
+        rule = SUITE_RULES[self.rule]
+        return rule.matched if self.scaled_by == "matched" else rule
 
     def records(self) -> list[SuiteRecord]:
         """Return the records, as they are in their files."""

@@ -56,7 +56,7 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     }
     if structure.isolator_positions is not None:
         rows = structure.isolator_rows[_outermost(structure.isolator_positions)]
-        result["isolator_displacement_m"] = rows @ displacement
+        result["isolator_displacement_m"] = items(rows @ displacement)
     if structure.heights is not None:
         by_height = drift / structure.heights[:, np.newaxis]
         result["drift_ratio"] = items(by_height[storeys])
@@ -74,7 +74,8 @@ def storey_rows(structure: Structure) -> NDArray:
 
 
 def _by_direction(moved: NDArray) -> NDArray:
-    columns = [np.flatnonzero(column) for column in moved.T]
+    moving = moved[:, moved.any(axis=0)] if moved.any() else moved
+    columns = [np.flatnonzero(column) for column in moving.T]
     shared = np.any(np.count_nonzero(moved, axis=1) > 1)
     if shared or len({len(column) for column in columns}) > 1:
         return np.flatnonzero(moved.any(axis=1))[:, np.newaxis]

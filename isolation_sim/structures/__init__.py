@@ -8,7 +8,12 @@ from .reference import reference_building, reference_isolators
 from .shear_building import shear_building
 from .soil import Cones, cones, on_soil
 from .structure import IsolatedStructure, Structure
-from .vertical_load import overturning_rows, with_p_delta
+from .vertical_load import (
+    load_change_rows,
+    overturning_rows,
+    with_p_delta,
+    with_vertical_motion,
+)
 from .yielding import yielding_storeys
 
 __all__ = [
@@ -20,6 +25,7 @@ __all__ = [
     "from_fixed_base",
     "from_matrices",
     "from_opensees",
+    "load_change_rows",
     "on_soil",
     "overturning_rows",
     "plan_building",
@@ -28,5 +34,6 @@ __all__ = [
     "reference_isolators",
     "shear_building",
     "with_p_delta",
+    "with_vertical_motion",
     "yielding_storeys",
 ]

@@ -79,6 +79,7 @@ def sized(
     device: Device,
     target_period: float,
     displacement: float | None,
+    biaxial: bool = False,
 ) -> Device:
     """Scale a device so that the first mode has a period at the middle of its range of current."""
     from scipy.optimize import brentq
@@ -94,7 +95,7 @@ def sized(
     current = middle_current(device)
 
     def period(force: float) -> float:
-        isolated = structure.on(device.scaled(force=force))
+        isolated = structure.on(device.scaled(force=force), biaxial=biaxial)
         return float(_modes_of(isolated.linearised(current, 1 / target_period)).periods[0])
 
     # a rigid structure: whole mass on the storage stiffness
@@ -138,7 +139,7 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
     coefficient = 2 * omega * (damping - own) / float(moved @ moved)
     for element in held:
         numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
-        damper = Device(LAW, numbers, name="damper", source="added for a damping ratio")
+        damper = Device(LAW, numbers, name="damper added for a damping ratio")
         name = element.name.replace("isolator", "damper")
         isolated = isolated.with_element(damper, element.direction, None, name)
     return isolated
@@ -150,7 +151,7 @@ def facts(isolated: Any) -> dict[str, str]:
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
         with suppress(InputError):
-            result["Fixed-base period"] = f"{structure.fixed_base_periods()[0]:.3g} s"
+            result["Fixed-base period"] = f"{isolated.fixed_base().periods()[0]:.3g} s"
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
@@ -188,7 +189,7 @@ def implausible(isolated: Any, isolated_period: float) -> list[str]:
     fixed = 0.0
     if structure.base and structure.superstructure:
         try:
-            fixed = float(structure.fixed_base_periods()[0])
+            fixed = float(isolated.fixed_base().periods()[0])
         except InputError:
             return []
     low, high = FIXED_BASE_PERIODS

@@ -129,7 +129,7 @@ def on_soil(
         If a mass is not above zero.
     """
     structure = isolated.structure
-    n, axes = structure.n_dofs, structure.directions
+    n, axes = structure.n_dofs, structure.horizontal
     m = len(axes)
     rocks = structure.heights is not None
     if not (np.isfinite(foundation_mass) and foundation_mass > 0):
@@ -141,7 +141,7 @@ def on_soil(
     # deformations of the structure: its motion less that of a rigid building that rocks
     relative = np.hstack([np.eye(n), np.zeros((n, added))])
     if rocks:
-        relative[:, n + m :] = -dof_heights(structure)[:, np.newaxis] * structure.influence
+        relative[:, n + m :] = -dof_heights(structure)[:, np.newaxis] * structure.influence[:, :m]
     new = np.repeat([True, False][: 1 + rocks], m)  # sway, then rocking
     spring = np.where(new, soil.sway_stiffness, soil.rocking_stiffness)
     dashpot = np.where(new, soil.sway_damping, soil.rocking_damping)
@@ -150,7 +150,9 @@ def on_soil(
     def enlarged(inner: np.ndarray, on_new: np.ndarray) -> np.ndarray:
         return inner + np.diag(np.concatenate([np.zeros(n), on_new]))
 
-    carried = np.vstack([structure.influence, np.eye(m), np.zeros((added - m, m))])
+    vertical = len(structure.vertical)
+    sways = np.pad(np.eye(m), ((0, added - m), (0, vertical)))
+    carried = np.vstack([structure.influence, sways])
     bare = np.hstack([np.eye(n), np.zeros((n, added))])
     on_ground = replace(
         structure,
@@ -169,7 +171,7 @@ def on_soil(
     elements = []
     for element, held in zip(isolated.elements, isolated.holding, strict=True):
         row = element.direction @ relative
-        row[n : n + m] -= held
+        row[n : n + m] -= held[:m]
         elements.append(
             Element(element.device, row, element.channel, element.name, element.follows)
         )

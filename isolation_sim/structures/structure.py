@@ -58,6 +58,9 @@ class Structure:
         where they are known.
     foundation : tuple of int
         Dofs of a foundation on soil, below the isolators; see `on_soil`.
+    vertical : tuple of int
+        The dof of the whole building's vertical motion, the last direction; see
+        `with_vertical_motion`.
     name : str
         Name to print.
 
@@ -80,6 +83,7 @@ class Structure:
     heights: np.ndarray | None = None
     isolator_positions: np.ndarray | None = None
     foundation: tuple[int, ...] = ()
+    vertical: tuple[int, ...] = ()
     name: str = "structure"
 
     def __post_init__(self) -> None:
@@ -119,14 +123,19 @@ class Structure:
     @property
     def superstructure(self) -> tuple[int, ...]:
         """Dofs above the base."""
-        below = {*self.base, *self.foundation}
+        below = {*self.base, *self.foundation, *self.vertical}
         return tuple(i for i in range(self.n_dofs) if i not in below)
 
     @property
+    def horizontal(self) -> tuple[str, ...]:
+        """Horizontal directions of ground motion."""
+        return self.directions[: len(self.directions) - len(self.vertical)]
+
+    @property
     def above_foundation(self) -> np.ndarray:
-        """The influence of what stands on the isolators, shape (n, n_directions)."""
+        """Horizontal influence of what stands on the isolators, shape (n, n_directions)."""
         result = self.influence.copy()
-        result[list(self.foundation)] = 0.0
+        result[[*self.foundation, *self.vertical]] = 0.0
         return result
 
     @property
@@ -153,7 +162,7 @@ class Structure:
         rows[:, 0, along_x] = rows[:, 1, along_y] = 1.0
         rows[:, 0, rotation] = -self.isolator_positions[:, 1]
         rows[:, 1, rotation] = self.isolator_positions[:, 0]
-        rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation)].T
+        rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation), :2].T
         return rows
 
     @property
@@ -162,19 +171,20 @@ class Structure:
 
         Returns
         -------
-        numpy.ndarray, shape (n_isolators, n_directions, n)
+        numpy.ndarray, shape (n_isolators, n_horizontal, n)
             Those of `isolator_rows`; without positions, of one isolator at the base's own dofs.
         """
         if self.isolator_positions is not None:
             return self.isolator_rows
-        rows = np.zeros((1, len(self.directions), self.n_dofs))
+        count = len(self.horizontal)
+        rows = np.zeros((1, count, self.n_dofs))
         for dofs, sign in ((list(self.base), 1.0), (list(self.foundation), -1.0)):
-            rows[0][:, dofs] = sign * self.influence[dofs].T
+            rows[0][:, dofs] = sign * self.influence[dofs, :count].T
         return rows
 
     def plan_dofs(self) -> tuple[int, int, int]:
         """Dofs of the base along x, along y and in rotation."""
-        moved = [tuple(self.influence[dof]) for dof in self.base]
+        moved = [tuple(self.influence[dof, : len(self.horizontal)]) for dof in self.base]
         target = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
         if sorted(moved) != sorted(target):
             raise InputError(
@@ -257,6 +267,7 @@ class Structure:
             influence=self.influence[above],
             base=(),
             foundation=(),
+            vertical=(),
             isolator_positions=None,
             names=tuple(self.names[i] for i in above),
             drift_rows=self.drift_rows[:, above],
@@ -331,7 +342,7 @@ class Structure:
             isolator positions are known there is a device at each, with an equal share.
         load_changes : numpy.ndarray, shape (n_isolators, n), optional, 1/m
             Rows that turn displacements into the change of each biaxial device's vertical load
-            over its mean, such as `overturning_rows` returns; the law needs a form under axial
+            over its mean, such as `load_change_rows` returns; the law needs a form under axial
             load.
 
         Returns
@@ -351,20 +362,22 @@ class Structure:
                 raise InputError(
                     f"count is {count!r} beside target_period_s; expected: one of the two"
                 )
-            device = sized(self, device, target_period_s, design_displacement_m)
+            device = sized(self, device, target_period_s, design_displacement_m, biaxial)
         elif design_displacement_m is not None:
             raise InputError("design_displacement_m needs target_period_s; expected: both or none")
         channel = 0 if device.depends_on_current else None
         if load_changes is not None and not biaxial:
-            raise InputError("overturning needs biaxial isolators; expected: biaxial as well")
+            raise InputError(
+                "overturning and vertical motion need biaxial isolators; expected: biaxial as well"
+            )
         if biaxial:
             isolated = self._on_biaxial(device.scaled(force=count), channel, load_changes)
             return isolated if damping is None else with_damping(isolated, device, damping)
         elements = []
-        for column, label in zip(self.influence.T, self.directions, strict=True):
+        for column, label in zip(self.influence.T, self.horizontal, strict=False):
             row = np.zeros(self.n_dofs)
             row[list(self.base)] = column[list(self.base)]
-            name = "isolator" if len(self.directions) == 1 else f"isolator_{label}"
+            name = "isolator" if len(self.horizontal) == 1 else f"isolator_{label}"
             elements.append(Element(device.scaled(force=count), row, channel, name))
         isolated = IsolatedStructure(self, tuple(elements))
         return isolated if damping is None else with_damping(isolated, device, damping)
@@ -373,9 +386,9 @@ class Structure:
         self, device: Device, channel: int | None, load_changes: np.ndarray | None
     ) -> IsolatedStructure:
         """Put the structure on isolators that act in two directions at once."""
-        if len(self.directions) != 2:
+        if len(self.horizontal) != 2:
             raise InputError(
-                f"{self.name} is shaken along {', '.join(self.directions)}; expected for biaxial "
+                f"{self.name} is shaken along {', '.join(self.horizontal)}; expected for biaxial "
                 "isolators: two directions"
             )
         places = self.isolation_rows
@@ -683,7 +696,8 @@ class IsolatedStructure:
         elements = [*self.elements, first, Element(device, y, channel, f"{name}_y", first.name)]
         if load_change is not None:
             row = self.structure.direction_row(load_change)
-            elements.append(Element(_no_force(), row, None, f"{name}_load", first.name))
+            device = replace(_no_force(), name="change of the vertical load over its mean")
+            elements.append(Element(device, row, None, f"{name}_load", first.name))
         return replace(self, elements=tuple(elements))
 
     @checked
@@ -751,11 +765,20 @@ class IsolatedStructure:
         """
         above = list(self.structure.superstructure)
         fixed = self.structure.fixed_base()
+        below = [*self.structure.base, *self.structure.foundation]
+        holding = np.any(np.abs(self.holding) > 1e-9, axis=1)
+
+        def stays(e: int) -> bool:
+            # the first storey stands on the base, but does not deform when both move alike
+            row = self.elements[e].direction
+            inside = np.any(row[above]) and not holding[e]
+            return bool(inside or not np.any(row[below]))
+
         elements = tuple(
-            replace(element, direction=element.direction[above], channel=None)
-            for element in self.elements
-            if not np.any(element.direction[[*self.structure.base, *self.structure.foundation]])
-            and not element.device.depends_on_current
+            replace(self.elements[e], direction=self.elements[e].direction[above], channel=None)
+            for group in self.groups
+            if stays(group[0]) and not self.elements[group[0]].device.depends_on_current
+            for e in group
         )
         if not elements:
             top = np.zeros(len(above))

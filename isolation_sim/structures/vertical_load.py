@@ -1,4 +1,4 @@
-"""What the weight on the isolators does: P-delta, and vertical loads that overturning changes."""
+"""What the weight on the isolators does: P-delta, and vertical loads that change."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def overturning_rows(structure: Structure) -> np.ndarray:
             f"{structure.name} has no isolator positions; expected for overturning: "
             "isolator_positions_m in [structure]"
         )
-    arms = dof_heights(structure)[:, np.newaxis] * structure.influence
+    arms = dof_heights(structure)[:, np.newaxis] * structure.influence[:, :2]
     moments = arms.T @ structure.stiffness  # of the forces that the floors' inertia puts on them
     places = structure.isolator_positions - structure.isolator_positions.mean(axis=0)
     spread = places.T @ places
@@ -101,3 +101,87 @@ def overturning_rows(structure: Structure) -> np.ndarray:
         raise InputError("all isolators stand on one line; expected for overturning: a plan")
     mean_load = structure.total_mass * STANDARD_GRAVITY / len(places)
     return places @ np.linalg.solve(spread, moments) / mean_load
+
+
+@checked
+def with_vertical_motion(
+    structure: Structure, period: float, damping_ratio: float = 0.05
+) -> Structure:
+    """Let the ground move the whole building vertically, on the isolators' vertical stiffness.
+
+    Parameters
+    ----------
+    structure : Structure
+        With a base; its directions are horizontal.
+    period : float, s
+        Of the building, a rigid mass, on the isolators' vertical stiffness.
+    damping_ratio : float, default 0.05
+        Of this motion.
+
+    Returns
+    -------
+    Structure
+        With one more dof, ``base_z``, and direction of ground motion, ``z``, upwards. Criteria
+        leave it out.
+
+    Raises
+    ------
+    InputError
+        If the period is not above zero, or the structure has no base or moves vertically already.
+    """
+    if not (np.isfinite(period) and period > 0):
+        raise InputError(f"vertical_period_s is {period!r}; expected: a number above 0, in s")
+    if not structure.base or structure.vertical:
+        raise InputError(
+            f"{structure.name}: expected for vertical motion: a building with a base that moves "
+            "horizontally"
+        )
+    n, mass, frequency = structure.n_dofs, structure.total_mass, 2 * np.pi / period
+
+    def enlarged(inner: np.ndarray, last: float) -> np.ndarray:
+        result = np.pad(inner, ((0, 1), (0, 1)))
+        result[-1, -1] = last
+        return result
+
+    return replace(
+        structure,
+        mass=enlarged(structure.mass, mass),
+        damping=enlarged(structure.damping, 2 * damping_ratio * frequency * mass),
+        stiffness=enlarged(structure.stiffness, frequency**2 * mass),
+        influence=enlarged(structure.influence, 1.0),
+        names=(*structure.names, "base_z"),
+        directions=(*structure.directions, "z"),
+        drift_rows=np.pad(structure.drift_rows, ((0, 0), (0, 1))),
+        vertical=(n,),
+    )
+
+
+@checked
+def load_change_rows(structure: Structure, overturning: bool = False) -> np.ndarray:
+    """Rows that turn displacements into the change of each isolator's vertical load.
+
+    Parameters
+    ----------
+    structure : Structure
+        Whose vertical motion, if it has one, changes all loads alike.
+    overturning : bool, default False
+        Whether the floors' inertia changes them too; see `overturning_rows`.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n_isolators, n), 1/m
+        Change over the mean load, W / n_isolators, a unit displacement. Compression is positive.
+
+    Raises
+    ------
+    InputError
+        As `overturning_rows`.
+    """
+    rows = (
+        overturning_rows(structure)
+        if overturning
+        else np.zeros((len(structure.isolation_rows), structure.n_dofs))
+    )
+    for dof in structure.vertical:
+        rows[:, dof] -= structure.stiffness[dof, dof] / structure.mass[dof, dof] / STANDARD_GRAVITY
+    return rows

@@ -92,5 +92,10 @@ def yielding_storeys(
             "k": 0.0, "c": 0.0, "alpha": float(soft[k]), "A": 1.0, "beta": float(share),
             "gamma": float(share), "n": float(smoothness), "F0": 0.0,
         })  # fmt: skip
+        told = (
+            f"yield shear {1e-3 * shear[k]:.4g} kN, elastic stiffness "
+            f"{1e-6 * stiffness[k]:.4g} kN/mm, hardening ratio {hardening_ratio:g}"
+        )
+        device = replace(device, name=told)
         built = built.with_element(device, storey, name=f"{storey}_hysteresis")
     return built

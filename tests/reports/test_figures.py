@@ -18,6 +18,7 @@ from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops
+from isolation_sim.reports.references import of_scenarios
 from isolation_sim.reports.style import (
     DOUBLE_COLUMN,
     contour_lines,
@@ -25,6 +26,7 @@ from isolation_sim.reports.style import (
     new_figure,
     style,
 )
+from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.ledger import Ledger
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.structures import IsolatedStructure, plan_building
@@ -307,6 +309,22 @@ def test_the_building_from_above_has_every_floor_and_isolator():
     assert (side.get_title(loc="left"), plan.get_xlabel()) == ("from the side", "x (m)")
     assert len(space.collections) == 4  # floors and base
     assert len(space.lines) == 4 + len(building.isolator_positions)  # columns and isolators
+
+
+def test_yielding_storeys_walls_and_soil_are_drawn_with_units():
+    scenario = Scenario.from_toml(
+        "[yielding]\nyield_shear_N = [2e6, 1.8e6, 1.5e6, 1.2e6, 8e5]\n"
+        "[moat_wall]\ngap_m = 0.1\nstiffness_N_per_m = 1e8\n"
+        "[soil]\nradius_m = 12.0\nshear_wave_velocity_m_s = 200.0\nfoundation_mass_kg = 4e5\n"
+    )
+    isolated = scenario.build().isolated
+    shown = [text.get_text() for text in structure_drawing(isolated).axes[0].texts]
+    assert "yield shear 1800 kN" in shown
+    assert "wall: gap 100 mm,\nstiffness 100 kN/mm" in shown
+    sway = 8 * 1800 * 200**2 * 12 / (2 - 0.33)
+    assert f"soil: sway, {1e-6 * sway:.4g} kN/mm" in shown
+    # they are no publications
+    assert not any("kN" in citation.text for citation in of_scenarios([scenario]))
 
 
 @pytest.mark.parametrize("name", ["time_histories", "floor_envelopes"])

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
-from ground_motions import el_centro_1940
+from ground_motions import STANDARD_GRAVITY, el_centro_1940
 from isolation_sim.errors import InputError
-from isolation_sim.laws import law
+from isolation_sim.laws import LAWS, law
 from isolation_sim.structures import (
     cones,
+    load_change_rows,
     on_soil,
     overturning_rows,
     plan_building,
     shear_building,
     with_p_delta,
+    with_vertical_motion,
 )
 
 STOREYS = {"base_mass": 3e5, "plan": (20.0, 12.0), "heights": [3.0, 3.0]}
@@ -122,3 +124,30 @@ def test_a_run_on_soil():
     history = run.history
     extension = history.displacement.sel(dof="base") - history.displacement.sel(dof="foundation_x")
     np.testing.assert_allclose(extension, history.deformation[:, 0], atol=1e-12)
+
+
+def test_vertical_motion_is_apart_from_soil_and_criteria():
+    """On soft soil, with rocking: without vertical ground motion everything is as before."""
+    soil = cones(10.0, 150.0, 1800.0, 0.4)
+    device = law("friction_pendulum", dict(LAWS["friction_pendulum"].example))
+    plain = building()
+    moving = with_vertical_motion(plain, 0.1)
+    assert moving.directions == ("x", "y", "z")
+    assert moving.total_mass == plain.total_mass
+    rows = load_change_rows(moving, overturning=True)
+    np.testing.assert_allclose(rows[:, :-1], overturning_rows(plain), atol=1e-12)
+    np.testing.assert_allclose(rows[:, -1], -((2 * np.pi / 0.1) ** 2) / STANDARD_GRAVITY)
+    ground = el_centro_1940().cut(0.0, 3.0)
+    runs = []
+    for structure in (plain, moving):
+        loads = load_change_rows(structure, overturning=True)
+        isolated = structure.on(device.scaled(10, 500), biaxial=True, load_changes=loads)
+        still = (ground.scaled(0.0),) * len(structure.vertical)
+        runs.append(
+            iso.simulate(on_soil(isolated, soil, 4e5, 1e7), (ground, ground.scaled(0.5), *still))
+        )
+    assert runs[1].criteria == pytest.approx(runs[0].criteria, rel=1e-6)
+    with pytest.raises(InputError, match="moves horizontally"):
+        with_vertical_motion(moving, 0.1)
+    with pytest.raises(InputError, match="vertical_period_s is"):
+        with_vertical_motion(plain, 0.0)

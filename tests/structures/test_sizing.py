@@ -5,7 +5,8 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
-from isolation_sim.structures.sizing import implausible
+from isolation_sim.structures import plan_building
+from isolation_sim.structures.sizing import implausible, middle_current
 
 MASS, STIFFNESS, DAMPING = 3e5, 4e6, 2e5
 
@@ -108,3 +109,14 @@ def test_a_wrong_unit_is_told_with_the_period(masses, stiffnesses, period, told)
 
 def test_the_reference_building_is_plausible():
     assert implausible(iso.reference_building().on(iso.reference_isolators()), 2.05) == []
+
+
+def test_biaxial_devices_at_their_positions_take_a_target_period():
+    """Without them nothing holds the rotation of a building in plan."""
+    building = plan_building([2e5], [3e8], [2e8], base_mass=2e5, plan=(20.0, 12.0))
+    device = iso.law("strain_stiffening")
+    isolated = building.on(device, target_period_s=2.0, biaxial=True)
+    middle = middle_current(device)
+    assert isolated.periods(middle)[0] == pytest.approx(2.0, rel=1e-9)
+    with pytest.raises(InputError, match="do not hold every motion"):
+        building.on(device, target_period_s=2.0)

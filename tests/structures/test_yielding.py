@@ -8,7 +8,7 @@ import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.errors import InputError
 from isolation_sim.scenario import Scenario
-from isolation_sim.structures import IsolatedStructure, yielding_storeys
+from isolation_sim.structures import IsolatedStructure, cones, on_soil, yielding_storeys
 from isolation_sim.structures.yielding import storey_stiffnesses
 
 FLOORS, STIFFNESSES = [2e5, 1.5e5, 1e5], [3e8, 2e8, 1e8]
@@ -114,3 +114,19 @@ def test_a_moat_wall_stops_the_base():
     assert run.criteria["peak_floor_acceleration_m_s2"] > (
         2 * free.criteria["peak_floor_acceleration_m_s2"]
     )
+
+
+def test_on_a_held_base_every_storey_yields():
+    """Periods of the elastic building, and its strength: the first storey stands on the base."""
+    soil = cones(10.0, 150.0, 1800.0, 0.4)
+    for structure in (
+        building(),
+        iso.shear_building(FLOORS, STIFFNESSES, base_mass=3e5, heights=[3.0] * 3),
+    ):
+        isolated = yielding_storeys(structure.on(iso.law("linear", {"k": 4e6})), 1e6, 0.1)
+        for plant in (isolated, on_soil(isolated, soil, 4e5, 1e7)):
+            held = plant.fixed_base()
+            assert held.element_names == tuple(f"{s}_hysteresis" for s in structure.storeys)
+            np.testing.assert_allclose(held.periods(), structure.fixed_base_periods())
+            elastic = f"{structure.fixed_base_periods()[0]:.3g} s"
+            assert plant.facts()["Fixed-base period"] == elastic

@@ -10,8 +10,10 @@ import isolation_sim as iso
 from ground_motions import Record, el_centro_1940, read_csv, response_spectrum, write_csv
 from isolation_sim.cli import main
 from isolation_sim.errors import InputError
+from isolation_sim.io.results_folder import is_results
 from isolation_sim.reports.suite_tables import verdict
 from isolation_sim.scenario import Scenario
+from isolation_sim.structures import plan_building, with_vertical_motion
 from isolation_sim.sweeps.suites import Suite, run_suite
 from isolation_sim.sweeps.suites.prepare import isolated_period, prepare
 
@@ -131,6 +133,7 @@ def test_a_suite_that_was_stopped_goes_on(folder, suite, monkeypatch):
         run_suite(folder / "three.toml", out, workers=1, progress=stop)
     with pytest.raises(InputError, match="--resume to go on"):
         run_suite(folder / "three.toml", out, workers=1)
+    assert is_results(out)  # which --overwrite replaces
     after = []
     resumed = run_suite(
         folder / "three.toml", out, resume=True, workers=1, progress=lambda n, _: after.append(n)
@@ -147,8 +150,15 @@ def test_too_few_records_give_no_design_value(suite):
     other = Suite(suite.folder)
     other.index["inputs"]["section"]["rule"] = "asce7_22_16"
     assert other.design_statistic is None
+    assert other.rule.floor == 0.9
+    other.index["inputs"]["section"]["scaling"] = "matched"
+    assert other.rule.floor == 1.1  # ASCE 7-22, 16.2.3
     assert other.statistics["design"].isna().all()
     assert "asks for 11 records or more; the suite has 3" in " ".join(verdict(other))
+    # the period was given
+    assert "small vibrations" not in " ".join(verdict(suite))
+    other.index["inputs"]["section"]["isolated_period_s"] = None
+    assert "Give isolated_period_s" in " ".join(verdict(other))
 
 
 def test_two_directions_are_shaken_together(tmp_path):
@@ -165,6 +175,38 @@ def test_two_directions_are_shaken_together(tmp_path):
     second = read_csv(tmp_path / "out" / motion["files"][1])
     assert isinstance(second, Record)
     np.testing.assert_array_equal(second.acceleration, 0.5 * ground.acceleration)
+
+
+@pytest.mark.parametrize("scaling", ["none", "matched"])
+def test_the_vertical_component_goes_along(tmp_path, scaling):
+    """Three files a record: the third is the vertical one, at the samples of the other two."""
+    ground = el_centro_1940().cut(0.0, 8.0)
+    components = ground, ground.scaled(0.9), ground.scaled(0.5).cut(0.0, 7.9)
+    files = [str(write_csv(each, tmp_path / f"{k}.csv")) for k, each in enumerate(components)]
+    plan = plan_building([1e5], [1e8], [1e8], base_mass=1e5, plan=(9.0, 9.0), heights=[3.0])
+    structure = with_vertical_motion(plan, 0.1)
+    isolated = structure.on(iso.law("linear", {"k": 4e6}))
+    target = {"kind": "en1998_1_2004", "a_g_m_s2": 3.0, "ground": "B"}
+    given = {
+        "files": [files], "scaling": scaling, "isolated_period_s": 0.5, "target": target,
+        "rule": "asce7_22_17", "match_tolerance": 0.1,
+    }  # fmt: skip
+    section = Scenario.model_validate({"ground": given}).ground[0]
+    (motion,) = prepare(section, isolated, tmp_path / "out")["motions"]
+    x, y, up = (read_csv(tmp_path / "out" / file) for file in motion["files"])
+    assert len(x) == len(y) == len(up)
+    assert x.dt == y.dt == up.dt
+    # at the same instants as before, after the quiet ground that matching needs
+    first, later = (np.flatnonzero(each.acceleration)[0] * each.dt for each in (ground, up))
+    shift = later - first
+    wanted = 0.0 if scaling == "none" else (x.duration - ground.duration) / 2
+    assert shift == pytest.approx(wanted, abs=ground.dt)
+    factor = motion["scale_factor"]
+    assert up.pga == pytest.approx(0.5 * ground.pga * factor, rel=0.1)
+    with pytest.raises(InputError, match="0 has no vertical component"):
+        given = given | {"files": [files[:2]]}
+        section = Scenario.model_validate({"ground": given}).ground[0]
+        prepare(section, isolated, tmp_path / "two")
 
 
 def test_the_isolated_period_of_a_linear_isolator():

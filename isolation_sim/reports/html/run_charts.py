@@ -78,8 +78,9 @@ _OPEN = dict(zip("●■▲◆▼✚✖★", "○□△◇▽✛✕☆", strict=
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:
     """Ground, base and roof in each direction and the coils' currents, over time."""
     first = next(iter(runs.values()))
-    directions = range(len(first.isolated.structure.directions))
-    panels = [panel for number in directions for panel in base_and_roof(runs, number)]
+    structure = first.isolated.structure
+    directions, horizontal = range(len(structure.directions)), range(len(structure.horizontal))
+    panels = [panel for number in horizontal for panel in base_and_roof(runs, number)]
     channels = max(run.isolated.n_channels for run in runs.values())
     panels += [coil_current(runs, channel) for channel in range(channels)]
     most = _POINTS_OVER_TIME // (len(runs) * len(panels))
@@ -123,7 +124,7 @@ def _over_time(
 def loops(runs: Mapping[str, Run]) -> list[Gallery]:
     """Force over deformation of the isolators, coloured by their coil's current."""
     first = next(iter(runs.values()))
-    names = [element_along(first, k) for k in range(len(first.isolated.structure.directions))]
+    names = [element_along(first, k) for k in range(len(first.isolated.structure.horizontal))]
     most = _POINTS_OF_LOOPS // (len(names) * len(runs))
     return [_loops(runs, name, most) for name in names]
 

@@ -163,11 +163,14 @@ def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
     )
     for element in isolated.elements:
         device = element.device
-        facts[element.name.capitalize()] = (
-            f"{device.law.title} ({device.law.name}); {device.source}; "
-            f"{device.length:.4g} times the tested device's deformation, "
-            f"{device.force_scale:.4g} times its force"
-        )
+        own = device.name if device.name != device.law.name else ""
+        parts = [f"{device.law.title} ({device.law.name})", device.source or own]
+        if (device.length, device.force_scale) != (1.0, 1.0):
+            parts.append(
+                f"{device.length:.4g} times the tested device's deformation, "
+                f"{device.force_scale:.4g} times its force"
+            )
+        facts[element.name.capitalize()] = "; ".join(part for part in parts if part)
     facts["Controllers"] = ", ".join(
         name if name == run.controller else f"{name} ({run.controller})"
         for name, run in comparison.runs.items()

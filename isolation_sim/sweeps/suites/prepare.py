@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ground_motions import (
-    SUITE_RULES,
     Record,
     SuiteRecord,
     SuiteRule,
@@ -64,7 +63,7 @@ def prepare(
             f"{folder}: the suite has changed since; expected: the same records and keys, or a "
             "new folder"
         )
-    rule = SUITE_RULES[section.rule]
+    rule = section.suite_rule
     period = section.isolated_period_s or isolated_period(isolated)
     step("reading records")
     records, changes = _scaled(section, rule, period, section.records(), step)
@@ -129,7 +128,11 @@ def _scaled(
                                section.match_tolerance, limits)
                 for each in record.components
             ]  # fmt: skip
-            matched.append(SuiteRecord(record.name, tuple(each.record for each in result)))
+            components = tuple(each.record for each in result)
+            factor = float(np.mean([each.scale_factor for each in result]))
+            matched.append(
+                SuiteRecord(record.name, components, _beside(record, components, factor))
+            )
             changes.append(
                 _by_motion(record, [
                     {
@@ -155,6 +158,14 @@ def _scaled(
     ]
 
 
+def _beside(record: SuiteRecord, matched: tuple[Record, ...], factor: float) -> Record | None:
+    """The vertical component, for which there is no target, beside matched horizontal ones."""
+    if record.vertical is None:
+        return None
+    room = (matched[0].duration - record.components[0].duration) / 2  # that matching has added
+    return record.vertical.scaled(factor).padded(room, room).resampled(matched[0].dt)
+
+
 def _by_motion(record: SuiteRecord, changes: list[dict[str, float]]) -> dict[str, dict[str, float]]:
     """What was changed, by the name of each motion that may be made of a record."""
     worst = {
@@ -173,8 +184,9 @@ def _shaking(
     section: RecordSuite, isolated: IsolatedStructure, record: SuiteRecord
 ) -> list[tuple[str, tuple[Record, ...]]]:
     """Motions of a record: its components one by one, or together where directions are several."""
-    directions = isolated.structure.directions
-    if len(directions) == 1:
+    structure = isolated.structure
+    directions = structure.horizontal
+    if len(structure.directions) == 1:
         target = {"first": [0], "second": [1], "both": range(len(record.components))}
         return [
             (_component(record, k), (record.components[k],))
@@ -186,14 +198,28 @@ def _shaking(
             f"record {record.name} has {len(record.components)} horizontal components; expected: "
             f"{len(directions)}, one per direction of the structure ({', '.join(directions)})"
         )
-    return [(record.name, record.components)]
+    if not structure.vertical:
+        return [(record.name, _as_long(record.components))]
+    if record.vertical is None:
+        raise InputError(
+            f"record {record.name} has no vertical component; expected with vertical_period_s: one "
+            "in the PEER download, or as the third file of a record in files"
+        )
+    return [(record.name, _as_long((*record.components, record.vertical)))]
+
+
+def _as_long(components: tuple[Record, ...]) -> tuple[Record, ...]:
+    """Components with zeros after the shorter ones; PEER's often differ by some samples."""
+    longest = max(len(each) for each in components)
+    return tuple(each.padded(after=(longest - len(each)) * each.dt) for each in components)
 
 
 def _padded(record: SuiteRecord, after: float) -> SuiteRecord:
     if not after:
         return record
     components = tuple(each.padded(after=after) for each in record.components)
-    return SuiteRecord(record.name, components, record.vertical, record.scale_factor)
+    vertical = record.vertical and record.vertical.padded(after=after)
+    return SuiteRecord(record.name, components, vertical, record.scale_factor)
 
 
 def _spectra(

@@ -66,7 +66,9 @@ class Suite(Printed):
     @property
     def rule(self) -> SuiteRule:
         """What the code asks of the suite."""
-        return SUITE_RULES[self.index["inputs"]["section"]["rule"]]
+        section = self.index["inputs"]["section"]
+        rule = SUITE_RULES[section["rule"]]
+        return rule.matched if section["scaling"] == "matched" else rule
 
     @property
     def design_statistic(self) -> str | None:

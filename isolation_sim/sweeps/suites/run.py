@@ -10,11 +10,11 @@ from ground_motions.argument_types import checked
 
 from ...errors import InputError
 from ...io.atomic_write import write_text
-from ...io.results_folder import file_name, write_contents
+from ...io.results_folder import file_name, is_results, write_contents
 from ...scenario import Scenario
 from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
-from .prepare import INDEX, prepare
+from .prepare import prepare
 from .result import SWEEP, Suite
 
 if TYPE_CHECKING:
@@ -73,10 +73,11 @@ def run_suite(
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
     if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
-        remedy = ", --overwrite, or --resume to go on there" if (folder / INDEX).exists() else ""
+        remedy = ", --overwrite, or --resume to go on there" if is_results(folder) else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
+    write_contents(folder, f"Suite {scenario.name}")  # results, even if this is killed
     step = step or (lambda text: None)
     step("building")
     plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
