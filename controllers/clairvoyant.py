@@ -159,12 +159,12 @@ def _bound(
 
     def found(part: Plant, constant: NDArray) -> tuple[WholeRecord, Optimum]:
         problem = _problem(part, period, roughness, tuple(objective), iterations)
-        commands, time = constant[np.newaxis], np.zeros(1)
+        commands = constant[np.newaxis]
         if problem.n > LONG:
             halves = tuple(r.cut(0.0, r.duration / 2) for r in part.records)
             first = found(part._replace(records=halves), constant)[1].current
             commands = np.vstack([first, commands])
-            time = np.arange(len(commands)) * problem.every * problem.dt
+        time = np.arange(len(commands)) * problem.every * problem.dt
         run = _simulated(part, Prescribed(time=time, amperes=commands))
         return problem, problem.solve(run, absolute)
 

@@ -17,6 +17,7 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ground_motions.registry import hides_packages
@@ -130,6 +131,7 @@ class Worker:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._stopped = False
+        self._starting = Lock()
 
     def run(self, task: Task[Any]) -> Any:
         """Run a task in the process; what it raises is raised here."""
@@ -150,9 +152,12 @@ class Worker:
         )
 
     def _ask(self, task: Task[Any]) -> Any:
-        if self._process is None:
-            self._process = _started()
-        questions, answers = self._process.stdin, self._process.stdout
+        with self._starting:
+            if self._stopped:
+                raise EOFError
+            if self._process is None:
+                self._process = _started()
+            questions, answers = self._process.stdin, self._process.stdout
         assert questions is not None and answers is not None
         pickle.dump(task, questions)
         questions.flush()
@@ -160,7 +165,8 @@ class Worker:
 
     def stop(self) -> None:
         """End the process, whatever it does."""
-        self._stopped = True
+        with self._starting:
+            self._stopped = True
         self._end()
 
     def _end(self) -> None:

@@ -47,7 +47,7 @@ NOISE = {
 }  # fmt: skip
 """Standard deviation of the sensors' white noise."""
 DEGRADED_SENSING = Sensors(noise=NOISE, delay=0.02, seed=1)
-CERTIFIED = 5e-3
+CERTIFIED = 1e-2
 """Largest relative difference between engine and optimisation with which a bound counts."""
 INTERVAL = 0.02
 """Interval of the clairvoyant optimum's commands, s: that of the controllers' decisions."""
