@@ -14,7 +14,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..io.output_place import check_writable, free_space
-from ..io.results_folder import file_name
+from ..io.results_folder import file_name, write_contents
 from ..registry import registry
 from ..simulation.batch import LANES
 from ..workers import in_processes, in_this_process, on_cluster, reached
@@ -171,6 +171,8 @@ def run_design(
                 )
             cases_per_chunk = expected.cases_per_chunk
             store.begin(content, cases_per_chunk)
+            # results, even if this is killed
+            write_contents(store.folder, f"Sweep {design.plan.name}")
         with store.locked():
             if store.table.is_file():
                 store.reopen(cases_per_chunk)

@@ -245,6 +245,8 @@ class Tuning(Printed):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_text(json.dumps(asdict(self), indent=1), folder / _STATE)
+            # results, even if the search is killed
+            write_contents(folder, f"Tuning of {self.controller}")
         except OSError as error:
             raise InputError(
                 f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "

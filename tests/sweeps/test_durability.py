@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
+from isolation_sim.io.results_folder import replaced
 from isolation_sim.sweeps import chunk, run, store
 from isolation_sim.sweeps.run import sweep
 
@@ -99,9 +100,22 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
     assert (folder / "table.npz").read_bytes() == uninterrupted
     assert sorted(path.name for path in folder.iterdir()) == [
         ".lock",
+        "README.txt",
         "manifest.json",
         "table.npz",
     ]
+
+
+def test_what_a_kill_left_can_be_replaced(tmp_path, small_chunks):
+    folder = tmp_path / "sweep"
+
+    def killed(n_runs, n_failed):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(plan(), folder, workers=1, progress=killed)
+    with replaced(folder, overwrite=True, resume=False):
+        assert sweep(plan(), folder, workers=1).finished
 
 
 def alive(pid):
