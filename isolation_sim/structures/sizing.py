@@ -150,7 +150,7 @@ def facts(isolated: Any) -> dict[str, str]:
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
         with suppress(InputError):
-            result["Fixed-base period"] = f"{structure.fixed_base_periods()[0]:.3g} s"
+            result["Fixed-base period"] = f"{_fixed_base_period(isolated):.3g} s"
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
@@ -182,13 +182,21 @@ def facts(isolated: Any) -> dict[str, str]:
     return result
 
 
+def _fixed_base_period(isolated: Any) -> float:
+    """First period on a base that is held, s; elements of the storeys as stiff as at rest."""
+    above = list(isolated.structure.superstructure)
+    if not any(np.any(element.direction[above]) for element in isolated.elements):
+        return float(isolated.structure.fixed_base_periods()[0])
+    return float(modal_facts(isolated.fixed_base(), 0.0).periods[0])
+
+
 def implausible(isolated: Any, isolated_period: float) -> list[str]:
     """Lines about periods that no building has; ``isolated_period``: of the first mode, s."""
     structure = isolated.structure
     fixed = 0.0
     if structure.base and structure.superstructure:
         try:
-            fixed = float(structure.fixed_base_periods()[0])
+            fixed = _fixed_base_period(isolated)
         except InputError:
             return []
     low, high = FIXED_BASE_PERIODS

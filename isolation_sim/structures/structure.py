@@ -754,8 +754,7 @@ class IsolatedStructure:
         elements = tuple(
             replace(element, direction=element.direction[above], channel=None)
             for element in self.elements
-            if not np.any(element.direction[[*self.structure.base, *self.structure.foundation]])
-            and not element.device.depends_on_current
+            if np.any(element.direction[above]) and not element.device.depends_on_current
         )
         if not elements:
             top = np.zeros(len(above))
