@@ -121,7 +121,7 @@ def test_storeys_that_yield_have_the_fixed_base_period_of_the_elastic_ones():
 
 
 def test_all_storeys_that_yield_are_in_the_fixed_base_run():
-    """Under a weak motion it is the fixed-base run of the elastic building, the first storey too."""
+    """Under a weak motion it is the fixed-base run of the elastic building."""
     isolated = iso.reference_building().on(iso.reference_isolators())
     weak = iso.el_centro_1940().cut(0, 3).scaled(1e-3)
     elastic, yielding = (
