@@ -148,7 +148,7 @@ def test_too_few_records_give_no_design_value(suite):
     other.index["inputs"]["section"]["rule"] = "asce7_22_16"
     assert other.design_statistic is None
     assert other.statistics["design"].isna().all()
-    assert "asks for 11 records or more; the suite has 3" in " ".join(verdict(other))
+    assert "11 records or more are required; the suite has 3" in " ".join(verdict(other))
 
 
 def test_two_directions_are_shaken_together(tmp_path):
