@@ -77,16 +77,18 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
     full = [row for row in table if row["scale"] == 1.0]
-    rooms = ", ".join(f"{row['controller']} {row['room_needed_m'] * 1e3:.0f} mm" for row in full)
+    rooms = ", ".join(
+        f"{as_written(row['controller'])} {row['room_needed_m'] * 1e3:.0f} mm" for row in full
+    )
     hits = runs[runs["room"] < 1]
     # a gap that is only just too narrow, and one far too narrow
     near, far = hits[hits["room"] >= 0.8], hits[hits["room"] < 0.6]
     said = [
-        f"{how}, the floors are shaken {rows['amplification'].median():.1f} times as hard "
-        f"({rows['amplification'].min():.1f} to {rows['amplification'].max():.1f} in "
-        f"{len(rows)} runs)"
+        f"{how}, an impact multiplies the floor acceleration by "
+        f"{rows['amplification'].median():.1f} ({rows['amplification'].min():.1f} to "
+        f"{rows['amplification'].max():.1f}; runs: {len(rows)})"
         for how, rows in (
-            ("Where the gap is 80 to 100 % of that", near),
+            ("Where the gap is 80 to 100 % of this displacement", near),
             ("where it is below 60 %", far),
         )
         if len(rows)
@@ -99,11 +101,11 @@ def _finding(runs: pandas.DataFrame, table: Sequence[dict[str, Any]]) -> str:
         for name, rows in best.groupby("controller", sort=False)
     )
     return (
-        f"Under the near-fault pulse the base needs this room: {rooms}. {'; '.join(said)}. The "
-        f"worst is {as_written(worst['controller'])} at {worst['scale']:g} times the pulse and a "
-        f"gap of {worst['at_gap_m'] * 1e3:.0f} mm, {worst['largest_amplification']:.1f} times the "
-        f"acceleration without a wall. Which controller shakes the floors least depends on the "
-        f"gap: {wins} mm."
+        f"Without a wall the near-fault pulse displaces the base by: {rooms}. {'; '.join(said)}. "
+        f"The worst case is {as_written(worst['controller'])} at {worst['scale']:g} times the "
+        f"pulse and a gap of {worst['at_gap_m'] * 1e3:.0f} mm, with "
+        f"{worst['largest_amplification']:.1f} times the acceleration without a wall. The "
+        f"controller with the smallest floor acceleration depends on the gap: {wins} mm."
     )
 
 

@@ -119,7 +119,7 @@ def consequence(
             except Diverged:
                 run = None
             except InputError as error:
-                run, refused[name] = None, str(error)
+                run, refused[f"{as_written(name)}, {case}"] = None, str(error)
             runs[case][name] = run
     ranked = {case: _ranked(of_case) for case, of_case in runs.items()}
     performance = {name: {case: ranked[case][name] for case in CASES} for name in controllers}
@@ -184,10 +184,10 @@ def _finding(
     performance: Mapping[str, Mapping[str, Performance | None]], refused: Mapping[str, str]
 ) -> str:
     failed = [
-        f"{as_written(name)} ({case})"
+        f"{as_written(name)}, {case}"
         for name, cases in performance.items()
         for case, one in cases.items()
-        if one is None and name not in refused
+        if one is None and f"{as_written(name)}, {case}" not in refused
     ]
     known = {
         name: (predicted, actual, redesigned)
@@ -196,8 +196,8 @@ def _finding(
         and (actual := cases["actual"])
         and (redesigned := cases["redesigned"])
     }
-    sentences = [f"The response diverges: {', '.join(failed)}."] if failed else []
-    sentences += [f"{as_written(n)} cannot be used: {reason}." for n, reason in refused.items()]
+    sentences = [f"The response diverges: {'; '.join(failed)}."] if failed else []
+    sentences += [f"Not run: {what} ({reason})." for what, reason in refused.items()]
     if not known:
         return " ".join(sentences)
     sentences.append(

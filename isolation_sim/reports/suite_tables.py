@@ -100,8 +100,8 @@ def verdict(suite: Suite) -> list[str]:
     if statistic is None:
         needed = rule.mean_from if rule.maximum_from is None else rule.maximum_from
         sentences.append(
-            f"{rule.response_clause} asks for {needed} records or more; the suite has {records}, "
-            "so that no design value is given."
+            f"{rule.response_clause}: {needed} records or more are required; the suite has "
+            f"{records}, so that no design value is given."
         )
     else:
         sentences.append(

@@ -234,7 +234,7 @@ def test_a_controller_that_refuses_the_new_law_leaves_the_others(before, after, 
     """A diagnosis takes long: one controller must not end it."""
     both = {"passive_off": iso.controller("passive_off"), "old_law_only": _OldLawOnly(before)}
     result = consequence(before, after, ground, both)
-    assert "old law only cannot be used: made for another law." in result.finding
+    assert "Not run: old law only, redesigned (made for another law)." in result.finding
     assert "diverges" not in result.finding and "misses the peak base" in result.finding
     assert result.performance["old_law_only"]["predicted"] is not None
     assert result.performance["old_law_only"]["redesigned"] is None

@@ -22,7 +22,7 @@ def test_a_gain_and_its_price():
     assert told == (
         "Against off, on lowers the peak base displacement most, from 200 mm to 100 mm (−50 %), "  # noqa: RUF001
         "but raises the peak floor acceleration from 1 m/s² to 3 m/s² (+200 %).",
-        "on does not lower base displacement, floor acceleration and storey drift together; the "
+        "On does not lower base displacement, floor acceleration and storey drift together; the "
         "smallest peak floor acceleration, 1 m/s², is that of off.",
     )
 
@@ -33,7 +33,7 @@ def test_a_controller_that_is_better_in_all_respects_is_named():
     )
     assert "a lowers the peak base displacement most" in first
     assert "and also lowers the peak floor acceleration from 1 m/s² to 0.9 m/s²" in first
-    assert second.startswith("a and b lower base displacement, floor acceleration and storey drift")
+    assert second.startswith("A and b lower base displacement, floor acceleration and storey drift")
 
 
 def test_nobody_is_praised_for_nothing():

@@ -5,7 +5,8 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
-from isolation_sim.structures import plan_building
+from isolation_sim.simulation.run import fixed_base_run
+from isolation_sim.structures import plan_building, yielding_storeys
 from isolation_sim.structures.sizing import implausible, middle_current
 
 MASS, STIFFNESS, DAMPING = 3e5, 4e6, 2e5
@@ -120,3 +121,22 @@ def test_biaxial_devices_at_their_positions_take_a_target_period():
     assert isolated.periods(middle)[0] == pytest.approx(2.0, rel=1e-9)
     with pytest.raises(InputError, match="do not hold every motion"):
         building.on(device, target_period_s=2.0)
+
+
+def test_storeys_that_yield_have_the_fixed_base_period_of_the_elastic_ones():
+    """They are as stiff as before at rest, though the linear part is a twentieth of it."""
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    yielding = yielding_storeys(isolated, 1.2e6)
+    assert "fixed-base period 0.5 s" in repr(yielding)
+    assert implausible(yielding, 1.2) == []
+
+
+def test_all_storeys_that_yield_are_in_the_fixed_base_run():
+    """Under a weak motion it is the fixed-base run of the elastic building."""
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    weak = iso.el_centro_1940().cut(0, 3).scaled(1e-3)
+    elastic, yielding = (
+        fixed_base_run(one, weak).criteria["peak_drift_m"]
+        for one in (isolated, yielding_storeys(isolated, 1.2e6))
+    )
+    assert yielding == pytest.approx(elastic, rel=1e-6)

@@ -154,7 +154,7 @@ def test_too_few_records_give_no_design_value(suite):
     other.index["inputs"]["section"]["scaling"] = "matched"
     assert other.rule.floor == 1.1  # ASCE 7-22, 16.2.3
     assert other.statistics["design"].isna().all()
-    assert "asks for 11 records or more; the suite has 3" in " ".join(verdict(other))
+    assert "11 records or more are required; the suite has 3" in " ".join(verdict(other))
     # the period was given
     assert "small vibrations" not in " ".join(verdict(suite))
     other.index["inputs"]["section"]["isolated_period_s"] = None

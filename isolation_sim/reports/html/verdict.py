@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..units import unit_of
+from .text import capital
 
 if TYPE_CHECKING:
     from ...comparison import Comparison
@@ -59,14 +60,14 @@ def _together(values: dict[str, dict[str, float]], reference: str, others: list[
     if better:
         verb = "lowers" if len(better) == 1 else "lower"
         return (
-            f"{_listed(better)} {verb} base displacement, floor acceleration and storey drift "
-            "together."
+            f"{capital(_listed(better))} {verb} base displacement, floor acceleration and storey "
+            "drift together."
         )
     calm = min(values, key=lambda name: values[name][_FLOOR])
     # those that do nothing are as calm as the reference
     if _change(values[reference][_FLOOR], values[calm][_FLOOR]) >= -_NOTICED:
         calm = reference
-    subject = "No controller lowers" if len(others) > 1 else f"{others[0]} does not lower"
+    subject = "No controller lowers" if len(others) > 1 else f"{capital(others[0])} does not lower"
     return (
         f"{subject} base displacement, floor acceleration and storey drift together; the smallest "
         f"peak floor acceleration, {_quantity(_FLOOR, values[calm][_FLOOR])}, is that of {calm}."
