@@ -18,6 +18,7 @@ from ..laws.registry import LAWS
 from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
+from .force_channel import averaging_note
 from .law_choice import AUTO, choose_law
 from .law_fit import STARTS, LawModel, fit_law, parameterise
 from .least_squares import Optimum
@@ -107,7 +108,10 @@ def fit(
     with workers(threads) as pool:
         model, best = fit_law(model, pool, starts=starts, seed=seed, advance=advance)
     result = _result(campaign, model, best)
-    return result if choice is None else replace(result, notes=(choice.text, *result.notes))
+    notes = [averaging_note(data.averaging)] if data.averaging.any() else []
+    if choice is not None:
+        notes.insert(0, choice.text)
+    return replace(result, notes=(*notes, *result.notes)) if notes else result
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:

@@ -73,7 +73,7 @@ class LawModel:
         force, jacobian = self.simulator().run(
             self.parameterisation.coefficients(values), derivatives
         )
-        return force, jacobian @ self.parameterisation.spread
+        return self.data.record(force), self.data.record(jacobian @ self.parameterisation.spread)
 
     @np.errstate(all="ignore")
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
