@@ -20,7 +20,7 @@ from .campaign import Campaign, read_campaign
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .force_channel import averaging_note
 from .law_choice import AUTO, choose_law
-from .law_fit import STARTS, LawModel, fit_law, parameterise
+from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, parameterise
 from .least_squares import Optimum
 from .measured_runs import LEAST_NOISE, measured_runs
 from .noise import correlation_time
@@ -148,7 +148,7 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
     """Values with 95 % intervals from the curvature, and their covariance."""
     p = model.parameterisation
     size = np.maximum(np.abs(best.x), 1e-12 * p.scale)
-    scaled = best.jacobian * size
+    scaled = np.clip(best.jacobian, -LARGEST_DERIVATIVE, LARGEST_DERIVATIVE) * size
     n = len(p.currents)
     at_currents = np.kron(np.eye(len(p.free)), p.basis)
     residual = best.residual
