@@ -207,6 +207,17 @@ def test_a_rung_is_compared_with_those_below_it():
     assert not _loses(Rung("equation", 0.06, float("nan"), 0.08), causes, 0.002)
 
 
+def test_causes_that_lose_do_not_extend_the_law(diagnosis):
+    from isolation_sim.discrepancy.diagnosis import Errors
+    from isolation_sim.discrepancy.tiers.ladder import _withheld
+
+    result = _withheld(diagnosis, diagnosis.ladder)
+    assert result.extended is diagnosis.judged and result.verdict == "partly_explained"
+    assert result.error_after == diagnosis.error_before != Errors(0.0, 0.0)
+    assert all(np.array_equal(one.before, one.after) for one in result.traces)
+    assert "No tier is offered" in result.ladder.notes[-1]
+
+
 def test_a_term_shares_no_name_with_the_law():
     """The law ``strain_stiffening`` has a parameter c1 of its own."""
     from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text

@@ -328,6 +328,8 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
         notes=tuple(notes),
     )
+    if offered == "law" and diagnosis.causes:
+        return _withheld(diagnosis, result)
     if offered in ("law", "causes"):
         return replace(diagnosis, ladder=result)
     assert diagnosis.judged is not None
@@ -341,6 +343,19 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         error_after=Errors(errors[offered].fit, errors[offered].held_out),
         extended=ladder.device(best, diagnosis.judged),
         traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
+    )
+
+
+def _withheld(diagnosis: Diagnosis, ladder: Ladder) -> Diagnosis:
+    """A diagnosis whose causes lose somewhere: they stay named, but the law is not extended."""
+    note = "No tier is offered: the extended law is the law without its causes."
+    return replace(
+        diagnosis,
+        ladder=replace(ladder, notes=(*ladder.notes, note)),
+        verdict="partly_explained" if diagnosis.verdict == "explained" else diagnosis.verdict,
+        error_after=diagnosis.error_before,
+        extended=diagnosis.judged,
+        traces=tuple(replace(one, after=one.before) for one in diagnosis.traces),
     )
 
 
