@@ -177,7 +177,7 @@ def _module(
     function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int
 ) -> ModuleType:
     text = _text(function, model, laws, n_channels, partial(_shared, model, laws))
-    notice = "compiling the controller for this law (once; mpc takes a minute) ..." if laws else ""
+    notice = "compiling the controller for this law (once; mpc: about 40 s) ..." if laws else ""
     return load_text("decision", text, notice)
 
 

@@ -238,11 +238,13 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     """
     from .comparison import simulated
     from .scenario import Scenario, main_job
+    from .scenario.compilation import compiled_meanwhile
 
     if not isinstance(scenario, Scenario):
         scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    result = simulated(job.controllers, job.run, job.run_fixed_base)
+    with compiled_meanwhile(scenario, job) as run:
+        result = simulated(job.controllers, run, job.run_fixed_base)
     _warn(next(iter(result.runs.values())).implausible, of_runs(result.runs))
     return result
 

@@ -49,8 +49,8 @@ def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
 
 def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
     """Run tasks in processes of this machine."""
-    workers = [_Worker() for _ in range(count)]
-    idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
+    workers = [Worker() for _ in range(count)]
+    idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
     for worker in workers:
         idle.put(worker)
 
@@ -124,7 +124,7 @@ def _run(task: Task[Result]) -> Result:
     return task.run()
 
 
-class _Worker:
+class Worker:
     """One worker process, started when it is needed, and again if it dies."""
 
     def __init__(self) -> None:
@@ -132,6 +132,7 @@ class _Worker:
         self._stopped = False
 
     def run(self, task: Task[Any]) -> Any:
+        """Run a task in the process; what it raises is raised here."""
         for _ in range(TRIES):
             if self._stopped:
                 break
@@ -158,6 +159,7 @@ class _Worker:
         return pickle.load(answers)
 
     def stop(self) -> None:
+        """End the process, whatever it does."""
         self._stopped = True
         self._end()
 

@@ -50,6 +50,7 @@ def run(
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
     from ..scenario import Scenario, main_job
+    from ..scenario.compilation import compiled_meanwhile
     from ..written_names import as_written
 
     check_exports(export)
@@ -57,11 +58,14 @@ def run(
     job = described.build()
     where = out or Path("results") / file_name(described.name)
     with ResultsFolder(where, overwrite) as folder:
-        with progress(quiet, len(job.controllers) + 1) as step:
+        with (
+            progress(quiet, len(job.controllers) + 1) as step,
+            compiled_meanwhile(described, job) as simulate,
+        ):
 
             def run_one(label: str) -> Run:
                 step(f"simulating {label}")
-                return job.run(label)
+                return simulate(label)
 
             comparison = simulated(job.controllers, run_one, job.run_fixed_base)
             step("writing results")

@@ -63,6 +63,31 @@ class Job:
         except (InputError, Diverged) as error:
             raise with_place(error, self.source, "fixed base") from None
 
+    def compile(self, label: str) -> None:
+        """Compile what a controller decides by, if that takes no run.
+
+        Parameters
+        ----------
+        label : str
+            One of ``controllers``.
+
+        Raises
+        ------
+        InputError
+            If an option does not suit the controller, or it learns from runs.
+        """
+        from ..simulation.control import CoilDriver
+        from ..simulation.run import prepared
+
+        def trial(_: Control) -> Run:
+            raise InputError(f"controller {label!r} learns from runs")
+
+        nominal, driver = (self.options.get(name) for name in ("nominal", "driver"))
+        prepared(
+            self.isolated, self.records, self.controllers[label], nominal, driver or CoilDriver(),
+            (0.0, 0.0), trial,
+        )  # fmt: skip
+
     def run(self, label: str) -> Run:
         """Simulate one controller.
 

@@ -281,12 +281,12 @@ def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = F
 @contextmanager
 def compiling(module: ModuleType) -> Iterator[None]:
     """Say that the first run compiles, if the kernel is neither loaded nor in the cache."""
-    first = module.__name__ not in _used and not _is_cached(module)
+    first = not is_compiled(module)
     _used.add(module.__name__)
     # Numba makes millions of objects, none of them garbage yet: looking for some costs a fifth
     paused = first and gc.isenabled()
     if first:
-        print("compiling the simulation kernel for this law (once; about 5 s) ...", file=sys.stderr)
+        print("compiling the kernel for this device law (once; about 20 s) ...", file=sys.stderr)
     if paused:
         gc.disable()
     try:
@@ -296,6 +296,9 @@ def compiling(module: ModuleType) -> Iterator[None]:
             gc.enable()
 
 
-def _is_cached(module: ModuleType) -> bool:
+def is_compiled(module: ModuleType) -> bool:
+    """Whether a kernel is loaded or in the cache folder."""
+    if module.__name__ in _used:
+        return True
     path = Path(str(module.__file__))
     return any((path.parent / "__pycache__").glob(f"{path.stem}.integrate-*.nbc"))

@@ -13,7 +13,8 @@ from controllers.best_constant import weighted_peak
 from controllers.clairvoyant import coil_table
 from controllers.compiled import CompiledController
 from controllers.mpc import MPC
-from controllers.predictive.decision import ACCELERATION_AHEAD, STRAYS
+from controllers.predictive.decision import ACCELERATION_AHEAD, FAILED, STATE, STRAYS
+from controllers.predictive.flat_arrays import array1
 from controllers.predictive.force_scale import balance, learn_scale
 from controllers.predictive.ground_kernel import (
     DRIFT,
@@ -776,9 +777,13 @@ def test_devices_without_coil_join_the_prediction(record):
     building = reference_building().on(kelvin_voigt(k=(4e6, 3e6), c=4e5))
     maxwell = Device(LAWS["maxwell"], CurrentDependence.constant({"k": 2e7, "c": 2e6}))
     damped = building.with_element(maxwell, "storey1")
-    one = MPC(horizon=0.4)
-    run = simulate(damped, record.cut(0.0, 3.0), one, driver=LAGGING)
-    assert one.report.failed == 0 and np.all(np.isfinite(run.values))
+    one = MPC(horizon=0.1, blocks=2)
+    context = context_of(one, damped)
+    run = simulate(damped, record.cut(0.0, 3.0), controller("passive_off"))
+    seen = run.to_pandas()[list(context.outputs)].to_numpy()[100]
+    decision, command = one.decision(context), np.full(1, np.nan)
+    decision.function(2.0, seen, decision.settings, decision.memory, command, *decision.methods)
+    assert array1(decision.memory, STATE)[FAILED] == 0 and 0.0 <= command[0] <= 3.0
 
 
 def test_structure_without_a_coil_is_refused(record):

@@ -13,7 +13,7 @@ from studies.benchmarks.mpc import DRIVER
 
 def test_do_mpc_finds_the_first_move_that_the_iterated_controller_finds():
     pytest.importorskip("do_mpc")
-    plant, first, count = reference_building().on(reference_isolators()), 200, 4
+    plant, first, count = reference_building().on(reference_isolators()), 198, 4
     one = Kept(first, count, **ALONE | {"horizon": 0.4, "blocks": 20}, iterations=60)
     simulate(plant, el_centro_1940().cut(0.0, (first + count) * MPC.period), one, driver=DRIVER)
     assert len(one.cases) == count

@@ -1,0 +1,82 @@
+"""Controllers are compiled by a second process while the first one runs the others."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, redirect_stderr, suppress
+from dataclasses import dataclass
+from io import StringIO
+from typing import TYPE_CHECKING
+
+from ..errors import InputError
+from ..workers import Worker
+from .job import Job
+from .scenario import Scenario
+
+if TYPE_CHECKING:
+    from ..simulation.result import Run
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """What the second process does."""
+
+    scenario: str  # Text of a scenario file
+    label: str  # Of the controller
+
+    def run(self) -> None:
+        """Compile the controller into the cache folder."""
+        with redirect_stderr(StringIO()):
+            Scenario.from_toml(self.scenario).build().compile(self.label)
+
+
+@contextmanager
+def compiled_meanwhile(scenario: Scenario, job: Job) -> Iterator[Callable[[str], Run]]:
+    """``job.run``; on the first use of a device law, the last controllers are compiled meanwhile.
+
+    The second process begins with the last controller and the first one with the first, so that
+    neither waits long. It is not started where the machine has no processor to spare.
+    """
+    if not _is_first_use(job) or not _has_idle_processor():
+        yield job.run
+        return
+    worker, pool = Worker(), ThreadPoolExecutor(1)
+    text = scenario.to_toml()
+    begun = {
+        label: pool.submit(worker.run, Compilation(text, label))
+        for label in reversed(list(job.controllers))
+    }
+
+    def run(label: str) -> Run:
+        if not begun[label].cancel():
+            with suppress(Exception):  # the run says what is wrong
+                begun[label].result()
+        return job.run(label)
+
+    try:
+        yield run
+    finally:
+        worker.stop()
+        pool.shutdown(cancel_futures=True)
+
+
+def _is_first_use(job: Job) -> bool:
+    """Whether the kernel is yet to be compiled; a unit outside is nobody else's to start."""
+    from ..simulation.kernel import is_compiled
+    from ..simulation.plan import kernel_for
+    from ..simulation.unit_run import unit_element
+
+    isolated = job.isolated
+    if len(job.controllers) < 2 or not isolated.elements:
+        return False
+    with suppress(InputError):  # the run says what is wrong
+        return unit_element(isolated) is None and not is_compiled(kernel_for(isolated, 1, True))
+    return False
+
+
+def _has_idle_processor() -> bool:
+    if not hasattr(os, "getloadavg") or not hasattr(os, "sched_getaffinity"):
+        return False
+    return os.getloadavg()[0] < len(os.sched_getaffinity(0)) - 0.5
