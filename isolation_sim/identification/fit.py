@@ -148,7 +148,8 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
     """Values with 95 % intervals from the curvature, and their covariance."""
     p = model.parameterisation
     size = np.maximum(np.abs(best.x), 1e-12 * p.scale)
-    scaled = np.clip(best.jacobian, -LARGEST_DERIVATIVE, LARGEST_DERIVATIVE) * size
+    derivatives = np.nan_to_num(best.jacobian)
+    scaled = np.clip(derivatives, -LARGEST_DERIVATIVE, LARGEST_DERIVATIVE) * size
     n = len(p.currents)
     at_currents = np.kron(np.eye(len(p.free)), p.basis)
     residual = best.residual
