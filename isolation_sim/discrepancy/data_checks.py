@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..identification.force_channel import averaging_note, averaging_widths
 from ..identification.noise import white_noise
 from ..identification.run_table import TestRun
 from ..identification.velocity import smooth
@@ -131,6 +132,12 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
         )
 
 
+def _averaged_force(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Runs whose force channel is a moving average."""
+    if note := averaging_note(averaging_widths(runs)):
+        yield note
+
+
 def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
     """Runs whose forces have means of their own."""
     if len(runs) < 3:
@@ -226,7 +233,7 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
     _reversed_loops, _clipped_channels, _coarse_channels, _large_deformations, _drifting_channels,
     _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs, _transient_ends,
-    _sampling,
+    _averaged_force, _sampling,
 )  # fmt: skip
 
 

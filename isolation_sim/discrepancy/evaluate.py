@@ -12,6 +12,7 @@ from ..effects import separate
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.fitted import LawEvaluation, RunError
+from ..identification.force_channel import averaging_note
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..laws import Device
@@ -42,7 +43,8 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
-    return LawEvaluation(device, campaign, errors, _notes(device, campaign))
+    averaged = [averaging_note(data.averaging)] if data.averaging.any() else []
+    return LawEvaluation(device, campaign, errors, (*_notes(device, campaign), *averaged))
 
 
 def _scaled(data: MeasuredRuns, length: float) -> MeasuredRuns:

@@ -18,8 +18,9 @@ from ..laws.registry import LAWS
 from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
+from .force_channel import averaging_note
 from .law_choice import AUTO, choose_law
-from .law_fit import STARTS, LawModel, fit_law, parameterise
+from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, parameterise
 from .least_squares import Optimum
 from .measured_runs import LEAST_NOISE, measured_runs
 from .noise import correlation_time
@@ -107,7 +108,10 @@ def fit(
     with workers(threads) as pool:
         model, best = fit_law(model, pool, starts=starts, seed=seed, advance=advance)
     result = _result(campaign, model, best)
-    return result if choice is None else replace(result, notes=(choice.text, *result.notes))
+    notes = [averaging_note(data.averaging)] if data.averaging.any() else []
+    if choice is not None:
+        notes.insert(0, choice.text)
+    return replace(result, notes=(*notes, *result.notes)) if notes else result
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
@@ -144,7 +148,8 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
     """Values with 95 % intervals from the curvature, and their covariance."""
     p = model.parameterisation
     size = np.maximum(np.abs(best.x), 1e-12 * p.scale)
-    scaled = best.jacobian * size
+    derivatives = np.nan_to_num(best.jacobian)
+    scaled = np.clip(derivatives, -LARGEST_DERIVATIVE, LARGEST_DERIVATIVE) * size
     n = len(p.currents)
     at_currents = np.kron(np.eye(len(p.free)), p.basis)
     residual = best.residual

@@ -37,6 +37,8 @@ _NOTHING_GAINED = 1e-3
 _MOST_ITERATIONS = 300
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
+LARGEST_DERIVATIVE = 1e100
+"""A derivative of a residual beyond it has diverged, though its force has not."""
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
@@ -73,7 +75,7 @@ class LawModel:
         force, jacobian = self.simulator().run(
             self.parameterisation.coefficients(values), derivatives
         )
-        return force, jacobian @ self.parameterisation.spread
+        return self.data.record(force), self.data.record(jacobian @ self.parameterisation.spread)
 
     @np.errstate(all="ignore")
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
@@ -209,7 +211,9 @@ def fit_law(
         here = thin.resolve_steps(start, 1)
         result = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
         force = here.forces(result.x, False)[0]
-        diverges = not np.array_equal(force, thin.data.bounded(force))
+        diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
+            np.abs(result.jacobian) < LARGEST_DERIVATIVE
+        )
         return diverges or not np.isfinite(result.cost), result.cost, result.x
 
     best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]

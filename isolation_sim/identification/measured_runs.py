@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE
+from .force_channel import averaging_widths, moving_average
 from .noise import white_noise
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -50,6 +51,8 @@ class MeasuredRuns:
     sigma: NDArray
     velocity_measured: NDArray  # (n_runs,) bool: Whether the velocity is data
     has_temperature: bool  # Whether the temperature was measured
+    # (n_runs,), s: Time over which the force channel of each run is averaged; 0 where it is not
+    averaging: NDArray
 
     @property
     def motion(self) -> Motion:
@@ -80,6 +83,16 @@ class MeasuredRuns:
     def weight(self) -> NDArray:
         """One over each sample's ``sigma``, 1/N."""
         return np.repeat(1 / self.sigma, self.lengths)
+
+    def record(self, force: NDArray) -> NDArray:
+        """Simulated force, (n_samples, ...), as the force channel records it."""
+        if not (self.averaging.any() and len(force)):
+            return force
+        widths = self.averaging / self.dt
+        return np.concatenate([
+            moving_average(force[run], width) if width > 0 else force[run]
+            for run, width in zip(self.runs, widths, strict=True)
+        ])  # fmt: skip
 
     def weigh(self, force: NDArray) -> Self:
         """Weigh the runs by their noise and by the misfit of a model's force (N)."""
@@ -147,7 +160,9 @@ class MeasuredRuns:
         """Leave out the held-out samples; of a run held out in part the first samples remain."""
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
-        by_run = ("dt", "force_noise", "displacement_noise", "sigma", "velocity_measured")
+        by_run = (
+            "dt", "force_noise", "displacement_noise", "sigma", "velocity_measured", "averaging",
+        )  # fmt: skip
         return replace(
             self,
             names=tuple(name for name, keep in zip(self.names, runs, strict=True) if keep),
@@ -190,6 +205,7 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
         sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
+        averaging=averaging_widths(runs),
     )
     return replace(data, sigma=data.assumed_noise)
 

@@ -188,9 +188,34 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
         "learned": Rung("learned", 0.04, 0.04, 0.049),
     }
     assert _offered(errors, generic=False) == "causes"
+    errors["equation"] = Rung("equation", 0.02, 0.06, 0.02, (), ("causes",))
+    assert _offered(errors, generic=False) == "causes"
     errors["equation"] = Rung("equation", 0.06, 0.06, 0.06)
     assert _offered(errors, generic=False) == "causes"
     assert _offered(errors, generic=True) == "learned"
+
+
+def test_a_rung_is_compared_with_those_below_it():
+    """The measured damper's equation left 6.4 % of the held-out runs where causes left 5.8 %."""
+    from isolation_sim.discrepancy.tiers.ladder import _loses
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    causes = Rung("causes", 0.07, 0.058, 0.09)
+    assert _loses(Rung("equation", 0.06, 0.064, 0.08), causes, 0.002)
+    assert _loses(Rung("equation", 0.06, float("nan"), 0.093), causes, 0.002)
+    assert not _loses(Rung("equation", 0.06, 0.059, 0.091), causes, 0.002)
+    assert not _loses(Rung("equation", 0.06, float("nan"), 0.08), causes, 0.002)
+
+
+def test_causes_that_lose_do_not_extend_the_law(diagnosis):
+    from isolation_sim.discrepancy.diagnosis import Errors
+    from isolation_sim.discrepancy.tiers.ladder import _withheld
+
+    result = _withheld(diagnosis, diagnosis.ladder)
+    assert result.extended is diagnosis.judged and result.verdict == "partly_explained"
+    assert result.error_after == diagnosis.error_before != Errors(0.0, 0.0)
+    assert all(np.array_equal(one.before, one.after) for one in result.traces)
+    assert "No tier is offered" in result.ladder.notes[-1]
 
 
 def test_a_term_shares_no_name_with_the_law():

@@ -97,7 +97,7 @@ class Model(LawModel):
         evaluated = [self._evaluate(e, inner, p) for e, p in zip(self.effects, own, strict=True)]
         force = _combined(inner, evaluated)
         if not derivatives:
-            return self._with_offsets(force), np.empty((0, len(values)))
+            return self._with_offsets(self.data.record(force)), np.empty((0, len(values)))
         columns = np.empty((len(force), len(values)))
         by_law = jacobian @ self.parameterisation.spread
         columns[:, : self.n_law] = self._passed(by_law, inner, force, evaluated, own)
@@ -110,9 +110,10 @@ class Model(LawModel):
                 moved[place][k] += step
                 other = self._moved(inner, evaluated, place, law, moved)
                 columns[:, self.slices()[place].start + k] = (other - force) / step
+        columns = self.data.record(columns)
         if EACH_RUN in self.effects:
             columns -= run_means(self.data, columns)
-        return self._with_offsets(force), columns
+        return self._with_offsets(self.data.record(force)), columns
 
     def _passed(
         self, by_law: NDArray, inner: NDArray, force: NDArray, evaluated: list, own: list

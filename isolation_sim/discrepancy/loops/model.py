@@ -116,6 +116,7 @@ def loop_motion(table: LoopTable) -> MeasuredRuns:
         sigma=np.ones(n),
         velocity_measured=np.ones(n, bool),
         has_temperature=False,
+        averaging=np.zeros(n),
     )
 
 

@@ -102,7 +102,7 @@ def _columns(model: Model) -> tuple[NDArray, list[_Candidate]]:
         at = len(columns)
         columns += [value * data.current**p for p in powers]
         candidates += [_Candidate(Chosen(term, s), at + np.array(s)) for s in sets]
-    every = np.stack(columns, axis=1)
+    every = data.record(np.stack(columns, axis=1))
     if EACH_RUN in model.effects:
         every = every - run_means(data, every)
     return (every * data.weight[:, np.newaxis])[data.fitted], candidates

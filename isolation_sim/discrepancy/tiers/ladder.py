@@ -208,16 +208,24 @@ class Climb:
         ]  # fmt: skip
         return tuple(f"{name}, {factor:g} times its motion" for name in bad)
 
-    def errors(self, name: str, rung: _Rung, against: _Rung | None) -> Rung:
-        """Errors of a rung."""
+    def errors(self, name: str, rung: _Rung, below: Sequence[Rung] = ()) -> Rung:
+        """Errors of a rung, and where it loses against the law or the rungs below it."""
         data = self.problem.data
         residual = data.bounded(rung.final.force) - data.force
-        return Rung(
+        result = Rung(
             name,
             data.relative(residual, data.fitted),
             data.relative(residual, ~data.fitted),
             self.data.relative(rung.left_out, np.logical_or.reduce(self.masks)),
-            self.losses(rung, against) if against is not None else (),
+        )
+        if not below:
+            return result
+        return replace(
+            result,
+            worse=self.losses(rung, self.law),
+            worse_than=tuple(
+                one.name for one in below if _loses(result, one, self.problem.significance)
+            ),
         )
 
     def terms(self, rung: _Rung) -> tuple[EquationTerm, ...]:
@@ -268,17 +276,25 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     """Add the second tier to a diagnosis, and the third if it is asked for."""
     problem.progress("leaving conditions out")
     ladder = Climb(problem)
-    rungs = {"law": ladder.law, "causes": ladder.causes}
+    rungs: dict[str, _Rung] = {}
+    errors: dict[str, Rung] = {}
+
+    def add(name: str, rung: _Rung) -> None:
+        rungs[name] = rung
+        good = [one for one in errors.values() if not one.loses]
+        errors[name] = ladder.errors(name, rung, good)
+
+    add("law", ladder.law)
+    add("causes", ladder.causes)
     problem.progress("finding an equation")
     equation = ladder.equation()
     if equation is not None:
-        rungs["equation"] = equation
+        add("equation", equation)
     if tier == "learned":
         problem.progress("learning")
-        rungs["learned"] = ladder.learned(equation or ladder.causes)
-    shown_rungs = [ladder.errors("law", ladder.law, None)]
-    shown_rungs += [ladder.errors(name, rung, ladder.law) for name, rung in list(rungs.items())[1:]]
-    errors = {one.name: one for one in shown_rungs}
+        below = [name for name, one in errors.items() if not one.loses][-1]
+        add("learned", ladder.learned(rungs[below]))
+    shown_rungs = list(errors.values())
     offered = _offered(errors, OUTSIDE in ladder.causes.final.causes)
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
@@ -290,6 +306,12 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         f"The {one.name} loses against the law in {', '.join(one.worse)}, and is not offered."
         for one in shown_rungs
         if one.worse
+    ]
+    notes += [
+        f"The {one.name} predicts what was left out or held out worse than the "
+        f"{' and the '.join(one.worse_than)}, and is not offered."
+        for one in shown_rungs
+        if one.worse_than and not one.worse
     ]
     if equation is not None and ladder.causes.final.effects and not equation.final.effects:
         notes.append("The equation stands in place of the causes.")
@@ -306,6 +328,8 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
         notes=tuple(notes),
     )
+    if offered == "law" and diagnosis.causes:
+        return _withheld(diagnosis, result)
     if offered in ("law", "causes"):
         return replace(diagnosis, ladder=result)
     assert diagnosis.judged is not None
@@ -322,16 +346,35 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     )
 
 
+def _withheld(diagnosis: Diagnosis, ladder: Ladder) -> Diagnosis:
+    """A diagnosis whose causes lose somewhere: they stay named, but the law is not extended."""
+    note = "No tier is offered: the extended law is the law without its causes."
+    return replace(
+        diagnosis,
+        ladder=replace(ladder, notes=(*ladder.notes, note)),
+        verdict="partly_explained" if diagnosis.verdict == "explained" else diagnosis.verdict,
+        error_after=diagnosis.error_before,
+        extended=diagnosis.judged,
+        traces=tuple(replace(one, after=one.before) for one in diagnosis.traces),
+    )
+
+
 def _judging(rung: Rung) -> float:
     """Error on the data that judge: held out if there are any, else left out."""
     return rung.held_out if np.isfinite(rung.held_out) else rung.left_out
+
+
+def _loses(one: Rung, other: Rung, least: float) -> bool:
+    """Whether a rung predicts all that was left out, or all that was held out, worse."""
+    pairs = ((one.left_out, other.left_out), (one.held_out, other.held_out))
+    return any(mine > its + least for mine, its in pairs)
 
 
 def _offered(errors: dict[str, Rung], generic: bool) -> str:
     """The rung with the least error left out among those that lose nowhere."""
     # One nearly as good is preferred to the learned term. An equation takes the place of causes
     # with a generic term, since such a term cannot be saved.
-    good = {name: one.left_out for name, one in errors.items() if not one.worse}
+    good = {name: one.left_out for name, one in errors.items() if not one.loses}
     least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
     if generic and "equation" in good:
         good.pop("causes", None)

@@ -48,6 +48,7 @@ def learn(
     current = data.current / (float(np.max(np.abs(data.current))) or 1.0)
     n_powers = len(model.parameterisation.currents) if np.ptp(current) > 0 else 1
     columns = np.hstack([features * (current**p)[:, np.newaxis] for p in range(n_powers)])
+    columns = data.record(columns)
     if EACH_RUN in model.effects:
         columns = columns - run_means(data, columns)
     columns *= data.weight[:, np.newaxis]

@@ -21,8 +21,15 @@ class Rung:
     fit: float
     held_out: float
     left_out: float  # The same of each condition, predicted by the model fitted without it, pooled
-    # Conditions left out, and runs held out, on which the model loses against the one before
+    # Conditions left out, and runs held out, on which the model loses against the law
     worse: tuple[str, ...] = ()
+    # Models before it that predict all that was left out, or all that was held out, better
+    worse_than: tuple[str, ...] = ()
+
+    @property
+    def loses(self) -> bool:
+        """Whether it loses anywhere, so that it is not offered."""
+        return bool(self.worse or self.worse_than)
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,7 @@ class Ladder:
                 {
                     "name": one.name, "fit": number(one.fit), "held_out": number(one.held_out),
                     "left_out": number(one.left_out), "worse": list(one.worse),
+                    "worse_than": list(one.worse_than),
                 }
                 for one in self.rungs
             ],
