@@ -157,21 +157,23 @@ def _bound(
     if interval is not None and plant.records[0].dt < interval:
         solved = plant._replace(records=tuple(r.resampled(interval) for r in plant.records))
 
-    def found(part: Plant, constant: NDArray) -> tuple[WholeRecord, Optimum]:
-        problem = _problem(part, period, roughness, tuple(objective), iterations)
+    def problem_of(part: Plant) -> WholeRecord:
+        return _problem(part, period, roughness, tuple(objective), iterations)
+
+    def found(part: Plant, constant: NDArray) -> Optimum:
+        problem = problem_of(part)
         commands = constant[np.newaxis]
         if problem.n > LONG:
             halves = tuple(r.cut(0.0, r.duration / 2) for r in part.records)
-            first = found(part._replace(records=halves), constant)[1].current
+            first = found(part._replace(records=halves), constant).current
             commands = np.vstack([first, commands])
         time = np.arange(len(commands)) * problem.every * problem.dt
         run = _simulated(part, Prescribed(time=time, amperes=commands))
-        return problem, problem.solve(run, absolute)
+        return problem.solve(run, absolute)
 
-    result = []
-    for run in _starts(solved, starts):
-        problem, optimum = found(solved, run.command[-1])
-        result.append(_certified(plant, problem, objective, optimum))
+    problem = problem_of(solved)
+    optima = [found(solved, run.command[-1]) for run in _starts(solved, starts)]
+    result = [_certified(plant, problem, objective, optimum) for optimum in optima]
     return min(result, key=lambda one: one.score)
 
 

@@ -28,7 +28,7 @@ from isolation_sim.identification.sensitivities import Motion, Simulator
 from isolation_sim.identification.swarm import available_methods
 from isolation_sim.laws import law
 
-from .damper import CANDIDATES, DATA, current, prepared
+from .damper import DATA, current, prepared
 from .search_courses import LEAST_SQUARES, Course, Problem, searched
 from .study import Outcome, Step
 
@@ -47,6 +47,8 @@ TITLES = {
 }
 NEAR = 0.01
 """A search has succeeded when its cost is within this part of the best known."""
+HELD = {"A": 200.0, "n": 2.0}
+"""Of the Bouc-Wen law: a redundant parameter and the exponent."""
 BUDGET, SEEDS = 3000, 8
 SHORT_BUDGET, SHORT_SEEDS = 600, 3
 WARM = 100
@@ -86,7 +88,7 @@ def measured_damper(folder: Path, at: str = "1 A") -> Problem:
     runs = [run for run in prepared(folder).runs if current(run) == at]
     force = np.concatenate([run.force for run in runs])
     name = f"Bouc-Wen, damper at {at}"
-    return Problem(name, "bouc_wen", measured_runs(runs).motion, force, CANDIDATES["bouc_wen"], 2)
+    return Problem(name, "bouc_wen", measured_runs(runs).motion, force, HELD, 2)
 
 
 @dataclass(frozen=True)

@@ -137,8 +137,9 @@ def parameterise(
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
 
-    Where every run has one current a redundant parameter is held: at its value in a ``given``
-    device, else at the law's own. A current that changes within a run determines it.
+    Where every run has one current a redundant parameter is held: the one that a ``given`` device
+    does not change with the current, at its value there, else the law's own. A current that changes
+    within a run determines it.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -159,11 +160,20 @@ def parameterise(
         for run in campaign.fitted
     )
     if steady and redundancy is not None and not held.keys() & set(redundancy.among):
-        held[redundancy.held] = redundancy.value
+        name = redundancy.held
+        held[name] = redundancy.value
         if given is not None:
-            values = given.current.at(currents)[law.parameter_names.index(redundancy.held)]
-            held[redundancy.held] = np.linalg.solve(np.vander(currents, increasing=True), values)
+            values = dict(zip(law.parameter_names, given.current.at(currents), strict=True))
+            still = (n for n in (name, *redundancy.among) if _is_constant(values[n]))
+            del held[name]
+            name = next(still, name)
+            held[name] = np.linalg.solve(np.vander(currents, increasing=True), values[name])
     return Parameterisation(law, currents, (force, x, x / v), held, span)
+
+
+def _is_constant(values: NDArray) -> bool:
+    """Whether a parameter, not zero, is the same at all currents."""
+    return bool(np.ptp(values) <= 1e-9 * np.abs(values).max() != 0)
 
 
 def fit_law(

@@ -64,6 +64,7 @@ def compiled_meanwhile(scenario: Scenario, job: Job) -> Iterator[Callable[[str],
 
 def _is_first_use(job: Job) -> bool:
     """Whether the kernel is yet to be compiled; a unit outside is nobody else's to start."""
+    from ..simulation.inputs import traceable
     from ..simulation.kernel import is_compiled
     from ..simulation.plan import kernel_for
     from ..simulation.unit_run import unit_element
@@ -72,6 +73,7 @@ def _is_first_use(job: Job) -> bool:
     if len(job.controllers) < 2 or not isolated.elements:
         return False
     with suppress(InputError):  # the run says what is wrong
+        traceable(isolated)
         return unit_element(isolated) is None and not is_compiled(kernel_for(isolated, 1, True))
     return False
 

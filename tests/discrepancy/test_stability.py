@@ -119,3 +119,11 @@ def test_a_rest_tells_heat_from_wear():
 
     without_rest = next(test for test, words in steady if words == same)
     assert difference(rest) > 2 * difference(without_rest) > 0
+
+
+def test_the_next_test_is_compared_without_the_average_of_the_force_channel():
+    """Proposed after tests whose force was averaged; a test to come is not known to be."""
+    data = measured_runs(campaign().runs)
+    averaged = replace(data, averaging=np.full(len(data.runs), 0.02))
+    for test, _ in _tests(averaged):
+        assert np.array_equal(test.record(test.x), test.x)

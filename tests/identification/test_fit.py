@@ -11,8 +11,10 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.velocity import smooth
-from isolation_sim.laws import LAWS
+from isolation_sim.laws import LAWS, CurrentDependence, Device
 
 STARTS = 12
 
@@ -44,6 +46,22 @@ def test_a_redundant_parameter_is_held(name, campaign_of):
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):
     result = fitted("bouc_wen", campaign_of("bouc_wen", 0), {}, fixed={"alpha": 4e4})
     assert "A" in [e.name for e in result.estimates]
+
+
+@pytest.mark.parametrize("constant", ["A", "beta"])
+def test_what_a_given_device_holds_constant_stays_held(constant, campaign_of):
+    """Between the tested currents it matters which of the redundant parameters that is."""
+    law = LAWS["bouc_wen"]
+    following = {name: (value, 0.1 * value) for name, value in {
+        "k": 2e4, "c": 300.0, "alpha": 4e4, "A": 1.0, "beta": 5e3, "gamma": 3e3,
+    }.items()}  # fmt: skip
+    given = Device(law, CurrentDependence.polynomial(
+        following | {constant: following[constant][:1], "n": (1.7,), "F0": (0.0,)}
+    ))  # fmt: skip
+    campaign = campaign_of("bouc_wen", 0)
+    found = parameterise(campaign, law, measured_runs(campaign.runs), 1, given=given)
+    assert found.fixed.keys() == {constant}
+    assert found.fixed[constant] == pytest.approx([following[constant][0], 0.0], abs=1e-9)
 
 
 def test_numbers_of_one_parameter_are_named_together():

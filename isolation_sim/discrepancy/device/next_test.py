@@ -108,4 +108,5 @@ def _sinusoid(
         displacement_noise=np.zeros(1),
         sigma=np.ones(1),
         velocity_measured=np.ones(1, bool),
+        averaging=np.zeros(1),
     )
