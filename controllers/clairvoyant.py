@@ -160,19 +160,20 @@ def _bound(
     def problem_of(part: Plant) -> WholeRecord:
         return _problem(part, period, roughness, tuple(objective), iterations)
 
-    def found(part: Plant, constant: NDArray) -> Optimum:
+    def found(part: Plant, run: Run) -> Optimum:
+        """The optimum from a run of a constant current."""
         problem = problem_of(part)
-        commands = constant[np.newaxis]
         if problem.n > LONG:
-            halves = tuple(r.cut(0.0, r.duration / 2) for r in part.records)
-            first = found(part._replace(records=halves), constant).current
-            commands = np.vstack([first, commands])
-        time = np.arange(len(commands)) * problem.every * problem.dt
-        run = _simulated(part, Prescribed(time=time, amperes=commands))
+            constant = run.command[-1:]
+            half = part._replace(records=tuple(r.cut(0.0, r.duration / 2) for r in part.records))
+            begun = _simulated(half, Prescribed(time=(0.0,), amperes=constant))
+            commands = np.vstack([found(half, begun).current, constant])
+            time = np.arange(len(commands)) * problem.every * problem.dt
+            run = _simulated(part, Prescribed(time=time, amperes=commands))
         return problem.solve(run, absolute)
 
     problem = problem_of(solved)
-    optima = [found(solved, run.command[-1]) for run in _starts(solved, starts)]
+    optima = [found(solved, run) for run in _starts(solved, starts)]
     result = [_certified(plant, problem, objective, optimum) for optimum in optima]
     return min(result, key=lambda one: one.score)
 

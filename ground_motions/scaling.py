@@ -58,10 +58,21 @@ class SuiteRule:
     zero_floor: float | None = None
     matched_floor: float | None = None
 
-    @property
-    def matched(self) -> SuiteRule:
-        """The rule for records that are matched to the target, not scaled alone."""
-        return self if self.matched_floor is None else replace(self, floor=self.matched_floor)
+    def under(self, scaling: str | None) -> SuiteRule:
+        """Return the rule for records that are scaled in a way.
+
+        Parameters
+        ----------
+        scaling : str or None
+            ``"matched"`` to the target, or anything else.
+
+        Returns
+        -------
+        SuiteRule
+        """
+        if scaling != "matched" or self.matched_floor is None:
+            return self
+        return replace(self, floor=self.matched_floor)
 
     def periods(self, isolated_period: float) -> FloatArray:
         """Return the periods at which the rule is checked.

@@ -71,7 +71,8 @@ def citations_of(path: Path | None) -> list[Citation]:
         plant = Scenario.from_toml(result.content["scenario"])
         tuned = Scenario.from_toml(result.scenario_section())
         return of_scenarios([plant.model_copy(update={"controller": tuned.controller})])
-    device = getattr(result, "device" if isinstance(result, Fit) else "extended", None)
-    if isinstance(result, Fit | Diagnosis) and device is not None:
-        return of_device(device)
+    if isinstance(result, Fit):
+        return of_device(result.device)
+    if isinstance(result, Diagnosis) and result.extended is not None:
+        return of_device(result.extended)
     raise InputError(f"{path}: its results name no sources; {expected}")

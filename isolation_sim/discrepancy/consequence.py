@@ -105,7 +105,7 @@ def consequence(
         )
     tell = progress or (lambda what: None)
     runs: dict[str, dict[str, Run | None]] = {case: {} for case in CASES}
-    refused: dict[str, str] = {}
+    refused: dict[tuple[str, str], str] = {}
     for name, control in controllers.items():
         # in this order: what is learnt on the old plant is used on the new one
         for case, plant, nominal, one in (
@@ -119,7 +119,7 @@ def consequence(
             except Diverged:
                 run = None
             except InputError as error:
-                run, refused[f"{as_written(name)}, {case}"] = None, str(error)
+                run, refused[name, case] = None, str(error)
             runs[case][name] = run
     ranked = {case: _ranked(of_case) for case, of_case in runs.items()}
     performance = {name: {case: ranked[case][name] for case in CASES} for name in controllers}
@@ -181,13 +181,14 @@ def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
 
 
 def _finding(
-    performance: Mapping[str, Mapping[str, Performance | None]], refused: Mapping[str, str]
+    performance: Mapping[str, Mapping[str, Performance | None]],
+    refused: Mapping[tuple[str, str], str],
 ) -> str:
     failed = [
         f"{as_written(name)}, {case}"
         for name, cases in performance.items()
         for case, one in cases.items()
-        if one is None and f"{as_written(name)}, {case}" not in refused
+        if one is None and (name, case) not in refused
     ]
     known = {
         name: (predicted, actual, redesigned)
@@ -197,7 +198,10 @@ def _finding(
         and (redesigned := cases["redesigned"])
     }
     sentences = [f"The response diverges: {'; '.join(failed)}."] if failed else []
-    sentences += [f"Not run: {what} ({reason})." for what, reason in refused.items()]
+    sentences += [
+        f"Not run: {as_written(name)}, {case} ({reason})."
+        for (name, case), reason in refused.items()
+    ]
     if not known:
         return " ".join(sentences)
     sentences.append(

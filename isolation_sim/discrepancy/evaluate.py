@@ -43,8 +43,8 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
-    averaged = [averaging_note(data.averaging)] if data.averaging.any() else []
-    return LawEvaluation(device, campaign, errors, (*_notes(device, campaign), *averaged))
+    notes = filter(None, (*_notes(device, campaign), averaging_note(data.averaging)))
+    return LawEvaluation(device, campaign, errors, tuple(notes))
 
 
 def _scaled(data: MeasuredRuns, length: float) -> MeasuredRuns:

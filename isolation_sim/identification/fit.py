@@ -108,10 +108,9 @@ def fit(
     with workers(threads) as pool:
         model, best = fit_law(model, pool, starts=starts, seed=seed, advance=advance)
     result = _result(campaign, model, best)
-    notes = [averaging_note(data.averaging)] if data.averaging.any() else []
-    if choice is not None:
-        notes.insert(0, choice.text)
-    return replace(result, notes=(*notes, *result.notes)) if notes else result
+    chosen = "" if choice is None else choice.text
+    notes = filter(None, (chosen, averaging_note(data.averaging)))
+    return replace(result, notes=(*notes, *result.notes))
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:

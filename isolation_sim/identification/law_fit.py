@@ -161,12 +161,12 @@ def parameterise(
     )
     if steady and redundancy is not None and not held.keys() & set(redundancy.among):
         name = redundancy.held
-        held[name] = redundancy.value
-        if given is not None:
+        if given is None:
+            held[name] = redundancy.value
+        else:
             values = dict(zip(law.parameter_names, given.current.at(currents), strict=True))
-            still = (n for n in (name, *redundancy.among) if _is_constant(values[n]))
-            del held[name]
-            name = next(still, name)
+            constant = (n for n in (name, *redundancy.among) if _is_constant(values[n]))
+            name = next(constant, name)
             held[name] = np.linalg.solve(np.vander(currents, increasing=True), values[name])
     return Parameterisation(law, currents, (force, x, x / v), held, span)
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated
 
-import numpy as np
 from pydantic import Field
 
 from ..effects import effect, extend
 from ..laws import law
 from ..structures import IsolatedStructure, cones, on_soil, yielding_storeys
+from ..structures.structure import rows_of_base
 from .fields import NonNegative, Positive, Section
 
 
@@ -52,11 +52,7 @@ class MoatWall(Section):
         device = extend(law("linear", {"k": 0.0}), [(effect("end_stop", "power"), stop)])
         told = f"gap {1e3 * self.gap_m:.4g} mm, stiffness {1e-6 * self.stiffness_N_per_m:.4g} kN/mm"
         device = replace(device, name=told)
-        structure = isolated.structure
-        for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
-            row = np.zeros(structure.n_dofs)
-            row[list(structure.base)] = column[list(structure.base)]
-            name = "moat_wall" if len(structure.horizontal) == 1 else f"moat_wall_{label}"
+        for name, row in rows_of_base(isolated.structure, "moat_wall").items():
             isolated = isolated.with_element(device, row, name=name)
         return isolated
 

@@ -99,8 +99,7 @@ class RecordSuite(Section):
     @property
     def suite_rule(self) -> SuiteRule:
         """What the code asks of these records."""
-        rule = SUITE_RULES[self.rule]
-        return rule.matched if self.scaled_by == "matched" else rule
+        return SUITE_RULES[self.rule].under(self.scaling)
 
     def records(self) -> list[SuiteRecord]:
         """Return the records, as they are in their files."""

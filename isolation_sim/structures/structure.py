@@ -374,10 +374,7 @@ class Structure:
             isolated = self._on_biaxial(device.scaled(force=count), channel, load_changes)
             return isolated if damping is None else with_damping(isolated, device, damping)
         elements = []
-        for column, label in zip(self.influence.T, self.horizontal, strict=False):
-            row = np.zeros(self.n_dofs)
-            row[list(self.base)] = column[list(self.base)]
-            name = "isolator" if len(self.horizontal) == 1 else f"isolator_{label}"
+        for name, row in rows_of_base(self, "isolator").items():
             elements.append(Element(device.scaled(force=count), row, channel, name))
         isolated = IsolatedStructure(self, tuple(elements))
         return isolated if damping is None else with_damping(isolated, device, damping)
@@ -435,6 +432,16 @@ class Structure:
             If the direction, channel or name cannot be used.
         """
         return IsolatedStructure(self, ()).with_element(device, direction, channel, name)
+
+
+def rows_of_base(structure: Structure, name: str) -> dict[str, np.ndarray]:
+    """Motion of the base in each horizontal direction, (n,), by the name of an element along it."""
+    result = {}
+    for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
+        row = np.zeros(structure.n_dofs)
+        row[list(structure.base)] = column[list(structure.base)]
+        result[name if len(structure.horizontal) == 1 else f"{name}_{label}"] = row
+    return result
 
 
 def _no_force() -> Device:

@@ -245,8 +245,6 @@ class Tuning(Printed):
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_text(json.dumps(asdict(self), indent=1), folder / _STATE)
-            # results, even if the search is killed
-            write_contents(folder, f"Tuning of {self.controller}")
         except OSError as error:
             raise InputError(
                 f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
@@ -313,6 +311,8 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
         remedy = ", --overwrite, or --resume to go on there" if there.exists() else ""
         raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
     new.save_state(folder)
+    # results, even if the search is killed
+    write_contents(folder, f"Tuning of {new.controller}")
     return new
 
 

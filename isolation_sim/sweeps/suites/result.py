@@ -67,8 +67,7 @@ class Suite(Printed):
     def rule(self) -> SuiteRule:
         """What the code asks of the suite."""
         section = self.index["inputs"]["section"]
-        rule = SUITE_RULES[section["rule"]]
-        return rule.matched if section["scaling"] == "matched" else rule
+        return SUITE_RULES[section["rule"]].under(section["scaling"])
 
     @property
     def design_statistic(self) -> str | None:
