@@ -26,6 +26,7 @@ from isolation_sim.effects import extend
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
 from isolation_sim.laws import LAWS, CurrentDependence
 from isolation_sim.registry import CONTROLLERS
+from isolation_sim.scenario import main_job
 from studies.study import perform
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -360,3 +361,20 @@ def test_notebooks_are_kept_without_outputs(path):
     assert code
     assert not [cell for cell in code if cell["outputs"] or cell["execution_count"]]
     assert path.stem in (DOCS / "index.md").read_text()
+
+
+def test_the_table_of_the_main_job_in_the_readme_is_what_it_prints():
+    scenario = main_job()
+    fixed = scenario.simulation.model_copy(update={"fixed_base": True})
+    comparison = iso.run_scenario(scenario.model_copy(update={"simulation": fixed}))
+    section = TEXTS["README.md"].split("## The main job")[1].split("\n## ")[0]
+    rows = [line.split("|")[2:5] for line in section.splitlines() if line.startswith("| ")][1:]
+    runs = [comparison.fixed_base, *comparison.runs.values()]
+    assert len(rows) == len(runs)
+    for row, run in zip(rows, runs, strict=True):
+        peaks = run.criteria
+        values = (1e3 * peaks["peak_base_displacement_m"], peaks["peak_floor_acceleration_m_s2"],
+                  1e3 * peaks["peak_drift_m"])  # fmt: skip
+        for shown, value in zip(row, values, strict=True):
+            digits = len(shown.strip().partition(".")[2])
+            assert float(shown) == round(value, digits), (run.controller, row)

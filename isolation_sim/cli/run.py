@@ -49,6 +49,7 @@ def run(
     from ..io.results_folder import ResultsFolder, file_name
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
+    from ..reports.verdict import verdict
     from ..scenario import Scenario, main_job
     from ..scenario.compilation import compiled_meanwhile
     from ..written_names import as_written
@@ -74,7 +75,10 @@ def run(
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:
-        standard_console().print(comparison.table())
+        console = standard_console()
+        console.print(comparison.table())
+        for sentence in verdict(comparison) if comparison.runs else ():
+            console.print(sentence)
         for label in comparison.runs:
             said = getattr(job.controllers[label], "report", None)
             if said is not None:

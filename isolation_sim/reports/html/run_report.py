@@ -16,6 +16,7 @@ from ..drawing import structure_drawing
 from ..references import of_runs
 from ..style import svg_text
 from ..tables import criteria_lines
+from ..verdict import verdict
 from .animation import animation
 from .charts import looks
 from .page import (
@@ -34,7 +35,6 @@ from .page import (
     TimeRange,
 )
 from .run_charts import energies, envelopes, loops, time_histories, trade_off
-from .verdict import verdict
 
 if TYPE_CHECKING:
     from ...comparison import Comparison

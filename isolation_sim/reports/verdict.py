@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..units import unit_of
-from .text import capital
+from ..written_names import as_written
+from .html.text import capital
+from .units import unit_of
 
 if TYPE_CHECKING:
-    from ...comparison import Comparison
+    from ..comparison import Comparison
 
 _BASE, _FLOOR, _DRIFT = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
 _NOTICED = 0.005
@@ -16,15 +17,15 @@ _NOTICED = 0.005
 
 
 def verdict(comparison: Comparison) -> tuple[str, str]:
-    """Say what control bought, what it cost, and whether anything was better in all respects."""
+    """Name the controllers that improve every peak, and the smallest displacement and its price."""
     values, reference = comparison.criteria, comparison.reference
-    # an optimum that knows the whole motion is a bound, not a controller
+    # an optimum that knows the whole motion is a bound and no controller
     values = {name: values[name] for name in values if name not in comparison.optima} or values
     best = min(values, key=lambda name: values[name][_BASE])
     others = [name for name in values if name != reference]
     if reference is None or not others:
         return _peaks(comparison, best)
-    return _gain(values, reference, others), _together(values, reference, others)
+    return _together(values, reference, others), _gain(values, reference, others)
 
 
 def _gain(values: dict[str, dict[str, float]], reference: str, others: list[str]) -> str:
@@ -32,8 +33,8 @@ def _gain(values: dict[str, dict[str, float]], reference: str, others: list[str]
     before, after = values[reference], values[best]
     if not _change(before[_BASE], after[_BASE]) < -_NOTICED:
         return (
-            f"No controller moves the base less than {reference}, "
-            f"{_quantity(_BASE, before[_BASE])} at the peak."
+            f"No controller has a smaller peak base displacement than {_noun(reference)}, "
+            f"{_quantity(_BASE, before[_BASE])}."
         )
     change = _change(before[_FLOOR], after[_FLOOR])
     joined = "and also lowers" if change < -_NOTICED else "but raises"
@@ -44,49 +45,52 @@ def _gain(values: dict[str, dict[str, float]], reference: str, others: list[str]
         else f"and leaves the peak floor acceleration at {_quantity(_FLOOR, after[_FLOOR])}"
     )
     return (
-        f"Against {reference}, {best} lowers the peak base displacement most, from "
+        f"{capital(_noun(best))} lowers the peak base displacement most, from "
         f"{_quantity(_BASE, before[_BASE])} to {_quantity(_BASE, after[_BASE])} "
         f"({_percent(_change(before[_BASE], after[_BASE]))}), {price}."
     )
 
 
 def _together(values: dict[str, dict[str, float]], reference: str, others: list[str]) -> str:
-    three = (_BASE, _FLOOR, _DRIFT)
-    better = [
-        name
-        for name in others
-        if all(_change(values[reference][key], values[name][key]) < -_NOTICED for key in three)
-    ]
+    before, three = values[reference], (_BASE, _FLOOR, _DRIFT)
+    changes = {name: [_change(before[key], values[name][key]) for key in three] for name in others}
+    better = [name for name in others if max(changes[name]) < -_NOTICED]
     if better:
-        verb = "lowers" if len(better) == 1 else "lower"
+        best, *rest = sorted(better, key=lambda name: sum(changes[name]))
+        base, floor, drift = map(_percent, changes[best])
+        also = "so do" if len(rest) > 1 else "so does"
         return (
-            f"{capital(_listed(better))} {verb} base displacement, floor acceleration and storey "
-            "drift together."
+            f"{capital(_noun(best))} lowers base displacement ({base}), floor acceleration "
+            f"({floor}) and storey drift ({drift}) together, compared with {_noun(reference)}"
+            + (f"; {also} {_listed(rest)}." if rest else ".")
         )
     calm = min(values, key=lambda name: values[name][_FLOOR])
     # those that do nothing are as calm as the reference
     if _change(values[reference][_FLOOR], values[calm][_FLOOR]) >= -_NOTICED:
         calm = reference
-    subject = "No controller lowers" if len(others) > 1 else f"{capital(others[0])} does not lower"
+    subject = (
+        "No controller lowers" if len(others) > 1 else f"{capital(_noun(others[0]))} does not lower"
+    )
     return (
         f"{subject} base displacement, floor acceleration and storey drift together; the smallest "
-        f"peak floor acceleration, {_quantity(_FLOOR, values[calm][_FLOOR])}, is that of {calm}."
+        f"peak floor acceleration, {_quantity(_FLOOR, values[calm][_FLOOR])}, is that of "
+        f"{_noun(calm)}."
     )
 
 
 def _peaks(comparison: Comparison, name: str) -> tuple[str, str]:
     values, energy = comparison.criteria[name], comparison.energy[name]
-    alone = "" if len(comparison.runs) == 1 else ", which moves the base least"
+    alone = "" if len(comparison.runs) == 1 else ", which has the smallest base displacement"
     peaks = (
-        f"With {name}{alone}, the base moves by up to {_quantity(_BASE, values[_BASE])}, floors "
-        f"feel up to {_quantity(_FLOOR, values[_FLOOR])} and storeys drift by up to "
-        f"{_quantity(_DRIFT, values[_DRIFT])}."
+        f"With {_noun(name)}{alone}, the peaks are {_quantity(_BASE, values[_BASE])} of base "
+        f"displacement, {_quantity(_FLOOR, values[_FLOOR])} of floor acceleration and "
+        f"{_quantity(_DRIFT, values[_DRIFT])} of storey drift."
     )
     share = energy["device_dissipation_J"] / energy["input_J"] if energy["input_J"] else 0.0
     spent = (
-        f"Of the {_quantity('input_J', energy['input_J'])} that the ground put in, the devices "
-        f"dissipated {100 * share:.0f} %; the balance closes within {energy['closure_error']:.0e} "
-        "of the peak input."
+        f"The devices dissipated {100 * share:.0f} % of the input energy of "
+        f"{_quantity('input_J', energy['input_J'])}; the energy balance closes within "
+        f"{energy['closure_error']:.0e} of the peak input."
     )
     return peaks, spent
 
@@ -106,5 +110,11 @@ def _quantity(key: str, value: float) -> str:
 
 
 def _listed(names: list[str]) -> str:
-    *most, last = names
+    *most, last = map(_noun, names)
     return f"{', '.join(most)} and {last}" if most else last
+
+
+def _noun(name: str) -> str:
+    """Name of a controller within a sentence: its settings stand in brackets."""
+    controller, _, settings = as_written(name).partition(", ")
+    return f"{controller} ({settings})" if settings else controller
