@@ -155,7 +155,7 @@ def facts(isolated: Any) -> dict[str, str]:
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
-        currents = [low if low > 0 else 0.0, high]
+        currents = [max(low, 0.0), min(high, isolated.tested_current(channel))]
     sentences = []
     for current in dict.fromkeys(currents):
         with suppress(InputError, ArithmeticError, ValueError):
