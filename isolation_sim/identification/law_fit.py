@@ -35,6 +35,9 @@ _MOST = 16
 _NOTHING_GAINED = 1e-3
 """Share of one sample's cost; a step that gains less ends a fit."""
 _MOST_ITERATIONS = 300
+_VALLEY = 1e-4
+"""Share of the cost; ten steps that gain less together end a fit. The cost of a law that lacks an
+effect may have a long flat valley, along which the error hardly changes."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
 LARGEST_DERIVATIVE = 1e100
@@ -87,14 +90,18 @@ class LawModel:
             jacobian = jacobian[fitted] * weight[fitted, np.newaxis]
         return residual, jacobian
 
-    def minimise(self, start: NDArray, most: int = 20, tolerance: float = 1e-5) -> Optimum:
+    def minimise(
+        self, start: NDArray, most: int = 20, tolerance: float = 1e-5, valley: float = 0.0
+    ) -> Optimum:
         """Fit all values; cost and derivatives of the result are those of the data alone."""
         # A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
         # much as one standard deviation of one sample. Parameters that few runs leave open do not
         # diverge, and the law stays usable for other runs.
         lower, upper = self.bounds()
         if self.expected is None:
-            return levenberg_marquardt(self.residuals, start, lower, upper, most, tolerance)
+            return levenberg_marquardt(
+                self.residuals, start, lower, upper, most, tolerance, valley=valley
+            )
         n = self.n_law
         width = 3 * np.maximum(np.abs(self.expected), 0.1 * self.parameterisation.scale)
         pull = np.zeros((n, len(start)))
@@ -105,7 +112,7 @@ class LawModel:
             residual = np.concatenate([residual, (values[:n] - self.expected) / width])
             return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
 
-        result = levenberg_marquardt(held, start, lower, upper, most, tolerance)
+        result = levenberg_marquardt(held, start, lower, upper, most, tolerance, valley=valley)
         rows = len(result.residual) - n
         residual = result.residual[:rows]
         cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))
@@ -235,4 +242,4 @@ def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
     model = model.resolve_steps(start).weigh(start)
     inside = replace(model, data=model.data.without_held_out())
     tolerance = _NOTHING_GAINED / len(inside.data.x)
-    return model, inside.minimise(start, _MOST_ITERATIONS, tolerance)
+    return model, inside.minimise(start, _MOST_ITERATIONS, tolerance, _VALLEY)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 Problem = Callable[[NDArray, bool], tuple[NDArray, NDArray]]
 """(parameters, whether derivatives are wanted) -> residuals (n,), derivatives (n, n_parameters)."""
+VALLEY = 10
+"""Successive steps whose common gain decides whether a search moves along a flat valley."""
 DETERMINED = 1e-6
 """Of the largest singular value of derivatives in unit columns: directions below it are not
 determined by the data."""
@@ -41,8 +43,12 @@ def levenberg_marquardt(
     most: int = 100,
     tolerance: float = 1e-10,
     eager: bool = True,
+    valley: float = 0.0,
 ) -> Optimum:
     """Minimise half the sum of squared residuals within bounds.
+
+    The search also ends, not converged, where ``VALLEY`` steps together lower the cost by less than
+    the share ``valley``.
 
     Notes
     -----
@@ -54,6 +60,7 @@ def levenberg_marquardt(
     residual, jacobian = problem(x, True)
     cost = _cost(residual)
     damping, growth = 1e-3, 2.0
+    costs = [cost]
     for iteration in range(1, most + 1):
         # everything below is in variables that the derivatives' columns make of one size
         with np.errstate(over="ignore", invalid="ignore"):
@@ -90,8 +97,10 @@ def levenberg_marquardt(
         x, cost = trial, new_cost
         residual, jacobian = (new_residual, new_jacobian) if hopeful else problem(x, True)
         damping, growth = damping * max(1 / 3, 1 - (2 * gain - 1) ** 3), 2.0
-        if small:
-            return Optimum(x, cost, residual, jacobian, iteration, True)
+        costs.append(cost)
+        flat = iteration >= VALLEY and costs[-1 - VALLEY] - cost < valley * cost
+        if small or flat:
+            return Optimum(x, cost, residual, jacobian, iteration, small)
     return Optimum(x, cost, residual, jacobian, most, False)
 
 

@@ -111,9 +111,13 @@ def test_a_fit_report_says_what_the_fit_found(fit, tmp_path, figures, unpacked):
     text = fit.to_html(tmp_path / "fit.html").read_text().replace("\u00a0", " ")
     assert (tmp_path / "fit.html").stat().st_size < MOST
     drawn = figures(text)
-    assert len(drawn) == len(fit.errors)
-    for error, (title, figure) in zip(fit.errors, drawn.items(), strict=True):
+    assert len(drawn) == 2 * len(fit.errors)
+    for k, (title, figure) in enumerate(drawn.items()):
+        error = fit.errors[k % len(fit.errors)]
         assert error.run.name in title and ("held out" in title) == error.run.hold_out
+        motion = error.run.displacement if k < len(fit.errors) else error.run.velocity
+        for trace in figure["data"]:
+            np.testing.assert_allclose(unpacked(trace["x"]), 1e3 * motion, rtol=1e-5, atol=1e-5)
         measured, modelled = (unpacked(trace["y"]) for trace in figure["data"])
         residual = np.sqrt(np.mean((modelled - measured) ** 2) / np.mean(measured**2))
         assert residual == pytest.approx(error.relative, rel=1e-4)

@@ -52,10 +52,10 @@ def fit_report(fit: Fit) -> Page:
               if fit.notes else []),
         ]),
         Section("Loops", [
-            Prose((f"Force over deformation, the last {_MOST_POINTS} samples of each run at "
-                   f"most, each on its own axes; the title gives the error.{some}",)),
+            Prose((f"The last {_MOST_POINTS} samples of each run at most, each run on its own axes; "
+                   f"the title gives the error.{some}",)),
             LineChoice(_LOOKS, "Lines of all charts"),
-            Gallery(_loops(shown)),
+            *_loops(shown),
         ]),
         Section("Errors", [errors_table(fit)]),
         Section("Parameters", [parameters_table(fit)]),
@@ -90,7 +90,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
         Section("Verdict", [Prose((f"{first[0]}.", first[1]), "verdict"),
                             *([Prose(notes, "warning")] if notes else [])]),
         Section("Loops", [LineChoice(_LOOKS, "Lines of all charts"),
-                          Gallery(_loops(_shown(evaluation.errors)))]),
+                          *_loops(_shown(evaluation.errors))]),
         Section("Errors", [Table(
             caption="Force residual over measured force, both RMS",
             headings=("Run", "Error, %"),
@@ -131,22 +131,20 @@ def errors_table(fit: Fit) -> Table:
 
 
 def parameters_table(fit: Fit) -> Table:
-    """Fitted numbers with their intervals; those that the data do not determine are marked."""
+    """Fitted numbers with their intervals, and whether the data determine them."""
     rows = tuple(
         Row(e.name, (
             Cell("any" if e.current is None else f"{e.current:.3g}"),
-            Cell(f"{e.value:.5g}", "" if e.determined else "not determined"),
-            Cell(f"{e.low:.5g} to {e.high:.5g}"), Cell(e.unit or "-"),
+            Cell(f"{e.value:.5g}"), Cell(f"{e.low:.5g} to {e.high:.5g}"), Cell(e.unit or "-"),
+            Cell("yes" if e.determined else "no"),
         ))
         for e in fit.estimates
     )  # fmt: skip
     return Table(
         caption="Parameters with 95 % intervals",
-        headings=("Parameter", "Current, A", "Value", "95 % interval", "Unit"),
+        headings=("Parameter", "Current, A", "Value", "95 % interval", "Unit", "Determined"),
         rows=rows,
-        note="* the data do not determine it."
-        if any(not e.determined for e in fit.estimates)
-        else "The data determine every parameter.",
+        note="Determined: whether the data determine the value.",
     )
 
 
@@ -165,26 +163,35 @@ def _verdict(fit: Fit) -> tuple[str, str]:
     return first, second if fit.converged else f"{second} The search did not converge."
 
 
-def _loops(errors: Sequence[RunError]) -> tuple[Chart, ...]:
+def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
+    """Loops of force over deformation, then over velocity."""
     peak = max(float(np.abs(e.run.force).max()) for e in errors)
     unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
-    # small loops may err most
-    axes = layout("Deformation (mm)", f"Force ({unit})", hovermode="closest")
-    return tuple(_loop(e, scale, axes) for e in errors)
+    blocks: list[Prose | Gallery] = []
+    for motion, title in (("displacement", "Deformation (mm)"), ("velocity", "Velocity (mm/s)")):
+        # small loops may err most
+        axes = layout(title, f"Force ({unit})", hovermode="closest")
+        blocks += [
+            Prose((f"Force over {title.split()[0].lower()}.",)),
+            Gallery(tuple(_loop(e, motion, scale, axes) for e in errors)),
+        ]
+    return tuple(blocks)
 
 
-def _loop(error: RunError, scale: float, axes: dict[str, Any]) -> Chart:
+def _loop(error: RunError, motion: str, scale: float, axes: dict[str, Any]) -> Chart:
     run = error.run
     # what was measured shows on both sides of what is drawn on it
     widths = {"measured": 3.5, "modelled": 1.5}
     drawn = slice(-min(len(run.time), _MOST_POINTS), None)
+    abscissa = numbers(1e3 * getattr(run, motion)[drawn])
     traces = [
         {**_LOOKS[name].line(width=widths[name]), "mode": "lines", "name": name, "meta": name,
-         "x": numbers(1e3 * run.displacement[drawn]), "y": numbers(scale * force[drawn])}
+         "x": abscissa, "y": numbers(scale * force[drawn])}
         for name, force in (("measured", run.force), ("modelled", error.force))
     ]  # fmt: skip
     held = ", held out" if run.hold_out else ""
-    title = f"{run.name}: {100 * error.relative:.1f} %{held}"
+    over = ", over velocity" if motion == "velocity" else ""
+    title = f"{run.name}{over}: {100 * error.relative:.1f} %{held}"
     summary = f"Error of the modelled force {100 * error.relative:.2g} % of the measured, RMS."
     return Chart(title, {"data": traces, "layout": axes}, summary, height=280)
 
