@@ -52,8 +52,8 @@ def fit_report(fit: Fit) -> Page:
               if fit.notes else []),
         ]),
         Section("Loops", [
-            Prose((f"The last {_MOST_POINTS} samples of each run at most, each run on its own axes; "
-                   f"the title gives the error.{some}",)),
+            Prose((f"The last {_MOST_POINTS} samples of each run at most, each run on its own "
+                   f"axes. The title gives the error.{some}",)),
             LineChoice(_LOOKS, "Lines of all charts"),
             *_loops(shown),
         ]),
