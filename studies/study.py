@@ -93,7 +93,7 @@ class Outcome:
     Attributes
     ----------
     table : sequence of mapping
-        A row per case; a heading ends in the SI unit; None for what did not happen.
+        A row per case; a heading ends in the SI unit; None where there is no value.
     finding : str
         What the numbers say, a paragraph a line.
     figures : dict of str to matplotlib.figure.Figure
@@ -130,7 +130,7 @@ def perform(
             for stem, figure in result.figures.items()
         ]
         study_report(
-            study.TITLE, result.finding.splitlines(), {"What was found": texts(result.table)},
+            study.TITLE, result.finding.splitlines(), {"Results": texts(result.table)},
             [svg for svg, _ in drawn], about(name),
             f"isolation-sim study {name}{' --short' * short}", code,
         ).write(folder.unfinished / "report.html")  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the commands share: options, examples in their help, and how they print."""
+"""Options that several commands share, examples in their help, and printing."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
 
 
 def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
-    """Write the results in a folder in other forms, too, and list what is there afresh."""
+    """Also write a results folder in other formats, and update its list of files."""
     from ..io.interchange import export_results
     from ..io.results_folder import write_contents
 
@@ -120,7 +120,7 @@ def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[
     """Show progress on standard error if it is a terminal.
 
     Yields ``step(text)``, to call when a step begins; ``step(text, done)`` ends several at once.
-    ``alike``: the steps take equally long, so that the time that is left can be told.
+    ``alike``: all steps take equally long, so that the remaining time can be estimated.
     """
     from rich.progress import (
         BarColumn,

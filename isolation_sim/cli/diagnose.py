@@ -72,9 +72,7 @@ def diagnose(
     ] = None,
     tiers: Annotated[
         str,
-        typer.Option(
-            help="What is tried of device tests: causes; an equation, too; or a learned term, too."
-        ),
+        typer.Option(help="Device tests: named causes; also an equation; or also a learned term."),
     ] = "causes",
     out: Out = None,
     overwrite: Overwrite = False,
@@ -82,7 +80,7 @@ def diagnose(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Say what a simulation gets wrong in measured data, and why."""
+    """Find the errors of a simulation in measured data, and name their causes."""
     from ..api import diagnose as run_diagnosis
     from ..io.results_folder import ResultsFolder, file_name
 

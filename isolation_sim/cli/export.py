@@ -130,7 +130,7 @@ def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
     ),
 )
 def export_opensees(
-    law: Annotated[Path, typer.Argument(help="Scenario, or what fit --out wrote.")],
+    law: Annotated[Path, typer.Argument(help="Scenario, or a file written by fit --out.")],
     current: Annotated[float, typer.Option(help="Coil current, A.")],
     amplitude: Annotated[
         float | None, typer.Option(help="Largest deformation, m; the tested one by default.")

@@ -126,7 +126,7 @@ def list_names(
     ],
     as_json: AsJson = False,
 ) -> None:
-    """List what a scenario may name."""
+    """List the names that a scenario may use."""
     from ..reports.console import standard_console
     from ..reports.tables import TextTable
 

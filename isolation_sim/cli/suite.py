@@ -38,7 +38,7 @@ def suite(
     ],
     out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with what was begun there.")
+        bool, typer.Option("--resume", help="Continue an interrupted suite.")
     ] = False,
     workers: Annotated[
         int | None, typer.Option(help="Processes of this machine; one per processor by default.")

@@ -1,4 +1,4 @@
-"""``isolation-sim sweep``: run a plan, look at what came of it, write a plan to start from."""
+"""``isolation-sim sweep``: run a plan, show its results, write a plan to start from."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ..sweeps import Estimate, Sweep
 
 PLAN = """\
-# A plan of isolation-sim sweep: a scenario, and what is varied in it.
+# A plan of isolation-sim sweep: a scenario and its varied quantities.
 # Cases are all combinations; each is run under every controller of the scenario.
 # Lines behind a # without a space are not in force.
 
@@ -42,7 +42,7 @@ PLAN = """\
 #histories = [0, 5]  # keep the histories of these cases, or true for all
 
 # The scenario that every case starts from: a file, scenario = "my_scenario.toml", or its sections
-# here. What is left out is the main job's.
+# here. Sections that are left out are those of the main job.
 [[scenario.controller]]
 name = "passive_off"
 
@@ -59,7 +59,7 @@ low = 0.25
 high = 1.0
 count = 4
 
-# Over a list; with factor, of multiples of what the scenario has. Several fields may go together.
+# Over a list; with factor, over multiples of the scenario's value. Several fields may share it.
 [[vary]]
 field = ["isolator.count"]
 label = "isolators"
@@ -99,7 +99,7 @@ values = [0.8, 1.0, 1.2]
 
 
 class _WithDefault(TyperGroup):
-    """Take what is no command's name for a plan to run."""
+    """Run a plan if the first word is not the name of a command."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and args[0] != "--help":
@@ -109,7 +109,7 @@ class _WithDefault(TyperGroup):
 
 app = typer.Typer(
     cls=_WithDefault,
-    help="Run a plan of many cases, and show what came of it.",
+    help="Run a plan of many cases, and show the results.",
     no_args_is_help=True,
     rich_markup_mode=None,
     epilog=examples(
@@ -133,7 +133,10 @@ def run_plan(
     plan: Annotated[Path, typer.Argument(help="The plan, TOML.")],
     out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with what was begun there; run errors again.")
+        bool,
+        typer.Option(
+            "--resume", help="Continue an interrupted sweep; run cases with errors again."
+        ),
     ] = False,
     workers: Annotated[
         int | None, typer.Option(help="Processes of this machine; one per processor by default.")
@@ -302,7 +305,7 @@ def new_plan(
 
 
 def _announced(expected: Estimate, processes: int | None) -> str:
-    """What a sweep will take, in one line."""
+    """Expected time and memory of a sweep, in one line."""
     where = "of one processor; the cluster divides that"
     if processes is not None:
         where = f"on {processes} process{'es' * (processes > 1)}"

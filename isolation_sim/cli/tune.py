@@ -71,7 +71,7 @@ def tune(
         Path | None, typer.Option(help="Results folder; results/tune-NAME if none.")
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with what was begun in the folder.")
+        bool, typer.Option("--resume", help="Continue an interrupted tuning.")
     ] = False,
     workers: Annotated[
         int | None, typer.Option(help="Threads or processes; one per processor by default.")

@@ -139,7 +139,7 @@ class Trace:
 
 @checked
 def relative_error(trace: Trace, simulated: NDArray) -> float:
-    """RMS of a run's residual over RMS of what was measured.
+    """RMS of a run's residual over RMS of the measured value.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from .problem import Evaluation, Problem
 from .residuals import Dependence
 from .search import Found, H
 
-DEPENDENCE = "What the residual depends on"
+DEPENDENCE = "Dependence of the residual"
 """Title of the step of the residual analysis."""
 _SHOWN = 6
 

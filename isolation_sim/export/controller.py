@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Decided:
-    """A controller's compiled decision in a scenario, and what it was told.
+    """A controller's compiled decision in a scenario, and its information.
 
     Attributes
     ----------
     name : str
         Of the controller, as an identifier of C.
     title : str
-        What it is, for comments.
+        Short description for comments.
     compiled : CompiledDecision
         Constants, and memory at the start.
     text : str
@@ -46,7 +46,7 @@ class Decided:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of what it is given: what it measures, then whatever is known besides."""
+        """Names of its inputs: the measurements, then the other known quantities."""
         return (*self.context.outputs, *self.compiled.inputs)
 
     @property
@@ -173,7 +173,7 @@ def _source(result: Decided) -> str:
         "    wanted.p = command;",
         f"    {decide}(t, seen, settings, memory, wanted);",
         f"    for (int c = 0; c < {n_coils}; ++c) {{",
-        "        /* also of what is not a number */",
+        "        /* also of a value that is not a number */",
         "        if (!(command[c] >= LOW[c]))",
         "            command[c] = LOW[c];",
         "        else if (command[c] > HIGH[c])",

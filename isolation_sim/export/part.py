@@ -1,4 +1,4 @@
-"""A part of a scenario in C, with what an interface for co-simulation must know of it."""
+"""A part of a scenario in C, with the data that a co-simulation interface needs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Part:
     name : str
         As an identifier of C.
     title : str
-        What it is, for comments.
+        Short description for comments.
     files : dict of str to str
         C sources by name.
     inputs, outputs : tuple of str

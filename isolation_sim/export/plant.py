@@ -37,7 +37,7 @@ EMPTY = {
     "history_z", "history_states", "history_forces", "history_steps", "propagation_table",
     "propagation_phi", "propagation_integral", "scratch_u",
 }  # fmt: skip
-"""Arrays that hold nothing at rest: what they start from is zero."""
+"""Arrays that start from zero."""
 KEPT_STEPS = 8
 """Steps recorded before the record is emptied: nothing here reads it."""
 ELEMENTS = {"f": "d", "i": "i", "c": "z"}
@@ -80,7 +80,7 @@ class Array(NamedTuple):
 CHANGED = ("coils", "law")
 """Groups that ``update_current`` takes behind the element and the grid point."""
 OBSERVED = ("observed_rows", "noise", "ground", "history_z", "0", "coils_current", "scratch_w")
-"""What ``read_sensors`` takes between the sizes and the result."""
+"""Arguments of ``read_sensors`` between the sizes and the result."""
 WRITE = """\
 static void write(array a, long at, long k, double value, int on)
 {
@@ -234,7 +234,7 @@ def plant_part(job: Job) -> Part:
 
 
 def _intrinsics(kernel: ModuleType) -> dict[str, tuple[Kind, str]]:
-    """What the kernel has from LLVM, for one lane; no controller is called from inside."""
+    """The kernel's LLVM instructions in C, for one lane; no controller is called from inside."""
     slots = ", ".join(map(str, kernel.FORCE_SLOTS))
     n_forces = len(kernel.FORCE_SLOTS)
     sizes = {

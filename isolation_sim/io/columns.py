@@ -40,7 +40,7 @@ def write_columns(columns: Iterable[tuple[str, np.ndarray]], file: IO[bytes]) ->
 def read_columns(
     source: str | Path | IO[bytes], names: Sequence[str] | None = None
 ) -> dict[str, np.ndarray]:
-    """Read some columns of a table, all of them by default; what is damaged is refused."""
+    """Read some columns of a table, all of them by default; damaged files are refused."""
     try:
         with np.load(source, allow_pickle=False) as archive:
             return {name: archive[name] for name in (archive.files if names is None else names)}

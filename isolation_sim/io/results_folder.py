@@ -1,4 +1,4 @@
-"""Folders of results: named once, complete or absent, with a list of what is in them."""
+"""Folders of results: named once, complete or absent, with a list of their files."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
 
 
 def _check_replaceable(folder: Path) -> None:
-    """Refuse to replace what is no results."""
+    """Refuse to replace a folder that holds no results."""
     if not _is_free(folder) and not is_results(folder):
         raise InputError(
             f"{folder}: holds something other than results of isolation-sim; expected with "
@@ -110,8 +110,8 @@ _CONTENTS = {
     "table.txt": "criteria and energies of each run, in engineering units",
     "criteria.csv": "the same in SI units, one line per run",
     "criteria.json": "the same as JSON",
-    "scenario.toml": "what was run; isolation-sim run scenario.toml runs it again",
-    "finding.txt": "what was found, in a paragraph",
+    "scenario.toml": "the scenario; isolation-sim run scenario.toml runs it again",
+    "finding.txt": "the finding, in a paragraph",
     "diagnosis.json": "the diagnosis as JSON, in SI units",
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
@@ -128,10 +128,10 @@ _CONTENTS = {
     "parameters.csv": "the fitted numbers with their intervals",
     "loops_*.csv": "measured motion, current and force of a run, and the fitted force",
     "fitted.toml": "the fitted law: the [isolator] section of a scenario",
-    "manifest.json": "what the sweep ran",
+    "manifest.json": "the plan of the sweep",
     "statistics.csv": "mean, median, 84th percentile, maximum of every criterion, in SI units",
     "runs.csv": "every run, in SI units",
-    "suite.json": "the motions of the suite and what was done to them",
+    "suite.json": "the motions of the suite and their processing",
     "motions": "the motions as they shake the building",
     "sweep": "the sweep behind it; isolation-sim sweep show reads it",
     "figures": "figures for publication, each as SVG and PNG",
@@ -145,7 +145,7 @@ _CONTENTS = {
 
 
 def write_contents(folder: str | Path, title: str) -> Path:
-    """Write ``README.txt`` into a folder of results: what each file in it is."""
+    """Write ``README.txt`` into a folder of results: a description of each file."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
     listed: dict[Path, str] = {}

@@ -63,7 +63,7 @@ class Unit:
         return bool(self._description.coSimulation.canHandleVariableCommunicationStepSize)
 
     def check_has(self, inputs: Sequence[str], outputs: Sequence[str], key: str) -> None:
-        """Refuse a unit that lacks a variable, naming the key that says what it is called."""
+        """Refuse a unit that lacks a variable, naming the key that gives its name."""
         for kind, needed, own in (
             ("input", inputs, self.inputs),
             ("output", outputs, self.outputs),

@@ -22,7 +22,7 @@ class CurrentDependence:
     Attributes
     ----------
     names : tuple of str
-        Parameters, in the order of ``coefficients`` and of what ``at`` returns.
+        Parameters, in the order of ``coefficients`` and of the result of ``at``.
     breaks : numpy.ndarray, shape (n_pieces + 1,), A
         Currents between which a piece holds, increasing; -inf and inf at the ends. A piece holds
         from its lower break, included, to its upper one, excluded.

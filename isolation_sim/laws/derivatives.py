@@ -1,4 +1,4 @@
-"""What exact derivatives of a law tell, through CasADi."""
+"""Properties of a law from its exact derivatives, through CasADi."""
 
 from __future__ import annotations
 

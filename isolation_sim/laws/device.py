@@ -328,7 +328,7 @@ def Scaled(device: Device, length: float = 1.0, force: float = 1.0) -> Device:
     Parameters
     ----------
     device : Device
-        What to scale.
+        Quantity to scale.
     length : float, default 1
         Factor on the deformation.
     force : float, default 1

@@ -1,4 +1,4 @@
-"""A name for what a law computes, found without running or tracing it.
+"""A name for the computation of a law, found without running or tracing it.
 
 Equal names mean equal arithmetic, so that text written out from a law once can be found again in a
 later process without CasADi.
@@ -19,7 +19,7 @@ class _Unknown(Exception):
 
 
 def fingerprint(law: Law) -> str | None:
-    """Name what a law computes."""
+    """Name the computation of a law."""
     digest = hashlib.sha256()
     try:
         for part in _parts(law, set()):

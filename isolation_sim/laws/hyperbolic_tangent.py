@@ -3,7 +3,7 @@
 ``F = k x + c v + alpha tanh(beta v + delta sign(x)) + F0``. The jump at x = 0 is smoothed over the
 length x_s, a declared parameter: ``tanh(delta sign(x))`` is ``h = tanh(delta) tanh(x / x_s)`` here,
 and the addition theorem gives ``tanh(beta v + arctanh h)``. The law has no internal state. At rest
-alpha h is a spring, whose energy it gives back; what the velocity adds is always lost.
+alpha h is a spring and gives its energy back; the part of the velocity always dissipates.
 """
 
 from typing import Any

@@ -66,7 +66,7 @@ def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
 
 
 def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
-    """Energy of the spring, and what unloading the hysteretic element gives back."""
+    """Energy of the spring, and the energy returned by unloading the hysteretic element."""
     *_, k, _, d, _, _ = parameters
     return _stiffness(x, k, d) * x**2 / 2 + _hysteretic_energy(states[0], parameters)
 
@@ -96,7 +96,7 @@ def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
 
 
 def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
-    """Energy of the spring, and what unloading the hysteretic element gives back."""
+    """Energy of the spring, and the energy returned by unloading the hysteretic element."""
     *_, k, _, d, _, _ = parameters
     r, size = length(x[0], x[1]), length(states[0], states[1])
     spring = k * ((1 - d / 2) * r**2 - d / 2 * r * x[0]) / 2

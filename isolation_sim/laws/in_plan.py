@@ -1,4 +1,4 @@
-"""Laws in two horizontal directions: vectors, and what turns one form of a law into the other."""
+"""Laws in two horizontal directions: vectors, and conversion between the forms of a law."""
 
 from __future__ import annotations
 

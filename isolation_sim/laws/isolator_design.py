@@ -48,7 +48,7 @@ SHAPE_FACTORS: dict[str, Callable[[float, float, float], float]] = {
     "times_cos2": lambda height, wall, alpha: height * np.cos(alpha) ** 2 / (2 * wall),
     "squared": lambda height, wall, alpha: (height / (2 * wall * np.cos(alpha))) ** 2,
 }
-"""Readings of what m multiplies in Eq 2, from upper height, wall thickness and inclination."""
+"""Readings of the factor of m in Eq 2, from upper height, wall thickness and inclination."""
 
 
 def moduli(hardness: float) -> tuple[float, float]:

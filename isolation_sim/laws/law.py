@@ -32,7 +32,7 @@ class Quantity:
     unit : str
         SI unit.
     meaning : str
-        What it is, in a few words.
+        Short description.
     lower, upper : float
         Bounds within which the law is meaningful, in ``unit``.
     divides : bool
@@ -110,7 +110,7 @@ class Law:
     title : str
         Name to print.
     parameters, states : tuple of Quantity
-        What the functions below unpack, in this order.
+        Names that the functions below unpack, in this order.
     force : callable
         ``force(x, v, states, parameters)`` -> N, for deformation x (m) and velocity v (m/s).
     rates : callable

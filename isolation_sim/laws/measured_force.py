@@ -10,7 +10,7 @@ from .law import Law, Quantity
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
-    """What was measured, whatever the motion."""
+    """The measured force, whatever the motion."""
     (f,) = parameters
     return f + 0.0 * x + 0.0 * v
 

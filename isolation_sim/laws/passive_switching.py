@@ -98,7 +98,7 @@ def papers_rule(device: Device) -> Device:
     Returns
     -------
     Device
-        What ``passive`` was given; any other device as it is.
+        The device that ``passive`` was applied to; any other device unchanged.
     """
     law = device.law
     if not isinstance(law, PassiveLaw) or law.plain is None:
@@ -241,7 +241,7 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
         return tuple(0.0 if k in places else p for k, p in enumerate(values))
 
     def share(function: Any, spring: Any, x: Any, states: tuple, values: tuple) -> tuple:
-        """What one spring adds to the law's quantities, at its own extension."""
+        """Contribution of one spring to the law's quantities, at its own extension."""
         if spring.elastic is not None:
             x = states[spring.elastic]
         if spring.less is not None:
@@ -251,7 +251,7 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
         return tuple(a - b for a, b in zip(on, off, strict=True))
 
     def total(function: Any, x: Any, states: tuple, values: tuple) -> tuple:
-        """The law's quantities; what a spring over x adds, at its own extension."""
+        """The law's quantities, with the contribution of each spring at its own extension."""
         result = function(x, states[:n_states], without(values, over_x))
         for spring in over_x:
             added = share(function, spring, x, states, values)

@@ -29,7 +29,7 @@ def to_dict(device: Device) -> dict[str, Any]:
     Parameters
     ----------
     device : Device
-        What to describe.
+        Object to describe.
 
     Returns
     -------

@@ -93,7 +93,7 @@ def _listed(value: Any) -> list[Any]:
 def _refused(
     law: Law, name: str, function: Callable[..., Any], error: Exception | None
 ) -> InputError:
-    """The line that cannot be traced, and what to write in its place."""
+    """The line that cannot be traced, and its replacement."""
     place, line, instead = _suspect(function)
     if not place:
         reason = "other numbers than with NumPy" if error is None else type(error).__name__

@@ -1,4 +1,4 @@
-"""What the charts of runs show, described once: `panels` draws it for print, `html` for a page."""
+"""Charts of runs, described once: `panels` draws them for print, `html` for a page."""
 
 from __future__ import annotations
 

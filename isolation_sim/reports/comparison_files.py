@@ -47,7 +47,7 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
 
 
 def json_text(comparison: Comparison) -> str:
-    """`json_report` as text, with null for what is not a finite number."""
+    """`json_report` as text, with null for numbers that are not finite."""
     return json.dumps(_finite(json_report(comparison)), indent=2, allow_nan=False) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What a law's error would have meant for control, as a table."""
+"""Consequence of a law's error for control, as a table."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .units import unit_of
 if TYPE_CHECKING:
     from ..discrepancy.consequence import Consequence, Performance
 
-TITLE = "What the law's error would have meant for control"
+TITLE = "Consequence of the law's error for control"
 HEADINGS = (
     "controller",
     "base displ., mm: old", "new", "error, %",

@@ -57,7 +57,7 @@ def consequence_table(consequence: Consequence) -> TextTable:
 
 
 def consequence_text(consequence: Consequence) -> list[str]:
-    """What a consequence says in words."""
+    """A consequence in words."""
     where = f"{capital(consequence.scenario)}. {consequence.finding}"
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
@@ -65,7 +65,7 @@ def consequence_text(consequence: Consequence) -> list[str]:
 def errors_table(diagnosis: Diagnosis) -> TextTable:
     """Errors before and after, for a terminal."""
     headings = ("", "before, %", "after, %")
-    return TextTable("Residual over what was measured (RMS)", headings, error_rows(diagnosis))
+    return TextTable("Residual over measured value (RMS)", headings, error_rows(diagnosis))
 
 
 def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
@@ -116,7 +116,7 @@ def ladder_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
 
 
 def ladder_text(diagnosis: Diagnosis) -> list[str]:
-    """The equation, and what is left to explain."""
+    """The equation and the remaining misfit."""
     ladder = diagnosis.ladder
     if ladder is None:
         return []
@@ -206,7 +206,7 @@ def markdown(diagnosis: Diagnosis) -> str:
     if diagnosis.next_test:
         parts.append(f"## Next test\n\n{diagnosis.next_test}")
     if diagnosis.consequence is not None:
-        parts.append("## What it changes for control")
+        parts.append("## Consequence for control")
         if diagnosis.consequence.performance:
             parts += [_grid(HEADINGS, consequence_rows(diagnosis.consequence)), NOTE]
         parts += consequence_text(diagnosis.consequence)

@@ -94,7 +94,7 @@ def errors_by_run(diagnosis: Diagnosis) -> Figure:
         panel.tick_params(axis="y", labelsize=6)
         panel.set_xscale("log")
         panel.xaxis.set_major_formatter("{x:g}")
-        panel.set_xlabel("Residual over what was measured, RMS (%); * held out")
+        panel.set_xlabel("Residual over measured value, RMS (%); * held out")
         legend(figure, panel, "outside upper center")
     return figure
 

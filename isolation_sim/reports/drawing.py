@@ -125,7 +125,7 @@ def _in_space(axes: Any, structure: Structure) -> None:
 
 
 def _isolators(isolated: IsolatedStructure) -> str:
-    """What holds the base, in a few words."""
+    """Short description of the elements below the base."""
     laws = []
     for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
         name = isolated.element_names[group[0]]

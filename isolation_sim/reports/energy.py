@@ -28,7 +28,7 @@ SINKS = (
     ("strain_J", "strain", "#A6CEE3", "\\\\\\\\"),
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )
-"""What became of the energy, from the bottom of the stack: attribute, label, shade, hatch."""
+"""Energy terms from the bottom of the stack: attribute, label, shade, hatch."""
 
 INSTANTS = 900
 """As many as a page's width shows; filled areas are not thinned out when they are drawn."""
@@ -36,7 +36,7 @@ INSTANTS = 900
 
 @checked
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
-    """Energy ledgers over time, one panel per run, and below what they fail to account for.
+    """Energy ledgers over time, one panel per run, with their closure errors below.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
 
 
 def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
-    """Stack what became of the energy over time, under lines of what was supplied."""
+    """Stack the energy terms over time, under lines of the supplied energy."""
     drawn = instants_of(ledger, instants)
     time = ledger.time[drawn]
     tops = 1e-3 * np.cumsum([getattr(ledger, name)[drawn] for name, *_ in SINKS], axis=0)

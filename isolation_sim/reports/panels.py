@@ -90,7 +90,7 @@ def loop(axes: Axes, run: Run, element: str) -> None:
 
 
 def orbit(axes: Axes, run: Run, elements: Sequence[str], quantity: str) -> None:
-    """Draw what a device does along y over what it does along x."""
+    """Draw a device's motion and force along y over those along x."""
     factor, label = {
         "deformation_m": (1e3, "Deformation along {} (mm)"),
         "force_N": (1e-3, "Force along {} (kN)"),

@@ -1,4 +1,4 @@
-"""References of the methods that a result used: what to cite beside the software itself.
+"""References of the methods that a result used, to cite beside the software itself.
 
 Laws, parameter sets, controllers and records say where they come from in a short ``source``;
 ``publications.py`` says what the short names in it mean. A source without one is told as it is.
@@ -26,11 +26,11 @@ ENGINE = (
     ("derivatives and code of the laws", "Andersson et al. 2019; Lam et al. 2015"),
     ("criteria J1 to J9", "Narasimhan et al. 2006"),
 )
-"""What every run uses, and its source."""
+"""Methods that every run uses, with their source."""
 
 
 class Citation(NamedTuple):
-    """A publication and what it was used for."""
+    """A publication and its use in a result."""
 
     text: str  # The publication
     uses: tuple[str, ...]  # What it was used for
@@ -42,7 +42,7 @@ class Citation(NamedTuple):
 
 
 def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
-    """References of what scenarios use."""
+    """References of the methods that scenarios use."""
     used: list[tuple[str, str]] = []
     for scenario in scenarios:
         job = scenario.build()
@@ -52,7 +52,7 @@ def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
-    """References of what runs used."""
+    """References of the methods that runs used."""
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
     return cited(_used(first.isolated, first.records, sources))

@@ -11,7 +11,7 @@ from .tables import TextTable
 from .units import unit_of
 
 Records = Sequence[Mapping[str, Any]]
-"""A row per case; a heading ends in the SI unit; None for what did not happen."""
+"""A row per case; a heading ends in the SI unit; None where there is no value."""
 
 
 def layout(records: Records, title: str) -> TextTable:

@@ -108,7 +108,7 @@ def contour_lines(
 def legend(
     figure: Figure, axes: Axes, place: Literal["outside upper center", "outside lower center"]
 ) -> None:
-    """Explain what one panel shows, for all panels."""
+    """One legend for all panels, made from one of them."""
     handles, labels = axes.get_legend_handles_labels()
     # a letter takes about a 140th of the width, and the line beside it ten letters
     fitting = int(140 / (10 + max(map(len, labels))))

@@ -77,7 +77,7 @@ def motions_text(suite: Suite) -> str:
 
 
 def verdict(suite: Suite) -> list[str]:
-    """What the suite fulfils of its rule, in sentences."""
+    """Whether the suite fulfils its rule, in sentences."""
     rule, statistic = suite.rule, suite.design_statistic
     sentences = []
     ratio = suite.mean_ratio

@@ -1,4 +1,4 @@
-"""Tables of a tuning: its settings, and what they gain on each set of motions."""
+"""Tables of a tuning: its settings, and their benefit on each set of motions."""
 
 from __future__ import annotations
 

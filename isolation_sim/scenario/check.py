@@ -1,4 +1,4 @@
-"""The ``[check]`` section: what ``isolation-sim check`` needs to know."""
+"""The ``[check]`` section: input of ``isolation-sim check``."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Check(Section):
 
 
 def simulator(job: Job) -> Callable[..., Run]:
-    """Return what runs a plant under the scenario's motion, with still ground after it."""
+    """Return a function that runs a plant under the scenario's motion, then under still ground."""
     from ..simulation.run import simulate
 
     # controllers reason with the nominal properties, whatever the plant's

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Compilation:
-    """What the second process does."""
+    """Work of the second process."""
 
     scenario: str  # Text of a scenario file
     label: str  # Of the controller

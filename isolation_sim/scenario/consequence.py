@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def with_consequence(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] | None = None
 ) -> Diagnosis:
-    """Add to a diagnosis what the error would have meant in a scenario."""
+    """Add to a diagnosis the consequence of the error in a scenario."""
     if not diagnosis.causes:
         return diagnosis
     job = scenario.build()
@@ -55,7 +55,7 @@ def with_consequence(
 
 
 def _without_instruments(device: Device) -> Device:
-    """A device without what happened in the instruments that measured it."""
+    """A device without the effects of the measuring instruments."""
     base, applied = separate(device)
     own = [(effect, numbers) for effect, numbers in applied if effect.of_device]
     if len(own) == len(applied):

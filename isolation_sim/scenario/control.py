@@ -77,7 +77,7 @@ class Driver(Section):
 
 
 class SensorSet(Section):
-    """What controllers see of the building."""
+    """Model of the building that controllers use."""
 
     delay_s: Annotated[NonNegative, Field(description="age of a measurement")] = 0.0
     sampling_s: Annotated[

@@ -1,4 +1,4 @@
-"""What the sections of a scenario are made of: strict values, unknown keys refused by name."""
+"""Field types of the sections of a scenario: strict values, unknown keys refused by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ``[ground]`` section: where the motion comes from, and what is done to it."""
+"""The ``[ground]`` section: source and processing of the ground motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SCALES = ("scale_factor", "scale_to_pga_g", "scale_to_sa_g")
 
 
 class _Ground(Section):
-    """What is done to a motion, in the order of these keys."""
+    """Processing of a motion, in the order of these keys."""
 
     start_s: Annotated[NonNegative | None, Field(description="cut: start time")] = None
     stop_s: Annotated[Positive | None, Field(description="cut: end time")] = None

@@ -64,7 +64,7 @@ class Job:
             raise with_place(error, self.source, "fixed base") from None
 
     def compile(self, label: str) -> None:
-        """Compile what a controller decides by, if that takes no run.
+        """Compile a controller's decision, if this needs no run.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A validation error as one line: which key, what was given, what is accepted."""
+"""A validation error as one line: key, value, expected values."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ACCEPTED = {
 
 
 def one_line(error: ValidationError, data: Any) -> str:
-    """Say what is wrong with a scenario."""
+    """Describe an invalid scenario."""
     # a union reports once for every kind of value it would take: one problem a place
     problems: dict[str, list[ErrorDetails]] = {}
     for details in error.errors():
@@ -53,7 +53,7 @@ def _is_within(inner: str, outer: str) -> bool:
 
 
 def _place(details: ErrorDetails, data: Any) -> str:
-    """Path of keys in the file, without what pydantic adds to tell members of a union apart."""
+    """Path of keys in the file, without pydantic's names of the members of a union."""
     place = ""
     for step in details["loc"]:
         if isinstance(step, int):

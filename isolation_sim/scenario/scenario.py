@@ -83,9 +83,7 @@ class Scenario(Section):
         Field(description="nominal isolators of the controllers; those of the plant if left out"),
     ] = None
 
-    check: Annotated[Check | None, Field(description="what isolation-sim check needs to know")] = (
-        None
-    )
+    check: Annotated[Check | None, Field(description="input of isolation-sim check")] = None
 
     _source: str = PrivateAttr(default="")
 
@@ -124,7 +122,7 @@ class Scenario(Section):
         Raises
         ------
         InputError
-            Naming the file, the key, what was given and what is accepted.
+            Names the file, the key, the value and the expected values.
         """
         path = Path(path)
         data = read_toml(path, "a scenario, such as isolation-sim new writes")
@@ -139,7 +137,7 @@ class Scenario(Section):
         text : str
             TOML.
         folder : str or pathlib.Path
-            What paths in it are relative to.
+            Folder that relative paths start from.
         source : str
             Where the text comes from, for errors.
 
@@ -150,7 +148,7 @@ class Scenario(Section):
         Raises
         ------
         InputError
-            Naming the source, the key, what was given and what is accepted.
+            Names the source, the key, the value and the expected values.
         """
         return cls._of(parse_toml(text, source), folder, source)
 
@@ -199,7 +197,7 @@ class Scenario(Section):
         Raises
         ------
         InputError
-            Naming the section and what cannot be used.
+            Names the section and the value that cannot be used.
         """
         at = self._at
         known = {} if cache is None else cache

@@ -98,7 +98,7 @@ class RecordSuite(Section):
 
     @property
     def suite_rule(self) -> SuiteRule:
-        """What the code asks of these records."""
+        """Requirements of the design code on these records."""
         return SUITE_RULES[self.rule].under(self.scaling)
 
     def records(self) -> list[SuiteRecord]:

@@ -27,7 +27,7 @@ class Sizes(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """What the iteration may leave, the largest error of a step and of samples inside it."""
+    """Tolerance of the iteration, and the largest error of a step and of samples inside it."""
 
     iteration: float
     error: float
@@ -207,7 +207,7 @@ class Candidates(NamedTuple):
 
 
 class SummaryScratch(NamedTuple):
-    """Quantities at some grid points, and what bounds them in between."""
+    """Quantities at some grid points, and their bounds in between."""
 
     # ``points``, ``present``: grid points evaluated at once and the elements' forces there;
     # ``values``: of each block of quantities, just after a change of current at some points, then

@@ -68,7 +68,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of many runs.
+    """Results of many runs.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Batch:
         Returns
         -------
         list of str
-            How many runs leave the deformations or currents of the tests, and how far.
+            Number of runs beyond the tested deformations or currents, and the largest excess.
         """
         return beyond_tests(self.deformation_over_tested, self.current_over_tested)
 
@@ -136,13 +136,13 @@ def simulate_many(
     driver : CoilDriver, optional
         Lag, slew and limits of the coils; ideal by default.
     sensors : Sensors, optional
-        Noise, delay and sampling of what the controllers are given; ideal by default.
+        Noise, delay and sampling of the measurements; ideal by default.
     computation_delay : float
         Time from a decision to its command, s.
     tolerance : float
         Target accuracy, relative to each quantity's peak.
     current_outside : {"refuse", "clamp"}
-        What to do with a command outside the driver's limits: the run fails, or it is clamped and
+        Treatment of a command outside the driver's limits: the run fails, or it is clamped and
         counted.
     threads : int, optional
         Number of threads; as many as there are processors by default.

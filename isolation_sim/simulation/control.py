@@ -1,4 +1,4 @@
-"""What stands between a controller and the plant: sensors, timing, the coil driver."""
+"""Interface between a controller and the plant: sensors, timing, the coil driver."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class CoilDriver:
 @checked
 @dataclass(frozen=True)
 class Sensors:
-    """What a controller sees of the plant.
+    """Sensors: the measurements that a controller receives.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ class CompiledDecision:
 
 @dataclass(frozen=True)
 class RunContext:
-    """What a controller is told before a run."""
+    """Information that a controller receives before a run."""
 
     # The model that the controller may reason with; not the plant, though it may equal it
     nominal: IsolatedStructure
@@ -170,7 +170,7 @@ class RunContext:
 
 
 class Control(Protocol):
-    """What a run asks of a controller; ``controllers.controller.Controller`` provides it."""
+    """Interface of a controller for a run; ``controllers.controller.Controller`` provides it."""
 
     @property
     def name(self) -> str:

@@ -32,7 +32,7 @@ COLLOCATION = (
 END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
 """State at the end = state at the start + sum of these times (state at node - state at start)."""
 GAIN_SLOPE = (np.array(COLLOCATION) @ COLLOCATION - np.array(COLLOCATION) / 2).tolist()
-"""What a state's own relaxation changes in ``COLLOCATION``, to first order."""
+"""Change of ``COLLOCATION`` by a state's own relaxation, to first order."""
 RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
 """Step times rates at the nodes = these times (states at the nodes - state at the start)."""
 
@@ -179,7 +179,7 @@ class ElementCode:
         return body or ["pass"]
 
     def _row(self, r: int, forces: Sequence[str], direction: int = 0) -> str:
-        """Row r of the response to the element's own nodal forces, on top of what is there."""
+        """Row r of the response to the element's own nodal forces, added to the free response."""
         given = self.at(f"free{r}" if self.alone else COMMON[r], direction)
         own = f"{direction} * (N_ELEMENTS + 1) * 24 + " if direction else ""
         for k, f in enumerate(forces):

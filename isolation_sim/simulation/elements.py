@@ -1,4 +1,4 @@
-"""What the kernel is told of its elements: what stays the same from run to run."""
+"""Data of the kernel's elements that are equal in all runs."""
 
 from __future__ import annotations
 

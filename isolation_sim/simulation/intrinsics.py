@@ -1,4 +1,4 @@
-"""The kernel's own LLVM instructions: what Numba would write more slowly.
+"""LLVM instructions of the kernel where Numba's own code is slower.
 
 - Linear loops over vectors (``make_...``). The compiler cannot see that their arrays do not
   overlap, and leaves them scalar. A batch works on all lanes of a number at once; a single run on
@@ -107,7 +107,7 @@ class _Emitter:
         return self.load(data, row) if self.lanes > 1 else self.repeated(data, row)
 
     def coefficient(self, data: Any, row: Any) -> Any:
-        """One coefficient of every lane, or what all lanes share; eight of them in a single run."""
+        """One coefficient of every lane, or one shared by all; eight of them in a single run."""
         shared = self.table_lanes < self.lanes
         return self.repeated(data, row) if shared else self.load(data, row)
 

@@ -390,7 +390,7 @@ def near_in(lane, values, begun, ended, track, at):
 
 @exact
 def find_swings(swings, unrest, loudness, interval, sizes, intervals, quantities, history):
-    """How far every fast mode swings inside an interval about what it follows.
+    """Amplitude of every fast mode inside an interval, about its quasi-static value.
 
     It follows ground motion and forces that are linear in time without swinging.
     """
@@ -446,7 +446,7 @@ def restless(unrest):
 
 @inner
 def find_margins(margins, block, n_items, sizes, quantities, bulges, swings):
-    """What forces that leave the straight line, and fast modes, may add to a block's values.
+    """Bound on the contribution of curved forces and fast modes to a block's values.
 
     What follows a force directly has kinks where the current begins to change. Modes that are too
     fast for the grid add what they swing to either side.
@@ -559,7 +559,7 @@ def row_of(item, per_block):
 def raise_peaks(
     lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense, track
 ):
-    """Raise the peaks of some quantities by what they reach inside a grid interval, in one lane."""
+    """Raise the peaks of some quantities to their extrema inside a grid interval, in one lane."""
     n_modes, n_pad, n_elements, n_ground = sizes[:4]
     windows, window_of, lengths, ground = intervals
     _, n_quantities, n_directions, _, _, _, _ = quantities

@@ -1,6 +1,6 @@
 """Windows, choice of steps and records: the time integration without the elements' own work.
 
-A module of its own, compiled once for all laws: what integrates includes it. See
+A module of its own, compiled once for all laws and included by the integration. See
 ``kernel_integration_template.py``.
 """
 
@@ -352,7 +352,7 @@ def close_step(step, limits, lanes, forces, w):
 
 @shared
 def close_window(position, course, limits, coils, channel, lanes, w):
-    """What became of each lane, and the coil currents at a window's end; whether any is alive."""
+    """Status of each lane, and the coil currents at a window's end; whether any lane is alive."""
     window = position[WINDOW_NOW]
     command, driver, coil, applied, _, _ = coils
     g, kind, n_intervals = (
@@ -547,7 +547,7 @@ def read_sensors(
 
 @inner
 def set_commands(g, target, first, n_channels, clamp, driver, command, coil, alive, counts):
-    """The commands from grid point g on, as the drivers take them; counts what was clamped."""
+    """The commands from grid point g on within the drivers' limits; counts clamped commands."""
     for c in range(n_channels):
         for lane in range(LANES):
             value = target[first, lane, c]

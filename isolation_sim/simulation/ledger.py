@@ -34,7 +34,7 @@ QUADRATURE_ERROR = 1e-10
 """Change of a piece's work, over the work of the input, from which its halves are halved again."""
 MOST_HALVINGS = 12
 _ARRAYS = "length interval first from_window offset size tau0 tau1 window z elements".split()
-"""What differs from piece to piece."""
+"""Data that differ from piece to piece."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def _device_powers(
 
 
 def _stored(run: Trajectory) -> tuple[NDArray, NDArray]:
-    """Devices' stored energy at the grid points and what jumps of the current added there, J."""
+    """Devices' stored energy at the grid points, and the part added by jumps of the current, J."""
     n_points = len(run.grid.time)
     stored, jumps = np.zeros(n_points), np.zeros(n_points)
     before = _currents_before(run)

@@ -1,4 +1,4 @@
-"""One integration step in NumPy, slow and readable: what the compiled kernel does.
+"""One integration step in NumPy, slow and readable: the method of the compiled kernel.
 
 The kernel (``kernel_integration_template.py``, ``element_code.py``) takes the same step in complex
 modes, for many runs side by side. Nothing here is used by a simulation: tests compare the two.

@@ -125,7 +125,7 @@ class Lane:
 
     @property
     def key(self) -> tuple:
-        """What runs must have in common to go side by side."""
+        """Properties that runs must share to be integrated side by side."""
         record = (len(self.records[0].acceleration), self.records[0].dt)
         if self.schedule is not None:
             control: tuple = tuple(self.schedule.time.tolist())
@@ -143,7 +143,7 @@ class Lane:
 
 @lru_cache(maxsize=1024)
 def _plant_key(isolated: IsolatedStructure) -> tuple:
-    """What two plants must have in common to go side by side."""
+    """Properties that two plants must share to be integrated side by side."""
     modes, outputs = modes_for(isolated)
     elements = tuple(
         (e.device.law, e.channel, e.device.current.coefficients.shape, e.follows)
@@ -283,7 +283,7 @@ class Plan:
 
 
 def refused(current: float, time: float, context: RunContext, channel: int) -> InputError:
-    """Say which current was refused, when, and what would have been accepted."""
+    """Name the refused current, its time, and the expected range."""
     low, high = context.low[channel], context.high[channel]
     remedy = (
         "" if np.isnan(current) else "; current_outside='clamp' clamps and counts such commands"

@@ -34,11 +34,11 @@ _KEPT = (
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
     "reached_of_tests", "implausible",
 )  # fmt: skip
-"""What of a run is saved and pickled."""
+"""Parts of a run that are saved and pickled."""
 
 
 class Run(Printed, Trajectory):
-    """What happened in one run; everything is computed when it is first used.
+    """Result of one run; everything is computed when it is first used.
 
     Its arrays over time are those of `isolation_sim.simulation.trajectory.Trajectory`.
 

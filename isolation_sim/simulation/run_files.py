@@ -44,7 +44,7 @@ def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
 
 @checked
 def read_run(path: str | Path) -> xarray.Dataset:
-    """Read what `write_run` wrote.
+    """Read a file of `write_run`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What sensors make of a structure's outputs: noise, lost samples, compensation of delay."""
+"""Sensors of a structure's outputs: noise, lost samples, compensation of delay."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def noise_of(
 def measured_motion(
     isolated: IsolatedStructure, names: Sequence[str], known: Sequence[str], ahead: float
 ) -> NDArray:
-    """What a controller is given, as rows over all outputs: motion extrapolated in time."""
+    """Measurements of a controller, as rows over all outputs: motion extrapolated in time."""
     # Displacement + ahead * velocity + ahead^2 / 2 * relative acceleration, and velocity + ahead *
     # relative acceleration; a relative acceleration is that of accelerometers on the structure less
     # the ground's.

@@ -31,7 +31,7 @@ class Outside(NoControl):
         self.period, self._measures = period, measures
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """What the caller wants measured."""
+        """Quantities to measure."""
         return self._measures
 
     def schedule(self, context: RunContext) -> None:
@@ -70,14 +70,14 @@ class Simulator:
     tolerance : float, default 1e-6
         Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     current_outside : {"refuse", "clamp"}
-        What to do with a current outside the driver's limits: an error, or the nearest limit.
+        Treatment of a current outside the driver's limits: an error, or the nearest limit.
 
     Attributes
     ----------
     isolated : IsolatedStructure
         The plant.
     measures : tuple of str
-        Names of what a measurement holds: the outputs, then the coil currents.
+        Names of the measured quantities: the outputs, then the coil currents.
     low, high : numpy.ndarray, shape (n_channels,), A
         Limits of the coil currents.
     period : float, s

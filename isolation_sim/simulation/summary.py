@@ -59,7 +59,7 @@ def _summed(
 
 
 def summary_key(isolated: IsolatedStructure) -> tuple:
-    """Return what structures of one block must have in common: names and items of criteria."""
+    """Return the properties that structures of one block share: names and items of criteria."""
     items = _rows(isolated)[0]
     return tuple((name, tuple(numbers)) for name, numbers in items)
 

@@ -68,7 +68,7 @@ def peak_currents(work: Workspace) -> NDArray:
 
 @lru_cache(maxsize=256)
 def _tested(isolated: IsolatedStructure) -> tuple[NDArray, NDArray]:
-    """What elements (m, in the structure's scale) and coils (A) were tested at."""
+    """Tested deformations of elements (m, in the structure's scale) and currents of coils (A)."""
     devices = [element.device for element in isolated.elements]
     return (
         np.array([device.length * device.tested_deformation for device in devices]),

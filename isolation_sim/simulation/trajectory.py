@@ -25,7 +25,7 @@ __all__ = ["Trajectory"]
 
 
 class Trajectory:
-    """What happened over time in one run, computed when it is first used; `Run` says the rest."""
+    """Time histories of one run, computed when first used; `Run` documents them."""
 
     def __init__(
         self,

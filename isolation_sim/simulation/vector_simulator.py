@@ -60,7 +60,7 @@ class VectorSimulator:
     n : int
         Number of plants.
     measures : tuple of str
-        Names of what a measurement holds: the outputs, then the coil currents.
+        Names of the measured quantities: the outputs, then the coil currents.
     low, high : numpy.ndarray, shape (n_channels,), A
         Limits of the coil currents.
     samples : int
@@ -164,7 +164,7 @@ class VectorSimulator:
         self._currents[: self.n] = currents
         self._ground[: self.n] = ground_acceleration
         if np.isnan(self._currents).any():
-            raise InputError("currents hold what is not a number; expected: amperes")
+            raise InputError("currents contain a value that is not a number; expected: amperes")
         if self._pool is None:
             self._step_blocks(self._parts[0])
         else:

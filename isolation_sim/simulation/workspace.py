@@ -84,7 +84,7 @@ def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
 
 @dataclass
 class Sensing:
-    """What a controller is given, and when."""
+    """Measurements of a controller, and their instants."""
 
     measure: NDArray  # (n_outputs, 2 n_modes + n_elements + n_directions, lanes): Output rows
     noise: NDArray  # (n_measurements, n_outputs, lanes), or empty: Noise on each measurement
@@ -256,7 +256,7 @@ class Workspace:
             self.arguments = (*others, history._replace(steps=self.steps), scratch)
 
     def carried(self) -> dict[str, NDArray]:
-        """What a window hands on to the next beside modes and states; the last axis is the lane."""
+        """Data passed from window to window beside modes and states; the last axis is the lane."""
         *_, coils, _, lanes, history, scratch = self.arguments
         return {
             "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,

@@ -231,7 +231,7 @@ def read_matrices(
     Raises
     ------
     InputError
-        Naming the file, the array and what is accepted.
+        Names the file, the array and the expected values.
     """
     arrays = _read_npz(Path(path))
     accepted = (*_OPTIONAL, *_GEOMETRY)

@@ -17,7 +17,7 @@ FLOOR_MASS = 2.5e5
 BASE_MASS = 3e5
 """kg."""
 FIXED_BASE_PERIOD = 0.5
-"""First period on a held base, s: what the storey stiffness is chosen for."""
+"""First period on a fixed base, s; it determines the storey stiffness."""
 DAMPING_RATIO = 0.02
 """Of the superstructure, at its first and third mode."""
 

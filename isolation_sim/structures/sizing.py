@@ -146,7 +146,7 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
 
 
 def facts(isolated: Any) -> dict[str, str]:
-    """Masses, periods and tested range to print; what cannot be computed is left out."""
+    """Masses, periods and tested range to print, as far as they can be computed."""
     structure = isolated.structure
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:

@@ -133,7 +133,7 @@ class Structure:
 
     @property
     def above_foundation(self) -> np.ndarray:
-        """Horizontal influence of what stands on the isolators, shape (n, n_directions)."""
+        """Horizontal influence of the masses on the isolators, shape (n, n_directions)."""
         result = self.influence.copy()
         result[[*self.foundation, *self.vertical]] = 0.0
         return result

@@ -1,4 +1,4 @@
-"""What the weight on the isolators does: P-delta, and vertical loads that change."""
+"""Effects of the weight on the isolators: P-delta, and varying vertical loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan goes through: values, ranges, samples, files of cases, as axes of points."""
+"""Axes of a plan: values, ranges, samples and files of cases as points."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_CASES = 10_000_000
 
 @dataclass(frozen=True)
 class Quantity:
-    """What an axis varies.
+    """Quantity that an axis varies.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class Quantity:
     fields : tuple of str
         Fields of the scenario that get the value.
     factor : bool
-        Whether the value multiplies what the scenario has.
+        Whether the value multiplies that of the scenario.
     shown : tuple of str or None
-        What stands in the table for each value; None for the value itself.
+        Entry of the table for each value; None for the value itself.
     """
 
     label: str
@@ -53,7 +53,7 @@ class Axis:
         return len(self.points)
 
     def changes(self, k: int) -> Iterator[Change]:
-        """Yield what the k-th point changes."""
+        """Yield the changes of the k-th point."""
         for quantity, value in zip(self.quantities, self._values(k), strict=True):
             for field in quantity.fields:
                 yield Change(field, value, quantity.factor)

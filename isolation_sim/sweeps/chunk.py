@@ -47,7 +47,7 @@ class Chunk:
 
 @dataclass
 class Finished:
-    """What came of a chunk."""
+    """Results of a chunk."""
 
     number: int  # Place of the chunk in the plan
     table: bytes  # Content of a file of columns, one row per run
@@ -91,7 +91,7 @@ def history_name(case: int, controller: str) -> str:
 
 
 def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> list[Row]:
-    """Build a case; what it shares with others is built once."""
+    """Build a case; parts shared with other cases are built once."""
     rows = [Row(case, label) for label in chunk.controllers]
     try:
         data = case.data(chunk.base)
@@ -129,7 +129,7 @@ def _alone(row: Row) -> Run | None:
 
 
 def _side_by_side(rows: Sequence[Row]) -> None:
-    """Run what has the same driver, sensors and options in vector lanes."""
+    """Run cases with equal driver, sensors and options in vector lanes."""
     cases, options = [], {}
     for row in rows:
         assert row.job is not None and row.control is not None

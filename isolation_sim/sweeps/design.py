@@ -1,4 +1,4 @@
-"""A plan made ready: its cases by number, and what makes it the same plan as before."""
+"""A prepared plan: its cases by number, and the contents that identify it."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ def _digest(path: str) -> str:
 
 
 def differences(stored: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield what differs between two plans' contents, one line per place."""
+    """Yield the differences between two plans' contents, one line per place."""
     if isinstance(stored, dict) and isinstance(now, dict):
         for key in {**stored, **now}:
             inner = f"{place}.{key}".removeprefix(".")

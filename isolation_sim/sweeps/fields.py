@@ -25,7 +25,7 @@ Step = str | int
 
 @dataclass(frozen=True)
 class Change:
-    """What a case does to one field."""
+    """Change of one field by a case."""
 
     # Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant
     field: str
@@ -62,7 +62,7 @@ def changed(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, Any]:
 
 
 def completed(field: str, value: Any, folder: str | Path) -> Any:
-    """Fill in what a value leaves out, so that its keys can be changed in turn."""
+    """Complete a value with its defaults, so that each of its keys can be changed."""
     from ..scenario import Scenario
     from ..scenario.fields import NAMING
 
@@ -93,7 +93,7 @@ def with_seed(data: dict[str, Any], seed: int) -> dict[str, Any]:
 
 
 def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: tuple) -> Any:
-    """Return a value with what is at the steps replaced."""
+    """Return a value with the part at these steps replaced."""
     if not steps:
         return new(value)
     step, rest = steps[0], steps[1:]
@@ -125,7 +125,7 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
 
 
 def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
-    """Return a table with what a step may lead into, where the scenario leaves that out."""
+    """Return a table with the section that a step leads into, if the scenario lacks it."""
     if not place and step == "nominal" and value["nominal"] is None:
         from ..scenario.devices import NominalModel
 

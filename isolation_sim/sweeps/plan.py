@@ -1,4 +1,4 @@
-"""A sweep's plan: what is varied and how, to and from TOML."""
+"""A sweep's plan: the varied quantities and their values, to and from TOML."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ class SweepPlan(Section):
         Raises
         ------
         InputError
-            Naming the file, the key, what was given and what is accepted.
+            Names the file, the key, the value and the expected values.
         """
         path = Path(path)
         data = read_toml(path, "a plan, such as isolation-sim sweep new writes")
@@ -183,7 +183,7 @@ class SweepPlan(Section):
         data : dict
             As in a plan's file.
         folder : str or pathlib.Path
-            What paths in it are relative to.
+            Folder that relative paths start from.
         source : str
             Where it comes from, for errors.
 
@@ -194,7 +194,7 @@ class SweepPlan(Section):
         Raises
         ------
         InputError
-            Naming the source, the key, what was given and what is accepted.
+            Names the source, the key, the value and the expected values.
         """
         try:
             return cls.model_validate(data, context={"folder": folder})

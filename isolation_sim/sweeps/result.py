@@ -116,7 +116,7 @@ class Sweep(Printed):
         Returns
         -------
         list of str
-            How many runs leave the deformations or currents of the tests, and how far.
+            Number of runs beyond the tested deformations or currents, and the largest excess.
         """
         if OVER_TESTED[0] not in self.table:  # of an earlier release
             return []
@@ -390,7 +390,7 @@ class Sweep(Printed):
         known : sequence of str
             Accepted.
         what : str
-            What it should be.
+            Expected type.
 
         Raises
         ------

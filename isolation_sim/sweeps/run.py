@@ -1,4 +1,4 @@
-"""Run a sweep: measure, divide into chunks, hand them out, keep what comes back."""
+"""Run a sweep: measure, divide into chunks, distribute them, store their results."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _PILOT_SECONDS = 0.3
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep will take.
+    """Expected time and memory of a sweep.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Estimate:
 
 
 def estimate(design: Design) -> Estimate:
-    """Run a few cases to see what a sweep will take."""
+    """Run a few cases to estimate time and memory of a sweep."""
     # the first run of a law compiles
     run_chunk(chunk_of(design, 0, (0,)))
     n = design.n_cases
@@ -92,12 +92,12 @@ def sweep(
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
-    """Run a plan; what is finished stays, whatever happens.
+    """Run a plan; finished chunks survive any interruption.
 
     Parameters
     ----------
     plan : SweepPlan, dict, str or pathlib.Path
-        A plan, what its file would hold, or its file.
+        A plan, the contents of its file, or its file.
     out : str or pathlib.Path, optional
         Folder for the results; ``results/`` and the plan's name by default.
     resume : bool, default False

@@ -49,7 +49,7 @@ class Store:
         return self.manifest.is_file()
 
     def check_free(self) -> None:
-        """Make sure that there is nothing yet."""
+        """Check that the folder holds no sweep yet."""
         if self.folder.is_file():
             raise InputError(f"{self.folder}: a file; expected: a new folder")
         there = self.folder.iterdir() if self.folder.exists() else ()
@@ -73,7 +73,7 @@ class Store:
         write_durably(self.manifest, json.dumps(manifest, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
-        """Return what `begin` wrote."""
+        """Return the manifest that `begin` wrote."""
         try:
             manifest = json.loads(self.manifest.read_bytes())
         except (FileNotFoundError, NotADirectoryError):
@@ -121,7 +121,7 @@ class Store:
             yield
 
     def finished(self) -> set[int]:
-        """Numbers of the chunks that are there and whole; what is not whole is removed."""
+        """Numbers of the complete chunks; incomplete ones are removed."""
         # So is a chunk in which a run ended in an error: the next one may have what it lacked.
         numbers = set()
         self.chunks.mkdir(exist_ok=True)
@@ -180,7 +180,7 @@ class Store:
             shutil.rmtree(self.chunks, ignore_errors=True)
 
     def read(self, columns: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the table: of the whole sweep, or of what is finished of it."""
+        """Return the table of the whole sweep, or of its finished part."""
         if self.table.is_file():
             return read_columns(self.table, columns)
         paths = sorted(self.chunks.glob("*.npz"))

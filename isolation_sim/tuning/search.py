@@ -1,4 +1,4 @@
-"""The search: CMA-ES over the places of settings in their ranges, told again what is known."""
+"""The search: CMA-ES over the settings in their normalised ranges; known scores are repeated."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def search(
     """Minimise the mean score, the controller as it is first.
 
     Covariance matrix adaptation, restarted anywhere with twice the population when it has
-    converged. Its state is not stored: what it asks follows from the seed and from the scores that
-    it was told, so that telling it the known ones again leads to the same state, to the last bit.
+    converged. Its state is not stored: its proposals follow from the seed and from the scores that
+    it received, so that repeating the known ones leads to the same state, to the last bit.
 
     References
     ----------

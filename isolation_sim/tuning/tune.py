@@ -61,7 +61,7 @@ def tune(
         Plant, nominal model, sensors and driver; the main job's by default. Its controllers are not
         used, its ground motion only where it is asked for.
     motions : str, pathlib.Path or sequence of Record, default "mixture"
-        What to tune on: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
+        Motions of the tuning: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
         ``"scenario"``; a folder of records; or records, each one per direction.
     unseen : as ``motions``, or a mapping of names to such
         Motions of the evaluation. A mixture has another seed than that of ``motions``.
@@ -82,12 +82,12 @@ def tune(
         Folder for the results: the state after every generation, then scenario section and report.
         None keeps nothing.
     resume : bool, default False
-        Whether to go on with what was begun in ``out``.
+        Whether to continue an interrupted tuning in ``out``.
     workers : int, optional
         Threads for compiled decisions, processes for those in plain Python; as many as there are
         processors by default.
     progress : callable, optional
-        Called with what is being done and the number of candidates that have just been run.
+        Called with the name of a step and the number of candidates that have just been run.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def _command(
     criteria: Mapping[str, float], settings: Sequence[str] | None, held: Mapping[str, Any],
     evaluations: int, seed: int, pga_g: float | None,
 ) -> str:  # fmt: skip
-    """The command that tunes the same; what was given in Python stands in angle brackets."""
+    """The command of the same tuning; Python objects stand in angle brackets."""
     words = ["isolation-sim tune", name]
     if scenario is not None:
         words.append(f"--scenario {scenario if isinstance(scenario, str | Path) else '<scenario>'}")

@@ -1,4 +1,4 @@
-"""What a tuning found: saved after every generation, loaded again, reported."""
+"""Result of a tuning: saved after every generation, loaded again, reported."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ class Judgement:
 
 @dataclass
 class Tuning(Printed):
-    """What a tuning found.
+    """Result of a tuning.
 
     Attributes
     ----------
     content : dict
-        What decides it: controller, scenario, motions, criteria, settings with their ranges, seed.
+        Its input: controller, scenario, motions, criteria, settings with their ranges, seed.
     trials : list of Trial
         Candidates with their scores, in the order of evaluation; the first one is the controller
         as it was.
@@ -85,7 +85,7 @@ class Tuning(Printed):
         return {**self.content["fixed"], **self.best.settings}
 
     def verdict(self) -> list[str]:
-        """Say what was gained.
+        """Describe the benefit.
 
         Returns
         -------
@@ -107,7 +107,7 @@ class Tuning(Printed):
         return f"Tuning({self.controller}: {len(self.trials)} trials, {state})"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what was found as plain numbers and text.
+        """Return the result as plain numbers and text.
 
         Returns
         -------
@@ -137,7 +137,7 @@ class Tuning(Printed):
         Returns
         -------
         str
-            TOML with the command that finds it again, and what it achieves, as comments.
+            TOML with the command that repeats the tuning, and its benefit, as comments.
         """
         from ..scenario.control import ControllerEntry
         from ..scenario.fields import Section
@@ -224,7 +224,7 @@ class Tuning(Printed):
         }
 
     def save_state(self, folder: str | Path) -> Path:
-        """Write what is known so far, whole or not at all.
+        """Write the present state atomically.
 
         Parameters
         ----------
@@ -254,7 +254,7 @@ class Tuning(Printed):
 
     @classmethod
     def read(cls, folder: str | Path) -> Tuning:
-        """Read what was saved.
+        """Read a saved tuning.
 
         Parameters
         ----------
@@ -317,7 +317,7 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
 
 
 def _sentences(evaluated: Judgement) -> str:
-    """What one set of motions says, in one or two sentences."""
+    """Result on one set of motions, in one or two sentences."""
     before, after, gain = evaluated.means.values()
     if after.high < 0:
         beats = "It beats the best constant current of each motion"

@@ -174,7 +174,7 @@ def test_the_reports_show_it(diagnosed, capsys):
     assert max(map(len, printed.splitlines())) <= standard_console().width
     assert f"| {' | '.join(row)} |" in markdown(diagnosed)
     section = next(
-        s for s in diagnosis_report(diagnosed).sections if s.title.startswith("What it changes")
+        s for s in diagnosis_report(diagnosed).sections if s.title.startswith("Consequence")
     )
     assert any(getattr(block, "headings", None) == HEADINGS for block in section.blocks)
 

@@ -42,7 +42,7 @@ def diagnosis():
         unexplained_share=0.02, depends_on=("velocity",), next_test="Test at 4 mm and 2 Hz.",
         steps=(
             Step("The data", "Nothing looks wrong."),
-            Step("What the residual depends on", "Parts of the misfit.",
+            Step("Dependence of the residual", "Parts of the misfit.",
                  ("function of", "misfit predicted"), (("velocity alone", "39 %"),)),
             Step("Effects tried, round 1", "What each leaves.", ("effect", "form", "left"),
                  (("Coulomb friction", "dahl", "-0.19"),)),
@@ -63,12 +63,12 @@ def test_the_story_is_told_in_order(diagnosis):
     page = diagnosis_report(diagnosis, "law = 'kelvin_voigt'")
     assert [section.title for section in page.sections] == [
         "Verdict", "Measured against simulated", "Where it is wrong", "Evidence", "Causes",
-        "Extended law", "Gain", "Next test", "What it changes for control", "What was diagnosed",
+        "Extended law", "Gain", "Next test", "Consequence for control", "Data and settings",
         "References",
     ]  # fmt: skip
     text = page.html().replace("\u00a0", " ")
     for told in (
-        "Kelvin-Voigt misses what was measured by 25 % (RMS) on data held out; noise alone leaves "
+        "Kelvin-Voigt misses the measurement by 25 % (RMS) on data held out; noise alone leaves "
         "1.1 %.",
         "Explained by Coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
         "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)",
@@ -79,7 +79,7 @@ def test_the_story_is_told_in_order(diagnosis):
     ):  # fmt: skip
         assert told in text, told
     wrong = next(s for s in page.sections if s.title == "Where it is wrong")
-    assert any(getattr(b, "caption", "") == "What the residual depends on" for b in wrong.blocks)
+    assert any(getattr(b, "caption", "") == "Dependence of the residual" for b in wrong.blocks)
 
 
 def test_the_runs_are_drawn_as_they_are_the_worst_first(diagnosis, figures, unpacked):
@@ -130,7 +130,7 @@ def test_an_adequate_model_has_a_short_report(diagnosis):
     )  # fmt: skip
     page = diagnosis_report(adequate)
     titles = [section.title for section in page.sections]
-    assert titles == ["Verdict", "Evidence", "Gain", "What was diagnosed"]
+    assert titles == ["Verdict", "Evidence", "Gain", "Data and settings"]
     text = page.html().replace("\u00a0", " ")
     assert "by 1.2 % (RMS) on the fitted data." in text and "no effect is missing" in text
     assert "nan" not in text and "Plotly, Inc." not in text

@@ -65,7 +65,7 @@ def test_the_best_of_each_row_is_marked(comparison):
     assert not any(cell.mark for cell in rows["input, kJ"])
 
 
-def test_what_was_run_is_told(comparison):
+def test_input_is_told(comparison):
     text = run_report(comparison, 'name = "mine"\n[sensors]\nseed = 7\n').html()
     for told in (
         "mine", "sensors.seed = 7", f"isolation-sim {iso.__version__}", "numpy", "Table 2",

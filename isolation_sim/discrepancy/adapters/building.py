@@ -1,4 +1,4 @@
-"""Diagnosis of building records: structure and isolation layer against what was measured."""
+"""Diagnosis of building records: structure and isolation layer against the measurement."""
 
 from __future__ import annotations
 
@@ -217,8 +217,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         ground = ", ".join(f"{floor.ground:.2e}" for floor in comparison.floors)
         return Text(
             f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
-            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. Even the best "
-            f"model is expected to miss {100 * comparison.model_error:.2g} % of what was measured.",
+            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
+            f"model is expected to leave an error of {100 * comparison.model_error:.2g} %.",
             ("record", "channel", "sensor", "with the ground's", "% of RMS"),
             rows,
         )

@@ -1,4 +1,4 @@
-"""Errors of a building's model as they are reported: relative to what was measured."""
+"""Errors of a building's model as they are reported: relative to the measured values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .comparison import Comparison, FittedBuilding
 
 
 def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> NDArray:
-    """Error of each channel: RMS of the residual over RMS of what was measured."""
+    """Error of each channel: RMS of the residual over RMS of the measured value."""
     squares = 0.0, 0.0
     for segment in comparison.held_out if held_out else comparison.fitted:
         residual = comparison.residual(outcome.found, segment.record)[segment.samples]

@@ -1,4 +1,4 @@
-"""Reports as one HTML file each: `page` and `charts` are what every report is made of.
+"""Reports as one HTML file each: `page` and `charts` are the parts of every report.
 
 Jinja2 and Plotly are imported when a page is written.
 """

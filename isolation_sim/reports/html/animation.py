@@ -1,4 +1,4 @@
-"""What the animation of a building on its isolators shows; ``animation.js`` draws it."""
+"""Data of the animation of a building on its isolators; ``animation.js`` draws it."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _note(some: bool) -> str:
 
 
 def _packed(rows: NDArray) -> dict[str, Any]:
-    """Numbers as integers of 16 bits in base64, with what 1 stands for."""
+    """Numbers as integers of 16 bits in base64, with the value of one unit."""
     peak = float(np.abs(rows).max(initial=0.0)) or 1.0
     data = np.round(rows / peak * _STEPS).astype("<i2").tobytes()
     return {"unit": peak / _STEPS, "data": base64.b64encode(data).decode("ascii")}

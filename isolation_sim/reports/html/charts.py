@@ -1,4 +1,4 @@
-"""What charts are made of: lines that stay apart in grey, axes with units, compact numbers."""
+"""Parts of charts: lines that differ in grey too, axes with units, compact numbers."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ def errors_by_run(traces: Sequence[Trace], floor: float) -> tuple[Block, ...]:
         margin={"l": 20},
     )  # fmt: skip
     chart = Chart(
-        "Residual over what was measured, RMS, of each run (%)", {"data": drawn, "layout": axes},
+        "Residual over measured value, RMS, of each run (%)", {"data": drawn, "layout": axes},
         f"The worst run is {names[0]}; the table below gives the numbers.",
         height=90 + 20 * len(rows),
     )  # fmt: skip
@@ -112,7 +112,7 @@ def runs_table(traces: Sequence[Trace]) -> Table:
         for trace in traces
     )  # fmt: skip
     return Table(
-        caption="Residual over what was measured, both RMS",
+        caption="Residual over measured value, both RMS",
         headings=("Run", "Used as", "Error before, %", "After, %"),
         rows=rows,
         filters=("Used as",) if len({trace.held_out for trace in traces}) > 1 else (),
@@ -137,7 +137,4 @@ def _title(trace: Trace) -> str:
 
 def _summary(trace: Trace) -> str:
     before, after = (100 * relative_error(trace, f) for f in (trace.before, trace.after))
-    return (
-        f"The simulation misses what was measured by {before:.2g} % before and by {after:.2g} % "
-        "after, RMS."
-    )
+    return f"The error of the simulation is {before:.2g} % before and by {after:.2g} % after, RMS."

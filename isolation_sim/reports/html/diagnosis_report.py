@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from ...effects import Effect
     from ...laws.law import Law
 
-_DEPENDENCE = "What the residual depends on"
+_DEPENDENCE = "Dependence of the residual"
 _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 
 
@@ -63,8 +63,8 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Extended law", [*_extended(diagnosis, section)]),
         ("Gain", [*_gain(diagnosis)]),
         ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
-        ("What it changes for control", [*_consequence(diagnosis)]),
-        ("What was diagnosed", [
+        ("Consequence for control", [*_consequence(diagnosis)]),
+        ("Data and settings", [
             Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, **code,
                    "Versions": versions()})
         ]),
@@ -72,7 +72,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     ]  # fmt: skip
     return Page(
         f"Diagnosis: {diagnosis.data}",
-        f"{capital(diagnosis.model)} against what was measured",
+        f"{capital(diagnosis.model)} against the measurement",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
 
@@ -93,7 +93,7 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     floor = diagnosis.noise_floor
     alone = f"; noise alone leaves {100 * floor:.2g} %" if np.isfinite(floor) else ""
     first = (
-        f"{capital(diagnosis.model)} misses what was measured by "
+        f"{capital(diagnosis.model)} misses the measurement by "
         f"{100 * before[0]:.3g} % (RMS) {before[1]}{alone}."
     )
     if not diagnosis.causes:
@@ -203,7 +203,7 @@ def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
 
 
 def equations(part: Law | Effect) -> str:
-    """What a law or an effect computes: its file's description and its functions."""
+    """Description of a law or an effect: that of its file, and its functions."""
     functions = [f for name in _FUNCTIONS if (f := getattr(part, name, None)) is not None]
     module = sys.modules[functions[0].__module__]
     # what all laws or all effects share, such as having no states, says nothing
@@ -215,7 +215,7 @@ def equations(part: Law | Effect) -> str:
 
 def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
     yield Table(
-        "Residual over what was measured (RMS)", ("", "Before, %", "After, %"),
+        "Residual over measured value (RMS)", ("", "Before, %", "After, %"),
         text_rows(error_rows(diagnosis)),
         note="Nothing was fitted to the data held out." * bool(diagnosis.gain),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the reader of a sweep's report chooses from; ``explorer.js`` draws it."""
+"""Data of the charts of a sweep's report that the reader selects; ``explorer.js`` draws them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _AGAINST = "peak_base_displacement_m"
 
 
 def explorer(sweep: Sweep, criterion: str) -> Explorer:
-    """Runs of a sweep by what was varied: paths, a trade-off, a map and the best."""
+    """Runs of a sweep by their varied quantities: paths, a trade-off, a map and the best."""
     names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]

@@ -59,7 +59,7 @@ def fit_report(fit: Fit) -> Page:
         ]),
         Section("Errors", [errors_table(fit)]),
         Section("Parameters", [parameters_table(fit)]),
-        Section("What was fitted", [
+        Section("Data and settings", [
             Facts({
                 "Law": f"{law.title} ({law.name}); {law.source}",
                 "Campaign": f"{fit.campaign.name}; {fit.campaign.source or 'no source given'}",
@@ -96,7 +96,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
             headings=("Run", "Error, %"),
             rows=tuple(Row(e.run.name, (_percent(e.relative),)) for e in evaluation.errors),
         )]),
-        Section("What was evaluated", [Facts({
+        Section("Data and settings", [Facts({
             "Law": f"{law.title} ({law.name}); {device.source or law.source}",
             "Campaign": f"{campaign.name}; {campaign.source or 'no source given'}",
             **code_facts(device_code(device)),

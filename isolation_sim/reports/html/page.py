@@ -29,7 +29,7 @@ class Prose:
 
 @dataclass(frozen=True)
 class Facts:
-    """What something is called, and what it is, pair by pair."""
+    """Pairs of a name and its value."""
 
     kind: ClassVar[str] = "facts"
     items: Mapping[str, str]  # Text by its heading
@@ -144,7 +144,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Charts side by side as far as the page is wide."""
+    """Charts side by side, as many as the width of the page allows."""
 
     kind: ClassVar[str] = "gallery"
     charts: tuple[Chart, ...]  # The charts
@@ -161,7 +161,7 @@ class LineChoice:
 
 @dataclass(frozen=True)
 class Key:
-    """What filled areas and lines of charts mean."""
+    """Meaning of filled areas and lines of charts."""
 
     kind: ClassVar[str] = "key"
     # Colour and hatch, as plotly names it or empty, by what the area is

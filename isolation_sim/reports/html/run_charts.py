@@ -31,7 +31,7 @@ def trade_off(
     looks: Mapping[str, Look],
     optima: Collection[str] = (),
 ) -> tuple[Chart, Key]:
-    """Peak floor acceleration over peak base displacement, one point per run, and what each is."""
+    """Peak floor acceleration over peak base displacement, one named point per run."""
     traces, lines = [], {}
     values = {
         name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
-    """Report of a comparison: what was run, the verdict, tables, charts and an animation."""
+    """Report of a comparison: verdict, tables, charts, an animation, and the input."""
     comparison = _in_words(comparison)
     runs = comparison.runs
     first = next(iter(runs.values()))
@@ -77,10 +77,10 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
             key, ledgers,
         ]),
         Section("Structure", [Picture(
-            "The structure: storeys, isolators and what stands beside and below them",
+            "The structure: storeys, isolators, and the walls and soil around them",
             svg=svg_text(structure_drawing(first.isolated)),
         )]),
-        Section("What was run", [*_what_was_run(comparison, scenario)]),
+        Section("Data and settings", [*_input(comparison, scenario)]),
         Section("References", [Bullets(tuple(
             citation.line for citation in of_runs(runs)
         ))]),
@@ -145,7 +145,7 @@ def _subtitle(comparison: Comparison) -> str:
     return f"{count} controller{'s' * (count > 1)}; ground motion {motion}"
 
 
-def _what_was_run(comparison: Comparison, scenario: str) -> Iterator[Block]:
+def _input(comparison: Comparison, scenario: str) -> Iterator[Block]:
     first = next(iter(comparison.runs.values()))
     isolated, settings = first.isolated, tomllib.loads(scenario)
     facts = {}
@@ -190,7 +190,7 @@ def code_facts(files: Mapping[str, str]) -> dict[str, str]:
 
 
 def versions() -> str:
-    """Versions of what a result depends on."""
+    """Versions of the packages that a result depends on."""
     packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba")]
     return ", ".join(
         [f"isolation-sim {__version__}", f"Python {platform.python_version()}", *packages]

@@ -1,4 +1,4 @@
-"""The report of a study: what it found, its table, its figures."""
+"""The report of a study: its finding, table and figures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def study_report(
         ("Finding", [Prose(tuple(finding), "verdict")]),
         ("Numbers", [_table(caption, *each) for caption, each in tables.items()]),
         ("Figures", pictures),
-        ("What was run", [Facts({heading: text for heading, text in run.items() if text})]),
+        ("Data and settings", [Facts({heading: text for heading, text in run.items() if text})]),
     ]
     return Page(title, capital(about), [Section(name, blocks) for name, blocks in parts if blocks])
 

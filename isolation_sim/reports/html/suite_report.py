@@ -36,8 +36,8 @@ def suite_report(suite: Suite, picture: Path) -> Page:
         ("Spectra", [Picture(f"Spectra of the records as they run: {combined}", picture)]),
         ("Statistics over the suite", statistics),
         ("Record by record", [_records(suite, name) for name in shown]),
-        ("What was done to the records", [_changes(suite)]),
-        ("What was run", [
+        ("Processing of the records", [_changes(suite)]),
+        ("Data and settings", [
             Facts({
                 "Suite": suite.name,
                 "Motions": motions_text(suite),

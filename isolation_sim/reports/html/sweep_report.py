@@ -35,7 +35,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
         ("Runs to choose from", chosen),
         ("Sensitivity", [*_sensitivity(sweep, criterion)]),
         ("Failed runs", [*_failed(sweep)]),
-        ("What was run", [
+        ("Data and settings", [
             Facts({
                 "Sweep": sweep.plan.name + ("" if sweep.finished else ", unfinished"),
                 "Varied": ", ".join(sweep.parameters) or "nothing",
@@ -63,7 +63,7 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     )
     good = table[table["status"] == "ok"]
     if good.empty:
-        return first, "No run ended well, so that there is nothing to compare."
+        return first, "No run succeeded: there is nothing to compare."
     place = good[criterion].idxmax() if is_gain(criterion) else good[criterion].idxmin()
     best = good.loc[place]
     unit, factor = unit_of(criterion)

@@ -55,7 +55,7 @@ def tuning_report(tuning: Tuning) -> Page:
                    "tuned on.",)),
             Gallery(tuple(_sensitivity(tuning, name) for name in tuning.sensitivity)),
         ]),
-        ("What was run", [
+        ("Data and settings", [
             Facts({
                 "Controller": f"{as_written(tuning.controller)} ({tuning.controller})",
                 "Score": f"{criteria}, each over its value without current, minus the least such "

@@ -50,7 +50,7 @@ def prepare(
     folder: Path,
     step: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Write the motions of a suite as they shake the building, and what was done to them."""
+    """Write the processed motions of a suite, and their processing."""
     inputs = _inputs(section, isolated)
     try:
         index = json.loads((folder / INDEX).read_bytes())
@@ -107,7 +107,7 @@ def _scaled(
     records: list[SuiteRecord],
     step: Callable[[str], None],
 ) -> tuple[list[SuiteRecord], list[dict[str, dict[str, float]]]]:
-    """The records as they are to shake the building, and of each motion what was changed."""
+    """The processed records, and the changes of each motion."""
     limits = section.scale_limits[0], section.scale_limits[1]
     periods = rule.periods(period)
     target = None if section.target is None else section.target.spectrum()
@@ -167,7 +167,7 @@ def _beside(record: SuiteRecord, matched: tuple[Record, ...], factor: float) -> 
 
 
 def _by_motion(record: SuiteRecord, changes: list[dict[str, float]]) -> dict[str, dict[str, float]]:
-    """What was changed, by the name of each motion that may be made of a record."""
+    """Changes, by the name of each motion that a record may give."""
     worst = {
         key: max((each[key] for each in changes), key=lambda value: abs(value))
         for key in changes[0]

@@ -38,7 +38,7 @@ class Suite(Printed):
     folder : pathlib.Path
         The folder.
     index : dict
-        The motions, what was done to them, and their spectra.
+        The motions, their processing, and their spectra.
     sweep : Sweep
         The runs.
 
@@ -65,7 +65,7 @@ class Suite(Printed):
 
     @property
     def rule(self) -> SuiteRule:
-        """What the code asks of the suite."""
+        """Requirements of the design code on the suite."""
         section = self.index["inputs"]["section"]
         return SUITE_RULES[section["rule"]].under(section["scaling"])
 

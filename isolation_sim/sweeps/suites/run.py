@@ -35,7 +35,7 @@ def run_suite(
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Suite:
-    """Run a scenario whose ground is a suite of records; what is finished stays.
+    """Run a scenario whose ground is a suite of records; finished runs survive an interruption.
 
     Parameters
     ----------
@@ -44,11 +44,11 @@ def run_suite(
     out : str or pathlib.Path, optional
         Folder for the results; ``results/`` and the scenario's name by default.
     resume : bool, default False
-        Whether to go on with what was begun there.
+        Whether to continue an interrupted suite there.
     workers : int, optional
         Processes of this machine; as many as there are processors by default.
     step : callable, optional
-        Called with the name of what is being done before the runs.
+        Called with the name of each step before the runs.
     announce, progress
         As in `isolation_sim.sweep`.
 
