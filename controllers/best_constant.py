@@ -33,7 +33,7 @@ CRITERIA: dict[str, Callable[[Run, Run], float]] = {
     PEAKS[0]: lambda run, off: run.criteria[PEAKS[0]],
     PEAKS[1]: lambda run, off: run.criteria[PEAKS[1]],
 }
-"""What ``best_constant`` can minimise, from a run and the run without current."""
+"""Criteria that ``best_constant`` can minimise, from a run and the run without current."""
 
 
 class BestConstant(Held):

@@ -47,7 +47,7 @@ _WITHIN = 1.001
 
 
 class Plant(NamedTuple):
-    """What a bound holds for; equal plants share their solutions.
+    """Plant and motions of a bound; equal plants share their solutions.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Plant(NamedTuple):
 
 @dataclass(frozen=True)
 class Bound:
-    """A local optimum over a whole ground motion, and what the engine makes of its commands.
+    """A local optimum over a whole ground motion, and the engine's run of its commands.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ def bound(
 ) -> Bound:  # fmt: skip
     """Minimise weighted peaks over the commands of a whole ground motion.
 
-    The problem is not convex: what is returned is the best of the local optima found from several
+    The problem is not convex: the result is the best of the local optima from several
     constant currents. Under a motion of more than ``LONG`` intervals the first half is solved from
     the constant current, and the whole from that optimum, continued by the constant current.
 
@@ -251,12 +251,12 @@ def causal_bound(
     period: float | None = None, starts: int = 2, roughness: float = 1e-3,
     iterations: int = ITERATIONS,
 ) -> list[Bound]:  # fmt: skip
-    """Bound what is possible without preview, by motions that are equal at first.
+    """Bound the performance without preview, by motions that are equal at first.
 
     A controller without preview gives equal commands while it measures the same. Here this is
     all that is asked: once a motion has parted from the first one, all of it is known. The largest
     score over its reference is minimised over the commands of all motions at once. The problem is
-    not convex: what is returned is the best of the local optima found from several constant
+    not convex: the result is the best of the local optima from several constant
     currents.
 
     Parameters
@@ -266,7 +266,7 @@ def causal_bound(
     apart : sequence of float, s
         Until when each motion equals the first one, 0 or later; the first one's does not matter.
     references : sequence of float
-        What the score of each motion is compared with, such as that of the best constant current.
+        Reference score of each motion, such as that of the best constant current.
     period : float, optional, s
         Time from one command to the next, rounded to whole samples; one sample by default.
     starts : int
@@ -332,7 +332,7 @@ def share_of_gap(score: float, constant: float, clairvoyant: float) -> float:
     Returns
     -------
     float
-        0 for the constant current, 1 for the bound; below 0 for what is worse than constant.
+        0 for the constant current, 1 for the bound; below 0 if worse than the constant current.
     """
     return (constant - score) / (constant - clairvoyant)
 

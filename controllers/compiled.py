@@ -99,7 +99,7 @@ class CompiledController(Controller):
         """Put the decision's constants together."""
 
     def reset(self, context: RunContext) -> None:
-        """Put the decision together and forget what was remembered."""
+        """Assemble the decision and clear the memory."""
         given = self.to_dict()
         # runs that differ in the ground motion alone share a design, unless it learns from trials
         learns = type(self).prepare is not Controller.prepare
@@ -197,7 +197,7 @@ def _text(
     function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int,
     shared: Callable[..., str] | None = None,
 ) -> str:  # fmt: skip
-    """Source of a decision: whole, or with what controllers share in modules of its own."""
+    """Source of a decision: whole, or with the parts that controllers share in separate modules."""
     parts: dict[str, str] = {}
     collect(function, parts, _taken(function), shared)
     parts["entry"] = _ENTRY.format(function=function.__name__, n_channels=n_channels)
@@ -238,7 +238,7 @@ def collect(
     function: Callable, parts: dict[str, str], given: Sequence[str] = (),
     shared: Callable[..., str] | None = None,
 ) -> None:  # fmt: skip
-    """Gather the source of a function and of all that it uses, what is used first.
+    """Gather the source of a function and of all functions that it uses, in order of use.
 
     Functions that a function takes as arguments are written into its text by their names: compiled
     code that passes functions on takes ten times as long to compile, and cannot be kept on disk.

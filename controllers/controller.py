@@ -52,7 +52,7 @@ class Controller:
     source : str
         Publication behind the rule.
     settings : mapping of str to Setting
-        What may be set, with meaning, unit and default; each is an attribute of the same name.
+        Settings with meaning, unit and default; each is an attribute of the same name.
     presets : mapping of str to mapping
         Named sets of settings, such as ``"published"``; one is chosen by ``preset``.
     period : float or None, s
@@ -90,7 +90,7 @@ class Controller:
     preview_time: float = 0.0
     report: Any = None
     __signature__: ClassVar[Signature]
-    """What editors show: every setting with its type, unit and default."""
+    """Signature for editors: every setting with its type, unit and default."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -154,7 +154,7 @@ class Controller:
         Parameters
         ----------
         context : RunContext
-            What it may know of the run.
+            Information about the run.
         trial : callable
             ``trial(controller)`` simulates another controller on the same plant, ground motion and
             driver and returns its Run.
@@ -181,7 +181,7 @@ class Controller:
         Parameters
         ----------
         context : RunContext
-            What it may know of the run.
+            Information about the run.
 
         Returns
         -------
@@ -196,7 +196,7 @@ class Controller:
         Parameters
         ----------
         context : RunContext
-            What it may know of the run.
+            Information about the run.
 
         Returns
         -------
@@ -211,7 +211,7 @@ class Controller:
         Parameters
         ----------
         context : RunContext
-            What it may know of the run.
+            Information about the run.
         """
 
     def current(self, t: float, measurement: Any) -> Any:
@@ -222,7 +222,7 @@ class Controller:
         t : float, s
             Instant of the decision.
         measurement : named tuple of float
-            What it ``measures``, then the coil currents ``coil0_current_A``, ….
+            Its measurements, then the coil currents ``coil0_current_A``, ….
 
         Returns
         -------
@@ -233,7 +233,7 @@ class Controller:
 
 
 def _signature(kind: type[Controller]) -> Signature:
-    """What a class takes: its settings in place of ``**given``."""
+    """Arguments of a class: its settings in place of ``**given``."""
     own = list(signature(kind.__init__).parameters.values())[1:]
     if not own or own[-1].kind is not Parameter.VAR_KEYWORD:
         return Signature(own)

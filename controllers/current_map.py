@@ -207,7 +207,7 @@ def nearest_current(
 
 
 class MappedCurrent(NamedTuple):
-    """What the map returns.
+    """Result of the map.
 
     Attributes
     ----------

@@ -230,7 +230,7 @@ def traced(law: Law, function: Callable[..., tuple]) -> tuple[list[str], list[st
 RANGE_FUNCTIONS: tuple[Callable[..., Range], ...] = (
     *OPERATIONS.values(), fixed_range, scaled_range, polynomial_range,
 )  # fmt: skip
-"""What the text of ``combined_range`` may use."""
+"""Names that the text of ``combined_range`` may use."""
 
 
 @lru_cache(maxsize=64)

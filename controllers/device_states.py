@@ -21,7 +21,7 @@ LONGEST_STEP = 0.01
 MOST_STEPS = 4096
 """In one interval; a law with a jump has no fastest rate."""
 NUDGE = 1e-7
-"""Of a device's deformation: what a state is moved by to measure its rate."""
+"""Fraction of a device's deformation: the displacement that measures a state's rate."""
 
 
 def fastest_rate(

@@ -341,7 +341,8 @@ def force_range_statements(law: Law) -> tuple[list[str], str]:
         if operation not in OPERATIONS:
             raise NotTraceable(
                 f"operation {operation[3:].lower()} has no range, so that no current can be found "
-                f"for a force of {law.name}; a law may use what isolation_sim.laws.law lists"
+                f"for a force of {law.name}; expected: an operation that isolation_sim.laws.law "
+                "lists"
             )
         given = [
             f"fixed_range({o})" if fixed else o for o, fixed in zip(operands, is_fixed, strict=True)

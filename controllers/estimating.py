@@ -1,4 +1,4 @@
-"""What controllers that estimate the state share: settings of their observer."""
+"""Base class of controllers that estimate the state: settings of their observer."""
 
 from __future__ import annotations
 

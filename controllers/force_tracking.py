@@ -108,7 +108,7 @@ def nearest_currents(
 
 @dataclass(frozen=True)
 class ForceTracking:
-    """Devices, limits and room for what the functions of this file keep."""
+    """Devices, limits and memory of the functions of this file."""
 
     elements: tuple[Element, ...]  # The devices' elements
     model: DeviceModel  # Their laws
@@ -145,7 +145,7 @@ def motion_of_driven(nominal: IsolatedStructure, name: str) -> tuple[str, ...]:
 def force_tracking(
     elements: Sequence[Element], context: RunContext, kind: type[DeviceModel] = DeviceModel
 ) -> ForceTracking:
-    """Put together what the functions of this file read."""
+    """Assemble the data that the functions of this file read."""
     low, high = lowest(context), highest_tested(context)
     model, m = kind([element.device for element in elements]), len(elements)
     settings = np.concatenate([

@@ -72,7 +72,7 @@ def _decide(
 
 @dataclass(frozen=True)
 class WeightedPlant:
-    """What an H2 controller is designed on: unit white noise to scaled outputs."""
+    """Design model of an H2 controller: unit white noise to scaled outputs."""
 
     a: NDArray  # (n, n): Dynamics
     # b1, b2: (n, n_w), (n, n_u): Of the noise and of the controls

@@ -28,7 +28,7 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Currents by what they do to the energy: the lowest where more would make it rise."""
+    """Currents by their effect on the energy: the lowest where a higher one would raise it."""
     # Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
     # ``kalman_update``.
     observer = settings[int(settings[START]) :]

@@ -29,7 +29,7 @@ _ENOUGH = 0.5
 
 @dataclass
 class Report:
-    """What happened in a run's decisions.
+    """Statistics of a run's decisions.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class MPC(Estimating, CompiledController):
     Attributes
     ----------
     report : Report
-        What happened in the last run's decisions.
+        Statistics of the last run's decisions.
     units : numpy.ndarray, shape (3,)
         Displacement (m), acceleration (m/s^2) and velocity (m/s) by which the last decision's
         costs were normalised.
@@ -230,7 +230,7 @@ class MPC(Estimating, CompiledController):
         self.preview_time = self.preview
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Displacements and velocities or what the observer sees, and the ground's acceleration."""
+        """Displacements and velocities, or an observer's inputs, and the ground acceleration."""
         structure = nominal.structure
         one = len(structure.directions) == 1
         seen = super().measures(nominal)

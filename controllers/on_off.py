@@ -25,7 +25,7 @@ RULES = {
     "skyhook": "on while that slows the base, if its absolute velocity w has w v > 0: "
     "Karnopp et al. 1974",
 }
-"""What each rule does, in the isolator's deformation x, its velocity v and its force F."""
+"""Each rule in the isolator's deformation x, its velocity v and its force F."""
 
 SKYHOOK = 1.0
 # settings: currents, dead band, whether to integrate, rad/s of the wash-out, then an element's coil

@@ -46,7 +46,7 @@ class OpenLoop(Controller):
         Parameters
         ----------
         context : RunContext
-            What it may know of the run.
+            Information about the run.
 
         Returns
         -------

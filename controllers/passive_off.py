@@ -18,5 +18,5 @@ class PassiveOff(Held):
     source = "Dyke et al. 1996"
 
     def held(self, context: RunContext) -> NDArray:
-        """Zero, as far as the supply allows."""
+        """Zero, or the lowest current of the supply."""
         return np.clip(0.0, context.low, context.high)

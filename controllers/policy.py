@@ -1,4 +1,4 @@
-"""A function of what is measured, such as a policy that was trained in an environment."""
+"""A function of the measurements, such as a policy that was trained in an environment."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .controller import Controller
 
 @checked
 class Policy(Controller):
-    """A function from what is measured to the currents.
+    """A function from the measurements to the currents.
 
     Parameters
     ----------
     act : callable
         ``act(observation)``: coil current, or one per coil, A; the observation, a float32 array,
-        holds what is measured, then the coil currents, as in `isolation_sim.environments`.
-        What it gives is clamped to the supply's limits.
+        contains the measurements, then the coil currents, as in `isolation_sim.environments`.
+        Its result is clamped to the supply's limits.
     measures : sequence of str
         Outputs to measure, in the observation's order.
     period : float, optional, s
@@ -75,12 +75,12 @@ class Policy(Controller):
         t : float, s
             Not needed.
         measurement : named tuple of float
-            What is measured, then the coil currents.
+            The measurements, then the coil currents.
 
         Returns
         -------
         numpy.ndarray, shape (1,) or (n_channels,), A
-            What the function gives, within the supply's limits.
+            Result of the function, within the supply's limits.
         """
         given = self._act(np.array(measurement, np.float32))
         return np.clip(np.asarray(given, float).ravel(), self._low, self._high)

@@ -1,4 +1,4 @@
-"""Declared settings of controllers: what each is, and what it accepts."""
+"""Declared settings of controllers, with their meaning and expected values."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Setting:
     default : object
         Value where none is given.
     meaning : str
-        What it is, in a few words.
+        Short description.
     accepts : callable
         Turns a given value into the one to use, or raises ValueError; printed with ``str``, it
-        says what it accepts.
+        names the expected values.
     unit : str
-        SI unit; empty for a number without one and for what is not a number.
+        SI unit; empty for a number without one and for other types.
     search : SearchRange or None
         Where ``isolation_sim.tune`` looks for a better value; None if it is not tuned.
     """
@@ -75,7 +75,7 @@ def setting(
     default : object
         Value where none is given.
     meaning : str
-        What it is, in a few words.
+        Short description.
     accepts : callable
         Such as ``Number(above=0)``.
     unit : str
@@ -110,7 +110,7 @@ class Number:
     infinite: bool = False
 
     kind = float
-    """Type of what it accepts."""
+    """Type of the expected values."""
 
     def __call__(self, value: Any) -> float:
         """Return the number, or raise ValueError or TypeError."""
@@ -145,7 +145,7 @@ class Integer:
     at_least: int
 
     kind = int
-    """Type of what it accepts."""
+    """Type of the expected values."""
 
     def __call__(self, value: Any) -> int:
         """Return the number, or raise ValueError or TypeError."""
@@ -171,7 +171,7 @@ class OneOf:
 
     @property
     def kind(self) -> Any:
-        """Type of what it accepts."""
+        """Type of the expected values."""
         return Literal[self.words]
 
     def __call__(self, value: Any) -> str:
@@ -186,23 +186,23 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Optional:
-    """Accepts None besides what something else accepts.
+    """Expects None or the values of another kind of setting.
 
     Attributes
     ----------
     inner : callable
-        What else is accepted.
+        The other kind.
     """
 
     inner: Callable[[Any], Any]
 
     @property
     def kind(self) -> Any:
-        """Type of what it accepts."""
+        """Type of the expected values."""
         return getattr(self.inner, "kind", Any) | None
 
     def __call__(self, value: Any) -> Any:
-        """Return None or what the inner one makes of it."""
+        """Return None or the value read by the other kind."""
         return None if value is None else self.inner(value)
 
     def __str__(self) -> str:
@@ -222,7 +222,7 @@ class Numbers:
     n_axes: tuple[int, ...] = (1,)
 
     kind = tuple
-    """Type of what it accepts."""
+    """Type of the expected values."""
 
     def __call__(self, value: Any) -> tuple:
         """Return the numbers, or raise ValueError or TypeError."""
@@ -254,7 +254,7 @@ class ExistingFile:
     """Accepts the path of a file that exists."""
 
     kind = str
-    """Type of what it accepts."""
+    """Type of the expected values."""
 
     def __call__(self, value: Any) -> str:
         """Return the path as text, or raise ValueError or TypeError."""

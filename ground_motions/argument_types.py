@@ -1,4 +1,4 @@
-"""Arguments of exported names against their annotations: a wrong type is told in one line."""
+"""Arguments of exported names against their annotations: a wrong type gives one clear line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _HINTS = {
     "IsolatedStructure": "an IsolatedStructure, such as structure.on(device)",
     "Record": "a Record, such as read_record(path)",
 }
-"""What is expected, by the name of its class, where the name alone does not say how to get one."""
+"""Expected objects by the name of their class, where the name alone is not clear."""
 
 _NOT_NEEDED = {"Control": ("compiled", "current", "preview_time")}
 """Members that a protocol's users look for and can do without."""

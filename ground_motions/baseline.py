@@ -27,7 +27,7 @@ def corrected(
 
 
 def remove_polynomial(acceleration: FloatArray, dt: float, order: int) -> FloatArray:
-    """Take away the polynomial that ends the velocity at zero and leaves the least of it."""
+    """Subtract the polynomial that ends the velocity at zero and minimises its mean square."""
     accepted = f"a whole number from 0 to {_HIGHEST_ORDER}"
     try:
         degree = operator.index(order)

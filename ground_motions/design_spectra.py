@@ -33,7 +33,7 @@ class DesignSpectrum:
     Parameters
     ----------
     name : str
-        The code and what was chosen in it.
+        The code and its options.
     clause : str
         Clause that gives the shape.
     ordinates : callable

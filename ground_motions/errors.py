@@ -9,16 +9,16 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """Input that cannot be used, in one line: the place, what was given, what is expected.
+    """Unusable input, in one line: the place, the value, the expected values.
 
     Parameters
     ----------
     place : str
         File, line, column or argument at fault; without ``expected`` the whole message.
     given : str
-        What was found there.
+        The value there.
     expected : str
-        What is expected there.
+        The expected values.
 
     Attributes
     ----------

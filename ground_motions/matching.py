@@ -35,7 +35,7 @@ _ACTIVE_SETS = 12
 
 @dataclass(frozen=True, eq=False)
 class MatchedRecord:
-    """A record matched to a target spectrum, and what the matching changed.
+    """A record matched to a target spectrum, and its changes.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ _FAR_FIELD_PGA = (2.5, 4.0)
 _BACKGROUND_PGA = (1.0, 2.5)
 _PULSE_VELOCITY = (0.3, 0.8)
 _MOST_PULSE_PGA = 4.0
-"""Limits of what is drawn: m/s^2 and m/s."""
+"""Limits of the drawn values: m/s^2 and m/s."""
 _PULSE_PERIOD = (0.5, 6.0)
 _PULSE_CYCLES = (1.2, 2.5)
 """The pulse's period, s, and its length in periods."""

@@ -28,7 +28,7 @@ class Record:
     """Ground acceleration in one direction, linear between samples, starting from rest.
 
     Nothing in a record can be changed; every method that alters the motion returns a new record
-    whose ``source`` says what was done.
+    whose ``source`` describes its processing.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Record:
     name : str
         Short name, for tables and figures.
     source : str
-        Where the motion comes from and what was done to it.
+        Source and processing of the motion.
     unit_as_given : str
         Unit of the file that the motion was read from; ``acceleration`` itself is always m/s2.
 

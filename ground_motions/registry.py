@@ -1,4 +1,4 @@
-"""What is found by name: laws, effects, controllers, studies, readers.
+"""Registry of laws, effects, controllers, studies and readers by name.
 
 A name is an entry point of an installed package, of this project or a user's; or was given to
 ``register``; or is itself a place, ``"my_laws.py:CUBIC"``, ``"my_package.laws:CUBIC"`` or, of a
@@ -42,7 +42,7 @@ class _Entry:
 
 
 class Registry(Mapping[str, T]):
-    """Things of one kind by name; a mapping that loads what is asked for.
+    """Objects of one kind by name; a mapping that loads them on first use.
 
     The names of the mapping are the registered ones. ``registry[name]`` also takes a place,
     ``"file.py:NAME"`` or ``"package.module:NAME"``.
@@ -187,7 +187,7 @@ class Registry(Mapping[str, T]):
         return thing
 
     def _at(self, place: str) -> T:
-        """What is at a place; a file that has changed is loaded again."""
+        """Object at a place; a file that has changed is loaded again."""
         label = f"{self.kind} {place!r}"
         place = absolute_place(place)
         file, name = _split(place)
@@ -227,7 +227,7 @@ def absolute_place(name: str, folder: str | Path = ".") -> str:
 
 
 def code_files(names: Iterable[str]) -> dict[str, str]:
-    """Return the files of code that places name, with a digest of what was loaded from them."""
+    """Return the files of code that places name, with a digest of their loaded text."""
     result = {}
     for name in names:
         file, _ = _split(absolute_place(name))
@@ -241,7 +241,7 @@ def code_files(names: Iterable[str]) -> dict[str, str]:
 
 @cache
 def checkout_entries() -> dict[str, dict[str, str]]:
-    """Entry points of a checkout that runs in place, where what is installed may be older."""
+    """Entry points of a checkout that runs in place, where the installed ones may be older."""
     try:
         project = tomllib.loads((_CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))
     except OSError:

@@ -20,7 +20,7 @@ POINTS = 100
 @checked
 @dataclass(frozen=True)
 class SuiteRule:
-    """What a code asks of a suite of records.
+    """Requirements of a design code on a suite of records.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class SuiteScaling:
 def best_factors(
     spectra: FloatArray, target: FloatArray, limits: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the factor of each record that fits a target best, and what misfit is left."""
+    """Return the factor of each record that fits a target best, and the remaining misfit."""
     low, high = limits
     if not 0.0 < low <= high < math.inf:
         raise InputError("limits of scale factors", f"{low:g} and {high:g}", "0 < low <= high")

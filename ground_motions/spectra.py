@@ -194,7 +194,7 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
 
 
 def propagator(period: float, dt: float, damping: float) -> FloatArray:
-    """Return what carries the scaled response of an oscillator over a step."""
+    """Return the transition of an oscillator's scaled response over a step."""
     from scipy.linalg import expm
 
     angle = 2.0 * math.pi / period * dt

@@ -18,7 +18,7 @@ ACCELERATION_UNITS = MappingProxyType(
         "mm/s2": 1e-3,
     }
 )
-"""What one of each accepted unit is in m/s2."""
+"""Each accepted unit in m/s2."""
 
 
 def to_m_s2(unit: str, place: str = "unit") -> float:

@@ -60,13 +60,13 @@ def simulate(
     driver : CoilDriver, optional
         Lag, slew, limits and step of the coils; ideal by default.
     sensors : Sensors, optional
-        Noise, delay, dropout and sampling of what the controller is given; ideal by default.
+        Noise, delay, dropout and sampling of the measurements; ideal by default.
     computation_delay : float, default 0
         Time from a decision to its command, s.
     tolerance : float, default 1e-6
         Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     current_outside : {"refuse", "clamp"}
-        What to do with a command outside the driver's limits: end with an error, or clamp and
+        Treatment of a command outside the driver's limits: end with an error, or clamp and
         count it.
 
     Returns
@@ -179,7 +179,7 @@ def compare(
 
 @checked
 def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite | Tuning | Study:
-    """Read a saved result as what it was.
+    """Read a saved result as an object of its class.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     Raises
     ------
     InputError
-        Naming the file, the key, what was given and what is accepted.
+        Names the file, the key, the value and the expected values.
     Diverged
         If every response leaves the range of numbers or of the law; with the first controller, the
         time and the cause.
@@ -268,7 +268,7 @@ def diagnose(
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Find what a simulation gets wrong in measured data, and why.
+    """Find the errors of a simulation in measured data, and name their causes.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ def save_archive(result: Any, path: str | Path) -> Path:
 
 
 def load_archive(path: str | Path) -> Any:
-    """Read what `save_archive` wrote."""
+    """Read a file of `save_archive`."""
     try:
         with zipfile.ZipFile(path) as archive:
             tree = json.loads(archive.read(_TREE))
@@ -169,7 +169,7 @@ def _object(place: str, state: dict[str, Any]) -> Any:
 
 
 def _law_recipe(law: Law) -> tuple:
-    """How a law is found or made again: its kind, then what it takes."""
+    """Recipe of a law: its kind, then the arguments to find or construct it."""
     if isinstance(law, ExtendedLaw) and law.base is not None:
         n_powers = 0
         if law.breaks is not None:
@@ -193,7 +193,7 @@ def _law_recipe(law: Law) -> tuple:
 
 
 def law_of_recipe(kind: str, *parts: Any) -> Law:
-    """Find or make a law by what `_law_recipe` returned."""
+    """Find or construct a law by its `_law_recipe`."""
     makers: dict[str, Callable[..., Law]] = {
         "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
         "unit": of_file, "text": law_of_saved,
@@ -226,7 +226,7 @@ def law_of_saved(text: str) -> Law:
 
 
 def _describes(node: ast.AST) -> bool:
-    """Whether a part of a text is arithmetic, or names what a law is made of."""
+    """Whether a part of a text is arithmetic, or a name that laws may use."""
     if isinstance(node, ast.Import):
         return all(one.name in _LAW_MODULES for one in node.names)
     if isinstance(node, ast.ImportFrom):

@@ -34,7 +34,7 @@ MEMORY = "clauses and limits from memory: look them up before use"
 
 @dataclass(frozen=True)
 class CheckSettings:
-    """What a check needs to know beside the scenario."""
+    """Input of a check beside the scenario."""
 
     # S_M1, spectral acceleration at 1 s of the maximum considered earthquake, m/s^2
     spectral_acceleration: float

@@ -55,7 +55,7 @@ class Comparison(Printed):
         Name of the run that J1 to J9 refer to; ``"passive_off"`` by default, and without such a
         run there are no J1 to J9.
     diverged : mapping of str to Diverged, optional
-        What ended the runs that have no result, by the name to print.
+        Errors of the runs that have no result, by the name to print.
     fixed_base : Run, optional
         The building without isolation under the same ground motion, to show beside the others.
 
@@ -173,7 +173,7 @@ class Comparison(Printed):
         Returns
         -------
         rich.console.RenderableType
-            What rich prints: a column for each controller, in several parts where they are wider
+            Table for rich: a column for each controller, in several parts where they are wider
             than the terminal. An asterisk marks the best of a row.
         """
         return render(
@@ -274,7 +274,7 @@ class Comparison(Printed):
         Returns
         -------
         pathlib.Path
-            The folder; its ``README.txt`` says what is in it.
+            The folder; its ``README.txt`` lists the files.
         """
         Path(folder).mkdir(parents=True, exist_ok=True)
         render("comparison_files:write_comparison", self, folder, scenario, figures)

@@ -316,7 +316,7 @@ def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     names : sequence of str
         Dofs, storeys or elements.
     quantity : str
-        Such as ``"acceleration_m_s2"``: what follows the name in the run's outputs.
+        Such as ``"acceleration_m_s2"``: the ending of the names of the run's outputs.
 
     Returns
     -------

@@ -35,7 +35,7 @@ OBSERVATIONS = (
     "base_displacement_m", "base_velocity_m_s", "base_acceleration_m_s2",
     "floor5_acceleration_m_s2",
 )  # fmt: skip
-"""What is observed of the reference building by default, before the coil current."""
+"""Default observations of the reference building, before the coil current."""
 
 COST = {"base_displacement_m": 0.1, "floor5_acceleration_m_s2": 1.0}
 """Size of each output that costs 1 a second by default: about the RMS under strong motion."""
@@ -54,7 +54,7 @@ def training_motions() -> list[Record]:
 
 
 class _Task:
-    """What both forms share: plant, motions, observations, cost."""
+    """Parts that both forms share: plant, motions, observations, cost."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class _Task:
         )
 
     def observation(self, measured: NDArray) -> NDArray:
-        """What is observed of measurements, one per row."""
+        """Observations from measurements, one per row."""
         coils = measured[..., len(self.measures) :]
         return np.concatenate([measured[..., : self.n_observed], coils], axis=-1, dtype=np.float32)
 
@@ -129,7 +129,7 @@ class BuildingEnv(gymnasium.Env):
     isolated : IsolatedStructure, optional
         The plant, with one direction of ground motion; the reference building by default.
     motions : sequence of Record, optional
-        What is drawn from; `training_motions` by default.
+        Motions to draw from; `training_motions` by default.
     period : float, optional, s
         Length of a step; the first motion's sampling interval by default.
     observations : sequence of str
@@ -150,7 +150,7 @@ class BuildingEnv(gymnasium.Env):
     Attributes
     ----------
     motions : list of Record
-        What is drawn from; ``reset(options={"motion": k})`` takes the k-th.
+        Motions to draw from; ``reset(options={"motion": k})`` takes the k-th.
 
     Raises
     ------
@@ -229,7 +229,7 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
     isolated : IsolatedStructure, optional
         The plant; see `BuildingEnv`, also for what follows.
     motions : sequence of Record, optional
-        What is drawn from, all with one sampling interval.
+        Motions to draw from, all with one sampling interval.
     period : float, optional, s
         Length of a step, a multiple of the motions' sampling interval.
     observations : sequence of str

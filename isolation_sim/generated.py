@@ -83,7 +83,7 @@ def load_text(kind: str, text: str, notice: str = "") -> ModuleType:
 
 
 def load_written(kind: str, content: object, write: Callable[[], str]) -> ModuleType:
-    """Load a module by what its text is written from; the text is made only if it is not there."""
+    """Load a module by the content that determines its text; write it only if it is missing."""
     # ``content``: what ``write`` depends on besides source files; equal contents have equal
     # ``repr``.
     return _load(name_of_content(kind, content, write), write)
@@ -95,7 +95,7 @@ def module_name(kind: str, text: str) -> str:
 
 
 def name_of_text(kind: str, text: str) -> str:
-    """Name by the text and by the sources of what it imports."""
+    """Name by the text and by the sources of its imports."""
     return _name(kind, [text.encode(), *map(_content, sorted(_closure(_imported(text, None))))])
 
 

@@ -31,7 +31,7 @@ def renamed_keys(data: Any, **new_names: str) -> Any:
 
 
 def renamed_arguments(**new_names: str) -> Callable[[F], F]:
-    """A decorator: the function takes keyword arguments by their old names, too."""
+    """A decorator: the function also takes keyword arguments by their old names."""
 
     def decorate(function: F) -> F:
         @functools.wraps(function)

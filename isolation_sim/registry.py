@@ -96,14 +96,14 @@ def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool =
     Parameters
     ----------
     kind : {"law", "effect", "controller", "study", "reader"}
-        What it is.
+        The object to register.
     thing : object
         A ``Law``; the forms of an ``Effect``; a controller's class; a study's module; a function
         that reads a file of ground motion.
     name : str, optional
         The name that it gives itself by default; needed for a study or a reader.
     replace : bool, default False
-        Whether it takes the place of what was registered under this name in this process.
+        Whether it replaces an object that was registered under this name in this process.
 
     Raises
     ------

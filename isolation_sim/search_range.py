@@ -9,7 +9,7 @@ from typing import Literal
 from .errors import InputError
 
 DIGITS = 4
-"""Significant digits of a tuned value: more would not be told apart, and must be written down."""
+"""Significant digits of a tuned value: more digits would not change the result."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Who runs the chunks of a sweep: this process, processes of this machine, or a Dask cluster.
 
-What can be pickled and has a method ``run`` is run in the same way, such as the runs of a tuning. A
+Any object that can be pickled and has a method ``run`` is run so, such as the runs of a tuning. A
 worker process is a fresh interpreter that reads tasks from its standard input and writes what
 came of them to its standard output. It needs no guard in the caller's script, and when the caller
 is killed its input ends, and so does it.
@@ -31,7 +31,7 @@ Result = TypeVar("Result", covariant=True)
 
 
 class Task(Protocol[Result]):
-    """What a worker runs; its text names it in errors."""
+    """Task of a worker; its text names it in errors."""
 
     def run(self) -> Result:
         """Do the work."""
@@ -134,7 +134,7 @@ class Worker:
         self._starting = Lock()
 
     def run(self, task: Task[Any]) -> Any:
-        """Run a task in the process; what it raises is raised here."""
+        """Run a task in the process; its exceptions are raised here."""
         for _ in range(TRIES):
             if self._stopped:
                 break

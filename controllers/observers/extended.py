@@ -77,7 +77,7 @@ def equations(
 def extended_update(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, tangent: Callable
 ) -> None:
-    """Predict to the present instant and correct by what was measured, one after another."""
+    """Predict to the present instant and correct by the measurements, one after another."""
     n, n_z, n_y = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_Y])
     m, each, h = int(settings[N_ELEMENTS]), int(settings[EACH]), settings[PERIOD]
     n_all = n_z + m * each
@@ -194,7 +194,7 @@ class ExtendedKalmanFilter(Observer):
 
     @cached_property
     def linear(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Dynamics of structure and ground, what forces do there, and the noise's density.
+        """Dynamics of structure and ground, the influence of forces, and the noise density.
 
         The noise is that of the whole state: the device states walk at random, lest the filter
         trust them without bounds.

@@ -32,7 +32,7 @@ def kalman_update(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, combined_force: Callable,
     state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Predict to the present instant and correct by what was measured."""
+    """Predict to the present instant and correct by the measurements."""
     n, n_z, n_y = int(settings[N_DOFS]), int(settings[N_Z]), int(settings[N_Y])
     m, at = int(settings[N_ELEMENTS]), HEAD
     transition = settings[at : at + n_z * n_z]

@@ -1,4 +1,4 @@
-"""A nominal model as linear equations: what observers and regulators are designed on."""
+"""A nominal model as linear equations: design model of observers and regulators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What observers have in common: what they are given, and a run over measurements."""
+"""Base class of observers: their inputs, and a run over measurements."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What an observer makes of measurements, one row per instant.
+    """Estimates of an observer, one row per instant.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class Observer(ABC):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Columns of the measurements: what it ``measures``, then the coil currents."""
+        """Columns of the measurements: its measured outputs, then the coil currents."""
         coils = (f"coil{c}_current_A" for c in range(self.nominal.n_channels))
         return (*self.measures(self.nominal), *coils)
 
@@ -183,14 +183,14 @@ class Observer(ABC):
 
     @abstractmethod
     def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
-        """Sort out what the compiled form wrote.
+        """Unpack the output of the compiled form.
 
         Parameters
         ----------
         time : numpy.ndarray, shape (n,), s
             Instants.
         rows : numpy.ndarray, shape (n, width)
-            What was written.
+            The output.
 
         Returns
         -------

@@ -40,7 +40,7 @@ def conjugate(n: int, a: NDArray, s: NDArray, out: NDArray, work: NDArray) -> No
 def step_matrices(
     n: int, a: NDArray, noise: NDArray, transition: NDArray, covariance: NDArray, work: NDArray
 ) -> None:
-    """Transition exp(a) and covariance of what white noise adds over a step of unit length.
+    """Transition exp(a) and covariance added by white noise over a step of unit length.
 
     Taylor polynomials of a fraction of the step, doubled: a step of twice the length has the
     transition squared, and adds what the first half added, carried on, to what the second adds.

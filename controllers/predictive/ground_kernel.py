@@ -13,7 +13,7 @@ PRIOR = 1e-2
 RECENT = 0.98
 """Weight of a square among those of the model's errors against the next one's."""
 DRIFT = 10.0
-"""Memory of the ground's velocity, s: what an accelerometer's offset adds up to is forgotten."""
+"""Memory of the ground's velocity, s, so that an accelerometer's offset does not accumulate."""
 
 
 def drive(new: float, motion: NDArray, returning: tuple) -> float:
@@ -109,7 +109,7 @@ def look_ahead(
     measured: NDArray, ahead: NDArray, n_sub: int, returning: tuple, model: tuple, pulses: NDArray,
     acceleration: NDArray, path: NDArray, strays: NDArray,
 ) -> None:  # fmt: skip
-    """Learn from one more sample, and look ahead: at what is known, then at its forecast."""
+    """Update by one more sample, then forecast beyond the known ground motion."""
     # ahead: (n_directions * n_known * n_sub,): known accelerations, at the substeps' ends
     # acceleration: (n_directions, n_steps + 1), m/s^2: from the last measurement on
     # path: (n_directions, n_steps * n_sub + 1), m/s^2: the same at the substeps' ends, on lines

@@ -125,7 +125,7 @@ class Prediction:
         )
 
     def results(self, n_steps: int, width: int) -> list[NDArray]:
-        """Arrays of what is predicted.
+        """Arrays of the predicted quantities.
 
         Outputs, (n_steps + 1, n_outputs); their derivatives by the blocks of commands, per A, (...,
         width); derivatives of the coil currents at the steps' beginnings, and these currents (A),

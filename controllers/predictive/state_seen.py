@@ -1,4 +1,4 @@
-"""A predictive decision by what is measured: the whole motion, or what an observer makes of it.
+"""Inputs of a predictive decision: the measured motion, or an observer's estimate.
 
 ``decision`` is the same for all of them, so that Numba compiles it once.
 """
@@ -84,7 +84,7 @@ def decide_extended(
 
 
 def put_observed(measured: NDArray, settings: NDArray, memory: NDArray) -> int:
-    """Put together what the observer is given; what is measured besides begins at the result."""
+    """Assemble the observer's inputs; the other measurements begin at the result."""
     observed = array1(memory, OBSERVED)
     n_channels = array2(settings, COIL_TABLE).shape[0]
     n_ground, n_seen = array2(memory, PATH).shape[0], len(observed) - n_channels

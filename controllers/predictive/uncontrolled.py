@@ -1,4 +1,4 @@
-"""The response without current: scale of what control achieves, and bound of its regret.
+"""The response without current: normalisation of the response, and bound of the regret.
 
 The nominal model at the lowest currents of its coils, under the measured ground motion.
 """

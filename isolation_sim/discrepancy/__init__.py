@@ -1,4 +1,4 @@
-"""Find what a simulation gets wrong, and why.
+"""Find the errors of a simulation and their causes.
 
 One pipeline serves every kind of data (``diagnose.py``): fit the nominal model, search for causes
 (``search.py``), analyse the nominal model's residual (``residuals.py``), infer shares, chances,

@@ -1,4 +1,4 @@
-"""What a wrong law would have cost: a building controlled by the law as it was, and as it is.
+"""Cost of a wrong law: a building controlled with the old and with the extended law.
 
 Every controller is run three times: as the evaluated law predicts it; as it then turns out,
 on the extended law but designed with the old one; and designed with the extended law.
@@ -39,7 +39,7 @@ _BASE, _FLOOR = "normalised_peak_base_displacement", "normalised_peak_floor_acce
 
 @dataclass(frozen=True)
 class Performance:
-    """What a run came to."""
+    """Result of a run."""
 
     # peak_base_displacement_m, peak_floor_acceleration_m_s2: As in ``isolation_sim.criteria``
     peak_base_displacement_m: float
@@ -50,7 +50,7 @@ class Performance:
 
 @dataclass(frozen=True)
 class Consequence:
-    """What the error of a law would have meant for a controlled building."""
+    """Consequence of a law's error for a controlled building."""
 
     scenario: str  # Building and ground motion
     scaling: str  # How the tested device was scaled to the building; empty where it was not
@@ -75,7 +75,7 @@ class Consequence:
 
 
 class _AsDesigned:
-    """A controller that keeps what it has learnt on the plant that it was prepared for."""
+    """A controller that stays prepared for the plant of its first run."""
 
     def __init__(self, control: Control):
         self._control = control
@@ -84,7 +84,7 @@ class _AsDesigned:
         return getattr(self._control, name)
 
     def prepare(self, context: RunContext, trial: Any) -> None:
-        """Learn nothing more."""
+        """Keep the preparation of the first run."""
 
 
 def consequence(
@@ -227,7 +227,7 @@ def _range(known: _Known, quantity: str) -> str:
 
 
 def _choice(known: _Known) -> str:
-    """Say which controller it would have chosen, and what that costs."""
+    """Name the controller that the old law would have selected, and the cost of this choice."""
     first = min(known, key=lambda name: known[name][0].J)
     second = min(known, key=lambda name: known[name][1].J)
     chosen, best = as_written(first), as_written(second)

@@ -1,4 +1,4 @@
-"""First look at measured data: what is wrong with them before any model is asked."""
+"""Checks of measured data before any model is fitted."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _LOW, _HIGH = 0.2, 3.0
 
 
 def data_notes(runs: Sequence[TestRun]) -> list[str]:
-    """Say what looks wrong in the runs."""
+    """Describe suspicious features of the runs."""
     return [note for check in _CHECKS for note in check(runs)]
 
 
@@ -304,7 +304,7 @@ def _drift(values: NDArray) -> float:
 
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
-    """Find what is suspicious in a record."""
+    """Find suspicious features of a record."""
     result = []
     signals = {"ground_acceleration_m_s2": record.ground.acceleration, **record.response}
     for name, values in signals.items():

@@ -1,4 +1,4 @@
-"""Scale a tested device so that it carries a building, where nobody says how."""
+"""Scale a tested device so that it carries a building, if no scale is given."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def diagnose(
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Find what a simulation gets wrong, and why."""
+    """Find the errors of a simulation, and name their causes."""
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
@@ -93,7 +93,7 @@ def diagnose_building(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] | None = None,
 ) -> BuildingDiagnosis:
-    """Find what the simulation of a building gets wrong, and why."""
+    """Find the errors of a building's simulation, and name their causes."""
     from .adapters.building import BuildingRecords
     from .building.record import BuildingRecord
 
@@ -139,7 +139,7 @@ def diagnose_problem(
 
 
 def kind_of(path: str | Path) -> str:
-    """Tell what kind of data is in a path."""
+    """Determine the kind of data in a path."""
     path = Path(path)
     if path.is_dir() or path.suffix.lower() != ".csv":
         return "campaign"

@@ -31,20 +31,20 @@ Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 MEANINGS: dict[Verdict, str] = {
     "adequate": "The simulation reproduces the data within their noise: no effect is missing.",
     "explained": "The error of the simulation is explained, within the noise of the data.",
-    "partly_explained": "Part of what the simulation gets wrong is explained; a remainder is not.",
+    "partly_explained": "Part of the misfit is explained; a remainder is not.",
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
-"""What each verdict says, in a sentence."""
+"""Each verdict in a sentence."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """One cause of what the simulation gets wrong.
+    """One cause of the misfit.
 
     Attributes
     ----------
     name : str
-        As in the catalogue, or what the residual depends on where it is outside of it.
+        As in the catalogue; outside of it, the quantity that the residual depends on.
     share : float
         Part of the misfit above the noise that it removes, 0 to 1, on data not fitted.
     p_value : float
@@ -90,9 +90,9 @@ class Step:
     Attributes
     ----------
     title : str
-        What was done.
+        Description of the step.
     text : str
-        What came out, in plain sentences.
+        Result, in plain sentences.
     headings : tuple of str
         Of the table, if there is one.
     rows : tuple of tuple of str
@@ -119,7 +119,7 @@ class Trace:
     held_out : bool
         Whether it was held out of the fit.
     time, across : (n,) array
-        Time (s), and what the run is drawn against.
+        Time (s), and the quantity that the run is drawn against.
     across_label, label : str
         Names and units of ``across`` and of the rest.
     measured, before, after : (n,) array
@@ -176,7 +176,7 @@ def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
 
 @dataclass(frozen=True)
 class Errors:
-    """RMS of the residual over RMS of what was measured, pooled over runs.
+    """RMS of the residual over RMS of the measured values, pooled over runs.
 
     Attributes
     ----------
@@ -190,12 +190,12 @@ class Errors:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis(Printed):
-    """What the simulation gets wrong, and why.
+    """Errors of a simulation and their causes.
 
     Attributes
     ----------
     data : str
-        What was diagnosed.
+        The diagnosed data.
     model : str
         The simulation that was evaluated.
     verdict : str
@@ -223,11 +223,11 @@ class Diagnosis(Printed):
     traces : tuple of Trace
         The runs, to draw.
     consequence : Consequence or None
-        What the error would have meant for a controlled building; None where nobody asked.
+        Consequence of the error for a controlled building; None if not requested.
     details : mapping of str to object
         More plain numbers, for the JSON.
     ladder : Ladder or None
-        How far causes, an equation and a learned term come; None where nobody asked.
+        Errors with causes, with an equation and with a learned term; None if not requested.
     """
 
     data: str
@@ -388,13 +388,13 @@ class Diagnosis(Printed):
 
 @dataclass(frozen=True, eq=False)
 class BuildingDiagnosis(Diagnosis):
-    """What the simulation of a building gets wrong, and why.
+    """Errors of a building's simulation and their causes.
 
     Attributes
     ----------
     building : IsolatedStructure or None
         Structure and isolators with the causes in them, to be simulated like the nominal one.
-        What is wrong in a sensor, or between a command and the coil, is no part of it.
+        Errors of a sensor, or between a command and the coil, are no part of it.
     """
 
     building: IsolatedStructure | None = None

@@ -88,7 +88,7 @@ def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
 
 
 def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict:
-    """Judge a simulation by its causes and by what they leave."""
+    """Judge a simulation by its causes and by the remaining misfit."""
     if not causes:
         return "adequate" if adequate else "unexplained"
     if all(cause.name == OUTSIDE for cause in causes):

@@ -61,7 +61,7 @@ class Problem(ABC, Generic[H]):
 
     @abstractmethod
     def dependences(self, base: H) -> list[Dependence]:
-        """Analyse what the nominal model's residual depends on."""
+        """Analyse the dependence of the nominal model's residual."""
 
     @abstractmethod
     def evaluate(self, result: Found[H]) -> Evaluation:
@@ -112,5 +112,5 @@ class Problem(ABC, Generic[H]):
     def outcome_text(
         self, result: Found[H], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
-        """Add to the verdict what this kind of data can say."""
+        """Add to the verdict the statements that this kind of data supports."""
         return Text("")

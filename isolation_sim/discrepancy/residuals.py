@@ -1,4 +1,4 @@
-"""Residual analysis: what a residual depends on, found without any idea of the cause.
+"""Residual analysis: dependence of a residual, without any assumption on the cause.
 
 The statistic differs with the data. Device tests have many samples: a general function is fitted to
 every other half second and evaluated between. A building record is one long response whose
@@ -213,7 +213,7 @@ def _amplitudes(data: MeasuredRuns) -> tuple[NDArray, NDArray]:
 
 
 def _rate(data: MeasuredRuns) -> NDArray:
-    """What is left of changes of the current after 20, 60 and 200 ms."""
+    """Remainders of changes of the current after 20, 60 and 200 ms."""
     columns = []
     for lag in (0.02, 0.06, 0.2):
         column = np.empty_like(data.current)

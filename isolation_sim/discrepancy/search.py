@@ -20,7 +20,7 @@ H = TypeVar("H", bound=Hypothesis)
 
 
 class SearchSpace(Protocol[H]):
-    """What a search asks of one kind of data."""
+    """Interface of a search to one kind of data."""
 
     @property
     def most_causes(self) -> int:

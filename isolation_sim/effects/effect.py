@@ -6,7 +6,7 @@ may use the effect's own states. ``extend`` puts effects and a law together into
 is simulated, traced and fitted like any other; the diagnosis evaluates the same functions, stage
 by stage, along measured runs.
 
-The functions take what ``isolation_sim.laws.law`` says that laws may use.
+The functions may use the operations listed in ``isolation_sim.laws.law``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ REFERENCE_TEMPERATURE = 20.0
 
 
 class Signals(NamedTuple):
-    """What an effect sees at an instant.
+    """Signals of an effect at an instant.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Effect:
     Attributes
     ----------
     cause : str
-        What it is called in a diagnosis.
+        Its name in a diagnosis.
     form : str
         Which way of writing the cause it is.
     title : str
@@ -100,17 +100,16 @@ class Effect:
     current : callable or None
         -> current that the law sees, A.
     factor : callable or None
-        -> what multiplies the law's force, 1.
+        -> factor of the law's force, 1.
     force : callable or None
         -> force added, N.
     stored_energy : callable or None
         ``stored_energy(x, states, parameters)`` -> J, of an added force that could give some back.
     needs : frozenset of str
-        What it uses beyond the motion: "acceleration", "temperature", the law's "force"; "current"
-        where a factor or an added force depends on it, which makes a device without coil ask for
-        one.
+        Signals it uses beyond the motion: "acceleration", "temperature", the law's "force".
+        "current" if a factor or an added force depends on it; a device without coil then needs one.
     of_device : bool
-        False for what happens in the instruments of a test and not in the device: it belongs to
+        False for effects in the instruments of a test and not in the device: it belongs to
         the measured data and is left out of a law that is used elsewhere.
     source : str
         Publication behind it.

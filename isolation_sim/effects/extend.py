@@ -179,7 +179,7 @@ def separate(device: Device) -> tuple[Device, list[tuple[Effect, dict[str, float
 
 
 def extended_law(law: Law, effects: Sequence[Effect], dependence: CurrentDependence) -> ExtendedLaw:
-    """Write the law that effects make of another."""
+    """Write the law of a device with effects."""
     if not any(effect.current is not None for effect in effects):
         return _extended_law(law, tuple(effects), None, 0)
     breaks = tuple(dependence.breaks[1:-1].tolist())
@@ -200,7 +200,7 @@ def _extended_law(
     inner_force, inner_rates = law.force, law.rates
 
     def unpack(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-        """Signals, and each effect's states and parameters; then what the law sees."""
+        """Signals, and each effect's states and parameters; then the inputs of the law."""
         at = n_inner + 1
         temperature = parameters[at] if has_temperature else REFERENCE_TEMPERATURE
         at, at_state = at + has_temperature, n_states
@@ -357,7 +357,7 @@ def _stored_energy(
 
 
 def _field_power(law: Law, effects: Sequence[Effect], n_inner: int) -> Callable[..., Any] | None:
-    """What a change of the field does on the stored energy, where effects only add forces."""
+    """Power of a change of the field on the stored energy, where effects only add forces."""
     if law.field_power is None or not _only_add(effects):
         return None
     inner, n_states = law.field_power, len(law.states)

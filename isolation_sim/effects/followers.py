@@ -1,4 +1,4 @@
-"""What effects remember of a motion: the largest, the present amplitude. Shared by several."""
+"""Memory of a motion: its largest and its present amplitude. Shared by several effects."""
 
 from __future__ import annotations
 

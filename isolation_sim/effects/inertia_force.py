@@ -1,4 +1,4 @@
-"""Inertia of what moves between the specimen and the load cell: a plate, the device's own top.
+"""Inertia of the masses between the specimen and the load cell: a plate, the device's top.
 
 Forms:
 

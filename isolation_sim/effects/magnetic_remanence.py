@@ -56,7 +56,7 @@ def rates_fading(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 
 
 def start(signals: Signals, parameters: tuple) -> tuple:
-    """The first current is all that there was."""
+    """There was no current before the first one."""
     return (signals.current,)
 
 

@@ -1,4 +1,4 @@
-"""The device warms by what it dissipates, and warm rubber and warm fluid are weaker.
+"""The device warms by its dissipation, and warm rubber and warm fluid are weaker.
 
 One thermal body, h' = gain F v - h / cooling, where h is temperature rise times sensitivity.
 

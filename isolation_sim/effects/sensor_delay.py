@@ -39,12 +39,12 @@ def rates_dead_time(signals: Signals, states: tuple, parameters: tuple) -> tuple
 
 
 def recorded(signals: Signals, states: tuple, parameters: tuple) -> Any:
-    """What the filter lets through instead of the force."""
+    """Filtered force in place of the force."""
     return (states[0] - signals.force) * _late(parameters)
 
 
 def recorded_late(signals: Signals, states: tuple, parameters: tuple) -> Any:
-    """What comes late instead of the force."""
+    """Delayed force in place of the force."""
     return -states[1] * _late(parameters)
 
 

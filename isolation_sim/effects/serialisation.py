@@ -64,7 +64,7 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
         comments = (*comments, f"code: {path}, SHA-256 {digest}")
     left_out = [effect.name for effect, _ in applied if not effect.of_device]
     if left_out:
-        comments = (*comments, f"without what happened in the instruments: {', '.join(left_out)}")
+        comments = (*comments, f"without the effects of the instruments: {', '.join(left_out)}")
     for line in comments:
         section.add(tomlkit.comment(line))
     section["law"] = law_place or data["law"]

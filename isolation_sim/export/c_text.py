@@ -125,7 +125,7 @@ class CText:
         self.texts: list[str] = []
 
     def function(self, name: str, kinds: Sequence[Kind]) -> tuple[str, Kind]:
-        """Write a function for these kinds of arguments, and those it calls; its C name and kind."""
+        """Write a function for some kinds of arguments, and those it calls; its C name and kind."""
         node = self.sources[name]
         given = [
             "d" if kind in ("i", "b") and _annotated(argument, "float") else kind

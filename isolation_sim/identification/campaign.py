@@ -136,7 +136,7 @@ def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
     Parameters
     ----------
     campaign : Campaign
-        What to write; a velocity that was not measured is left out.
+        Campaign to write; a velocity that was not measured is left out.
     folder : str or pathlib.Path
         Folder to make; it must not exist. It takes its name when everything is in it.
 

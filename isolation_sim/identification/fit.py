@@ -188,7 +188,7 @@ def _notes(
     best: Optimum,
     errors: Sequence[RunError],
 ) -> tuple[str, ...]:
-    """Describe what the data leave open and what the law lacks."""
+    """Describe the undetermined parameters and the misfit of the law."""
     notes = []
     left = labels([e for e in estimates if not e.determined])
     if left:

@@ -156,7 +156,7 @@ class LawEvaluation(Printed):
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str
-        What to know about the errors, such as data outside of the law's range.
+        Remarks on the errors, such as data outside of the law's range.
     """
 
     device: Device
@@ -265,7 +265,7 @@ class Fit(LawEvaluation):
     device : Device
         The law with the fitted numbers, in the tested device's own scale.
     campaign : Campaign
-        What it was fitted to.
+        The fitted data.
     errors : tuple of RunError
         Every run of the campaign, held-out ones included.
     notes : tuple of str

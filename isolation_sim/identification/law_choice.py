@@ -19,7 +19,7 @@ from .multistart import screen_starts
 from .parameterisation import Parameterisation
 
 AUTO = "auto"
-"""What is given in place of a law's name to have all of them compared."""
+"""Word in place of a law's name that compares all laws."""
 HELD_OUT = 4
 """One run in so many judges the laws if the campaign marks none."""
 NEAR = 1.05

@@ -238,7 +238,7 @@ def fit_law(
 
 
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
-    """Fit a law to all samples from near values, the runs weighed by what these leave."""
+    """Fit a law to all samples from near values, with runs weighted by their misfit there."""
     model = model.resolve_steps(start).weigh(start)
     inside = replace(model, data=model.data.without_held_out())
     tolerance = _NOTHING_GAINED / len(inside.data.x)

@@ -157,7 +157,7 @@ class MeasuredRuns:
         )
 
     def without_held_out(self) -> MeasuredRuns:
-        """Leave out the held-out samples; of a run held out in part the first samples remain."""
+        """Remove the held-out samples; the first part of a partly held-out run remains."""
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
         by_run = (

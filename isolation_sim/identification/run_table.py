@@ -180,7 +180,7 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
 
 
 def _recognised(names: list[str], place: str) -> dict[str, int]:
-    """Quantity to its column; refuses what is missing, misspelt or given twice."""
+    """Quantity to its column; refuses missing, misspelt or repeated columns."""
     result: dict[str, int] = {}
     for k, name in enumerate(names):
         what = _COLUMNS.get(name)

@@ -40,7 +40,7 @@ class Simulator:
     law : Law
         The law.
     motion : Motion
-        What it is moved by.
+        The motion.
     owner, power : sequence of int, (n_coefficients,)
         Each coefficient's parameter, by number, and power of the current.
     n_steps : int

@@ -1,4 +1,4 @@
-"""The steady cycles of a sinusoidal test: what is measured in them, and the force along them."""
+"""The steady cycles of a sinusoidal test: their measures, and the force along them."""
 
 from __future__ import annotations
 

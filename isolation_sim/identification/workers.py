@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def workers(threads: int | None = None) -> Iterator[ThreadPoolExecutor]:
-    """Open a pool of threads, each of which keeps one processor busy."""
+    """Open a pool with one thread per processor."""
     # As long as it is open, linear algebra runs on the calling thread: the libraries' own threads
     # would wait for processors that the pool already uses, and take twice the time.
     from threadpoolctl import threadpool_limits

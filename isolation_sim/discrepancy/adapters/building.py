@@ -59,7 +59,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         return self.engineers
 
     def search(self, base: FittedBuilding) -> Found[FittedBuilding]:
-        """Search for causes, and fit what is left without each of them."""
+        """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
         self.without = self.space.without_each(result.best) if result.best.found else []
@@ -97,7 +97,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         )
 
     def causes(self, result: Found[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
-        """Causes with their shares of what all of them remove."""
+        """Causes with their shares of the misfit that all of them remove."""
         best, space = result.best, self.space
         split = inference.shares(
             [one.held_out_cost for one in self.without], best.held_out_cost,
@@ -188,7 +188,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         )
 
     def data_text(self) -> Text:
-        """What is suspicious in the records."""
+        """Suspicious features of the records."""
         rows = tuple(
             (record.name, problem) for record in self.records for problem in record_problems(record)
         )
@@ -310,7 +310,7 @@ def _tests(record: BuildingRecord, comparison: Comparison) -> Iterator[tuple[str
 
 
 def _variables(record: BuildingRecord) -> dict[str, NDArray]:
-    """What a residual could depend on, each (n,)."""
+    """Quantities that a residual could depend on, each (n,)."""
     x, dt = record.response[DISPLACEMENT], record.ground.dt
     half = max(int(TYPICAL_PERIOD / 2 / dt), 1)
     size = np.abs(x)

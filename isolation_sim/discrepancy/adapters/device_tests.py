@@ -482,7 +482,7 @@ class DeviceTests(Problem[FittedModel]):
         )
 
     def data_text(self) -> Text:
-        """Number, duration and range of the runs, and what looks wrong in them."""
+        """Number, duration and range of the runs, and suspicious features."""
         data, runs = self.data, self.campaign.runs
         held = int(np.sum(~data.fitted[data.starts[:-1]]))
         duration = float(np.sum(data.lengths * data.dt))
@@ -542,7 +542,7 @@ class DeviceTests(Problem[FittedModel]):
         return self.choice is not None and name not in [one.law for one in self.choice.near]
 
     def model_text(self, evaluation: Evaluation) -> Text:
-        """Error of the law and what its residual looks like."""
+        """Error of the law and features of its residual."""
         law, space, errors = self.law, self.space, evaluation.before
         cost = law.cost / len(law.residual)
         memory = correlation_time(law.residual, np.array([0, len(law.residual)]))

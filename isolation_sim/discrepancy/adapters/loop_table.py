@@ -94,7 +94,7 @@ class LoopTableTests(Problem[FittedLoops]):
         )  # fmt: skip
 
     def causes(self, result: Found[FittedLoops], evaluation: Evaluation) -> list[Cause]:
-        """Effects in the order in which they were found, each by what it added."""
+        """Effects in the order of their selection, each with its contribution."""
         best, where = result.best, result.best.optimum.x
         if not best.causes:
             return []

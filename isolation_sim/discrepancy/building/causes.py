@@ -1,4 +1,4 @@
-"""What an isolated building may lack: each cause changes the model by a few numbers."""
+"""Causes that the model of an isolated building may lack: each adds a few numbers to it."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ class Candidate:
 
     @property
     def of_sensor(self) -> bool:
-        """Whether it changes what a sensor shows and not how the building moves."""
+        """Whether it changes a sensor's signal and not the motion of the building."""
         return self.name == "sensor_bias" and self.place != GROUND
 
     @property
     def key(self) -> tuple[str, str]:
-        """What may be in a model once: the cause at its place."""
+        """Key of a cause: a model contains it once at each place."""
         return self.name, self.place
 
     @property
@@ -66,7 +66,7 @@ class Candidate:
 
 
 def candidates(model: BuildingModel, records: Sequence[BuildingRecord]) -> tuple[Candidate, ...]:
-    """All causes that could be behind what a building's records show."""
+    """All candidate causes for the records of a building."""
     result = [*_storeys(model), _base_mass(model), _damping(model)]
     result += [_soil(model, False), _soil(model, True)]
     result += _isolators(model, records)
@@ -157,7 +157,7 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
 
 
 def _isolators(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
-    """What the isolators' law may lack."""
+    """Causes that the isolators' law may lack."""
     device = model.nominal.elements[0].device
     deformation = max(float(np.abs(r.values[:, -1]).max()) for r in records)
     accelerations = [np.sqrt(np.mean(r.values[:, :-1].mean(axis=1) ** 2)) for r in records]

@@ -92,7 +92,7 @@ class Comparison:
     floors : tuple of NoiseFloor
         Noise of each.
     fitted, held_out : tuple of Segment
-        What is fitted and what judges.
+        Fitted and held-out data.
     model_error : float
         Error to be expected of any model, as ``make_segment`` takes it.
     _cache : dict
@@ -190,7 +190,7 @@ def compare_records(
     result: CauseValues = (),
     model_error: float = 0.0,
 ) -> Comparison:
-    """Estimate the noise of records and divide them into what is fitted and what judges."""
+    """Estimate the noise of records and divide them into fitted and held-out data."""
     records = tuple(records)
     if not records or all(record.hold_out for record in records):
         raise InputError("no building record to fit; expected: one or more that is not held out")

@@ -1,4 +1,4 @@
-"""What an isolation layer in a building may lack, as effects around the isolators' law.
+"""Effects that the law of an isolation layer may lack.
 
 All of them stand around the law at once, those that are absent with strength zero: one law to
 compile, whatever combination is tried.
@@ -11,7 +11,7 @@ import numpy as np
 from ...effects import Effect, EffectParameter, Signals, effect
 
 _SPEED = 0.1
-"""m/s: at which a damper's force is told."""
+"""m/s: velocity at which a damper's force is reported."""
 _TINY = 1e-12
 """Keeps the power's derivatives finite at rest."""
 

@@ -1,4 +1,4 @@
-"""The engineer's building with what it may lack, and what it predicts for a record."""
+"""The engineer's building with candidate causes, and its prediction of a record."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
 def _simulated_noise(
     model: BuildingModel, record: BuildingRecord, size: float, predicted: NDArray
 ) -> NDArray:
-    """What noise of the ground's sensor does to the simulation, (n_draws, n, n_channels)."""
+    """Errors of the simulation by noise of the ground's sensor, (n_draws, n, n_channels)."""
     random = np.random.default_rng(1)
     ground, draws = record.ground, []
     if not np.isfinite(predicted).all():
@@ -122,7 +122,7 @@ def _simulated_noise(
 
 
 def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
-    """How much noise of the ground's sensor does to the channels, and in what proportion."""
+    """Size and proportion of the errors in the channels by noise of the ground's sensor."""
     # Variance over that of the channels' own noise, (n_frequencies,), and the unit vector of it.
     felt = spectra(draws, n) / sensors
     direction = np.linalg.eigh(covariance(felt))[1][:, :, -1]
@@ -132,7 +132,7 @@ def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
 
 
 def _ground_share(residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> float:
-    """Noise of the ground's sensor over the most that it can be, from what channels share."""
+    """Noise of the ground's sensor over its upper limit, from the part that channels share."""
     # Strong shaking is never without fast motion, so that what lies above the band bounds the noise
     # of the ground's sensor but seldom is it. The residual's part along what such noise does to the
     # channels tells more; the median over frequencies leaves out where something else is wrong.

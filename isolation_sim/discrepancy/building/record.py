@@ -1,4 +1,4 @@
-"""What was measured on a building during one earthquake, and the CSV file that holds it."""
+"""Measurements on a building during one earthquake, and their CSV file."""
 
 from __future__ import annotations
 

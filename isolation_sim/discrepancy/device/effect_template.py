@@ -6,7 +6,7 @@ Names that are not defined here (N_STATES, respond, step) come from the effect.
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trajectory(starts, dt, x, v, a, current, force, temperature, parameters, first, s, out):
-    """What the effect does at every sample of one test run after another.
+    """The effect at every sample of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s.
     first: states at each run's start. out: one row per function that the effect has.

@@ -45,7 +45,7 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
 
 
 def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
-    """What noise of the displacement alone does to fitted values, by examples."""
+    """Scatter of fitted values by noise of the displacement alone, from examples."""
     # The fitted model's own force under the motion takes the place of the measured one; one step of
     # Gauss and Newton fits the model to it under the same motion with noise that passed the same
     # smoothing.

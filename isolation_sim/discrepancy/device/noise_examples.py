@@ -28,7 +28,7 @@ def motion_noise(full: MeasuredRuns, number: int, seed: int = 0) -> NDArray:
 
 
 def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArray:
-    """Draw residuals that noise in force and displacement leaves of a perfect model."""
+    """Draw residuals of a perfect model under noise in force and displacement."""
     # Noise in the displacement reaches the residual through the model and is smoothed as the data
     # are, so that it is neither white nor of the force's size.
     model = replace(base.model, n_steps=_FINER * base.model.n_steps)

@@ -26,7 +26,7 @@ def noise_gain(step: NDArray, noise: NDArray) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Direction:
-    """What an effect would do for a fitted model, if the law answered it linearly."""
+    """Expected gain of an effect for a fitted model, if the law responds linearly."""
 
     effect: Effect  # The effect
     gain: float  # Expected decrease of the cost

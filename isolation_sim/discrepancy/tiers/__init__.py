@@ -1,1 +1,1 @@
-"""What is tried beyond named causes: an equation, and a learned term; see ``ladder.py``."""
+"""Tiers beyond named causes: an equation, and a learned term; see ``ladder.py``."""

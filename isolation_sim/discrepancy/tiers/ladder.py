@@ -382,7 +382,7 @@ def _offered(errors: dict[str, Rung], generic: bool) -> str:
 
 
 def _verdict(verdict: Verdict, named: float, attainable: float, before: float) -> Verdict:
-    """Explained means down to what the best attainable model leaves."""
+    """Explained means down to the error of the best attainable model."""
     if verdict in ("adequate", "explained"):
         return verdict
     if named**2 < ADEQUATE * attainable**2:

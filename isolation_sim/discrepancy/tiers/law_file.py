@@ -121,7 +121,7 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
     if base.field_power is not None:
         body += [
             "\ndef field_power(x: Any, states: tuple, parameters: tuple) -> Any:",
-            '    """What a change of the field does on the law\'s stored energy."""',
+            '    """Power of a change of the field on the law\'s stored energy."""',
             "    return BASE.field_power(x, states[:N_STATES], parameters[:N_PARAMETERS])\n",
         ]
         extra.append("    field_power=field_power,")
@@ -184,7 +184,7 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
         "UNITS = (", *units, ")",
         '"""Offset and weights of each unit of the learned term."""',
         "WEIGHTS = (", *weights, ")",
-        '"""N; what each unit adds, a row for each power of the current."""',
+        '"""N; contribution of each unit, a row for each power of the current."""',
         "",
         "",
         "def limited(u: Any, most: float) -> Any:",

@@ -1,4 +1,4 @@
-"""The third tier: a learned term of bounded size, the measure of what the other tiers leave.
+"""The third tier: a learned term of bounded size, a measure of the other tiers' remaining misfit.
 
 Ridge regression on random hyperbolic tangents of deformation, velocity and a few hysteretic
 states: a network with one layer, of which the weights towards the output alone are fitted. Its
@@ -30,7 +30,7 @@ _WEIGHT = 0.5
 def learn(
     model: Model, force: NDArray, without: NDArray, folds: Sequence[NDArray], seed: int = 0
 ) -> tuple[Network, NDArray]:
-    """Fit the learned term to what a model misses on fitted data."""
+    """Fit the learned term to the residual of a model on fitted data."""
     # ``force`` is the model's, (n_samples,), N; ``without`` that of the same model fitted without
     # each fold, (n_folds, n_samples). Returned are the term, and the residual of every fold, N,
     # after a term that was fitted without it.

@@ -44,7 +44,7 @@ class EquationTerm:
 
 @dataclass(frozen=True)
 class Ladder:
-    """Law, causes, equation, learned term, and what is attainable."""
+    """Law, causes, equation, learned term, and the attainable error."""
 
     rungs: tuple[Rung, ...]  # In the order of the tiers
     terms: tuple[EquationTerm, ...] = ()  # The equation; empty where none was found

@@ -33,7 +33,7 @@ class Number:
     Attributes
     ----------
     symbol, unit, meaning : str
-        As it is written, its SI unit, and what it is.
+        Its expression, SI unit and meaning.
     value : float
         In ``unit``.
     """

@@ -8,7 +8,7 @@ import numpy as np
 
 
 class BudgetSpent(Exception):
-    """The last evaluation was used; what was found is kept in the budget."""
+    """The last evaluation was used; the budget holds the best result."""
 
 
 class Budget:

@@ -1,4 +1,4 @@
-"""What the papers minimise, from a measured force and a model of it."""
+"""Objectives of the papers, from a measured force and a model of it."""
 
 from __future__ import annotations
 

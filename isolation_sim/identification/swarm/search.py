@@ -31,7 +31,7 @@ _GIVEN = ("evaluate", "rng", "adaptive")
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """What a search found.
+    """Result of a search.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def search(
         ``fruit_fly`` (self-adaptive step), ``fruit_fly_fixed``, ``fish_swarm``; from pymoo
         ``genetic``, ``particle_swarm`` and ``cma_es``.
     objective : callable
-        Point, shape (n_parameters,), to a number; what is not finite counts as worst.
+        Point, shape (n_parameters,), to a number; a value that is not finite counts as worst.
     bounds : array_like, shape (n_parameters, 2)
         Lower and upper bound of each parameter, in its unit, finite.
     budget : int
