@@ -22,7 +22,7 @@ Quiet = Annotated[
 ]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Results folder; a number is added if it holds something already."),
+    typer.Option(help="Results folder; a number is added to the name if it is not empty."),
 ]
 Export = Annotated[
     list[str] | None,
@@ -63,7 +63,7 @@ def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None 
     stream = sys.stderr if as_json else sys.stdout
     if renamed:
         print_warning(
-            f"{wanted} holds something already, so that a number was added; --overwrite replaces "
+            f"{wanted} is not empty: a number was added to the name; --overwrite replaces "
             "earlier results"
         )
     if not quiet:
@@ -74,9 +74,9 @@ def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None 
 def print_stopped(folder: Path, overwrite: bool) -> None:
     """Print where the results stand that an interrupt ended."""
     where = (
-        f"{folder} holds what it held before"
+        f"{folder} is unchanged"
         if overwrite
-        else (f"what is finished is in {folder}: --resume goes on")
+        else (f"finished runs are in {folder}: --resume continues")
     )
     print(f"stopped; {where}", file=sys.stderr)
 

@@ -50,8 +50,8 @@ def diagnose(
     scenario: Annotated[
         Path | None,
         typer.Option(
-            help="Scenario of the consequence, the main job by default; for a building record, the "
-            "building, and needed."
+            help="Scenario of the consequence, by default the main job. Of a building record: the "
+            "building (required)."
         ),
     ] = None,
     consequence: Annotated[

@@ -22,9 +22,7 @@ app = typer.Typer(
 )
 
 Scenario = Annotated[Path | None, typer.Argument(help="Scenario file; the main job by default.")]
-Controller = Annotated[
-    str, typer.Option(help="Controller of the scenario, by the name that it is printed with.")
-]
+Controller = Annotated[str, typer.Option(help="Controller of the scenario, by its printed name.")]
 
 
 @app.command(
@@ -67,7 +65,7 @@ def export_fmu(
     scenario: Scenario = None,
     controller: Annotated[
         str | None,
-        typer.Option(help="Controller of the scenario, by the name that it is printed with."),
+        typer.Option(help="Controller of the scenario, by its printed name."),
     ] = None,
     plant: Annotated[
         bool, typer.Option("--plant", help="Building, isolators and coil drivers.")

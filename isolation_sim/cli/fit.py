@@ -58,7 +58,7 @@ def fit(
     check_exports(export)
     if export and out is None:
         raise InputError(
-            f"--export {export[0]}: is written beside the law; expected: --out fitted.toml, too"
+            f"--export {export[0]}: is written beside the law; expected: also --out fitted.toml"
         )
     if report is None and out is not None and out.suffix:
         report = out.with_suffix(".html")

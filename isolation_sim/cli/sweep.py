@@ -188,7 +188,7 @@ def run_plan(
     except OSError as error:
         raise InputError(
             f"{error.filename or folder}: {error.strerror or error}; finished chunks are saved: "
-            "make room and go on with --resume"
+            "free some space and continue with --resume"
         ) from None
     report = result.folder / "report.html"
     if not report.exists():
@@ -216,7 +216,7 @@ def run_plan(
 def show(
     folder: Annotated[Path, typer.Argument(help="Folder of a sweep, finished or not.")],
     criterion: Annotated[
-        str, typer.Option(help="Column of results to look at.")
+        str, typer.Option(help="Criterion to show.")
     ] = "peak_floor_acceleration_m_s2",
     x: Annotated[str | None, typer.Option(help="Varied quantity across the map.")] = None,
     y: Annotated[str | None, typer.Option(help="Varied quantity up the map.")] = None,

@@ -34,7 +34,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         for cause in diagnosis.causes:
             yield f"{cause.label}: {evidence_text(cause)}"
             if cause.confusable_with:
-                yield f"  hardly to be distinguished from {', '.join(cause.confusable_with)}"
+                yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
         yield TextTable(LADDER, LADDER_HEADINGS, ladder_rows(diagnosis))
         yield from ladder_text(diagnosis)

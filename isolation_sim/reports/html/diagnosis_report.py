@@ -118,8 +118,8 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
         return
     charts = loops(traces)
     yield Prose((
-        f"The {len(charts)} of {len(traces)} runs that were worst before, each on its own axes; "
-        "titles give the error before and after.",
+        f"The {len(charts)} of {len(traces)} runs with the largest errors before, each on its own "
+        "axes; titles give the error before and after.",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(charts)
@@ -191,7 +191,7 @@ def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
         "Law": f"{base.title} ({base.name}); {base.source}",
         **{
             f"Effect {effect.cause}": f"{effect.title} ({effect.form})"
-            + ("" if effect.of_device else "; in the instruments, so not in the law below")
+            + ("" if effect.of_device else "; in the instruments, not in the law below")
             for effect in applied
         },
     })  # fmt: skip

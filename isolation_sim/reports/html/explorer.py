@@ -135,7 +135,7 @@ def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
             Chart(
                 "Median over two quantities",
                 {"data": [], "layout": layout("", "", hovermode="closest")},
-                "A cell a pair of values, over all other quantities.", height=400,
+                "One cell per pair of values, over all other quantities.", height=400,
             )
         )  # fmt: skip
     return tuple(charts)
@@ -151,8 +151,8 @@ def _shades() -> list[list[Any]]:
 
 def _note(every: int, total: int, shown: int) -> str:
     if every == 1:
-        return f"All {total:,} runs that ended well."
+        return f"All {total:,} successful runs."
     return (
-        f"{shown:,} of the {total:,} runs that ended well: one of {every} cases, and the {_BEST} "
+        f"{shown:,} of the {total:,} successful runs: one of {every} cases, and the {_BEST} "
         "best of each controller."
     )

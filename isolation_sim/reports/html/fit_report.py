@@ -154,7 +154,7 @@ def _verdict(fit: Fit) -> tuple[str, str]:
     tested = (
         "no run was held out to test it"
         if np.isnan(held)
-        else f"on runs that it had not seen the error is {100 * held:.2g} %"
+        else f"on held-out runs the error is {100 * held:.2g} %"
     )
     first = f"{name} misses the measured force by {100 * fit.error:.2g} % (RMS); {tested}."
     determined, count = sum(e.determined for e in fit.estimates), len(fit.estimates)

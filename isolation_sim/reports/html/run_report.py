@@ -71,8 +71,8 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
         ]),
         Section("Floor envelopes", [envelopes(runs, look)]),
         Section("Energy", [
-            Prose(("The ground's input and the work of changing the current have to equal what is "
-                   "stored and dissipated; the closure error is the largest mismatch over the "
+            Prose(("The ground's input and the work of changing the current must equal the stored "
+                   "and dissipated energy. The closure error is the largest mismatch over the "
                    "peak of the input.",)),
             key, ledgers,
         ]),
