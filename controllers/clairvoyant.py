@@ -307,8 +307,8 @@ def causal_bound(
     result = []
     for runs in zip(*(_starts(plant, starts) for plant in plants), strict=False):
         optima = problem.solve_together(runs, weights, references, shared)
-        given = zip(plants, optima, strict=True)
-        result.append([_certified(plant, problem, EQUALLY, found) for plant, found in given])
+        solved = zip(plants, optima, strict=True)
+        result.append([_certified(plant, problem, EQUALLY, found) for plant, found in solved])
 
     def worst(bounds: list[Bound]) -> float:
         return max(b.score - r for b, r in zip(bounds, references, strict=True))

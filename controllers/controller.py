@@ -110,11 +110,11 @@ class Controller:
             setattr(cls, name, declared.default)
         cls.__signature__ = _signature(cls)
 
-    def __init__(self, **given: Any) -> None:
-        preset = given.pop("preset", None)
+    def __init__(self, **settings: Any) -> None:
+        preset = settings.pop("preset", None)
         if preset is not None and preset not in self.presets:
             raise unknown_name(f"preset of {self.name}", str(preset), self.presets)
-        for name, value in (dict(self.presets.get(preset, {})) | given).items():
+        for name, value in (dict(self.presets.get(preset, {})) | settings).items():
             if name not in self.settings:
                 raise unknown_name(f"setting of {self.name}", name, self.settings)
             setattr(self, name, self.settings[name].checked(self.name, name, value))

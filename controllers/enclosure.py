@@ -344,18 +344,18 @@ def force_range_statements(law: Law) -> tuple[list[str], str]:
                 f"for a force of {law.name}; expected: an operation that isolation_sim.laws.law "
                 "lists"
             )
-        given = [
+        arguments = [
             f"fixed_range({o})" if fixed else o for o, fixed in zip(operands, is_fixed, strict=True)
         ]
-        return f"{OPERATIONS[operation].__name__}({', '.join(given)})"
+        return f"{OPERATIONS[operation].__name__}({', '.join(arguments)})"
 
     fixed = ["x", "v", *(f"s{k}" for k in range(len(law.states)))]
     ranges = [f"p{k}" for k in range(len(law.parameters))]
-    given = symbols([*fixed, *ranges])
-    x, v, *rest = given
+    arguments = symbols([*fixed, *ranges])
+    x, v, *rest = arguments
     states, parameters = tuple(rest[: len(law.states)]), tuple(rest[len(law.states) :])
     hoisted, _, statements, (result,) = straight_line(
-        dict(zip([*fixed, *ranges], given, strict=True)),
+        dict(zip([*fixed, *ranges], arguments, strict=True)),
         [law.force(x, v, states, parameters)], fixed, ranged,
     )  # fmt: skip
     known = {*ranges, *(statement.split(" = ")[0] for statement in statements)}

@@ -34,8 +34,8 @@ class UnitController(Controller):
         NamesByName(),
     )
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
         self._unit = Unit(self.file)
         own = (*self._unit.inputs, *self._unit.outputs)
         for name in self.variables:
@@ -71,8 +71,8 @@ class UnitController(Controller):
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Let the unit step."""
-        given = {name: getattr(measurement, own) for name, own in self._measured.items()}
-        commands = self._unit.step(t, self._period, given, self._commands)
+        settings = {name: getattr(measurement, own) for name, own in self._measured.items()}
+        commands = self._unit.step(t, self._period, settings, self._commands)
         return np.clip(commands, self._low, self._high)
 
 

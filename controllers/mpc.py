@@ -225,8 +225,8 @@ class MPC(Estimating, CompiledController):
         None, "longest time of a decision; None for no limit", Optional(Number(above=0)), "s"
     )
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
         self.preview_time = self.preview
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:

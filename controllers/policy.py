@@ -82,5 +82,5 @@ class Policy(Controller):
         numpy.ndarray, shape (1,) or (n_channels,), A
             Result of the function, within the supply's limits.
         """
-        given = self._act(np.array(measurement, np.float32))
-        return np.clip(np.asarray(given, float).ravel(), self._low, self._high)
+        currents = self._act(np.array(measurement, np.float32))
+        return np.clip(np.asarray(currents, float).ravel(), self._low, self._high)

@@ -37,8 +37,8 @@ class Prescribed(OpenLoop):
     )
     file: str | None = setting(None, "CSV file with both", Optional(ExistingFile()))
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
         by_table = (self.time is not None, self.amperes is not None)
         if any(by_table) == (self.file is not None) or any(by_table) != all(by_table):
             raise InputError(

@@ -52,12 +52,12 @@ def within(name: str, value: Any, low: float, high: float, *, open_high: bool = 
 
 def exactly_one(**values: Any) -> tuple[str, float]:
     """Return the name and value of the one positive argument that is not None."""
-    given = {name: value for name, value in values.items() if value is not None}
-    if len(given) != 1:
+    specified = {name: value for name, value in values.items() if value is not None}
+    if len(specified) != 1:
         raise InputError(
-            " and ".join(values), " and ".join(given) or "neither", "exactly one of them"
+            " and ".join(values), " and ".join(specified) or "neither", "exactly one of them"
         )
-    ((name, value),) = given.items()
+    ((name, value),) = specified.items()
     return name, positive(name, value)
 
 

@@ -151,16 +151,18 @@ def asce7_22_multi_period(
     InputError
         If the periods do not increase from 0 to 10 s, or a number cannot be used.
     """
-    given, sa = _table(periods, mce_r)
-    if given[0] != 0.0 or given[-1] != 10.0:
-        raise InputError("periods (s)", f"{given[0]:g} to {given[-1]:g}", "0 to 10")
+    table_periods, sa = _table(periods, mce_r)
+    if table_periods[0] != 0.0 or table_periods[-1] != 10.0:
+        raise InputError("periods (s)", f"{table_periods[0]:g} to {table_periods[-1]:g}", "0 to 10")
     t_l = positive("t_l (s)", t_l)
     factor = _level_factor(level) / DESIGN_TO_MCE_R
 
     def ordinates(target: FloatArray) -> FloatArray:
         beyond = np.maximum(target, 10.0)
         tail = np.where(beyond <= t_l, 10.0 / beyond, 10.0 * t_l / beyond**2)
-        return factor * np.where(target <= 10.0, np.interp(target, given, sa), sa[-1] * tail)
+        return factor * np.where(
+            target <= 10.0, np.interp(target, table_periods, sa), sa[-1] * tail
+        )
 
     return DesignSpectrum(f"ASCE 7-22 multi-period, {level}", "ASCE 7-22, 11.4.5.1", ordinates)
 
@@ -401,13 +403,13 @@ def table_spectrum(
     InputError
         If the table cannot be used.
     """
-    given, sa = _table(periods, psa)
+    table_periods, sa = _table(periods, psa)
     return DesignSpectrum(
         name,
         "the user's table",
-        lambda target: np.interp(target, given, sa),
-        float(given[0]),
-        float(given[-1]),
+        lambda target: np.interp(target, table_periods, sa),
+        float(table_periods[0]),
+        float(table_periods[-1]),
     )
 
 
@@ -416,11 +418,13 @@ def _level_factor(level: str) -> float:
 
 
 def _table(periods: npt.ArrayLike, psa: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
-    given, sa = finite_row("periods (s)", periods), finite_row("psa (m/s2)", psa)
-    if len(given) != len(sa):
-        raise InputError("periods and psa", f"{len(given)} and {len(sa)} numbers", "equal counts")
-    if given[0] < 0.0 or np.any(np.diff(given) <= 0.0):
+    table_periods, sa = finite_row("periods (s)", periods), finite_row("psa (m/s2)", psa)
+    if len(table_periods) != len(sa):
+        raise InputError(
+            "periods and psa", f"{len(table_periods)} and {len(sa)} numbers", "equal counts"
+        )
+    if table_periods[0] < 0.0 or np.any(np.diff(table_periods) <= 0.0):
         raise InputError("periods (s)", "not increasing from 0 or above", "increasing periods")
     if np.any(sa <= 0.0):
         raise InputError("psa (m/s2)", f"{sa[sa <= 0.0][0]:g}", "numbers above 0")
-    return given, sa
+    return table_periods, sa

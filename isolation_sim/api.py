@@ -398,8 +398,8 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
     return errors_of(law, campaign)
 
 
-def _controller(given: str | Control) -> Control:
-    return named_controller(given) if isinstance(given, str) else given
+def _controller(control: str | Control) -> Control:
+    return named_controller(control) if isinstance(control, str) else control
 
 
 def _warn(implausible: Sequence[str], beyond: Sequence[str]) -> None:

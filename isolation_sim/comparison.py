@@ -229,8 +229,8 @@ class Comparison(Printed):
         """
         if kind not in _FIGURES:
             raise unknown_name("figure", kind, _FIGURES)
-        given = {"time_histories": direction, "loops": element}
-        chosen = [given[kind]] if kind in given else []
+        options = {"time_histories": direction, "loops": element}
+        chosen = [options[kind]] if kind in options else []
         return render(f"figures:{_FIGURES[kind]}", self.runs, *chosen)
 
     @checked

@@ -297,12 +297,12 @@ def response_of(run: Run) -> Response:
         name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
         for name, rows in quantity_rows(run.isolated, names).items()
     }
-    given = {
+    quantities = {
         name: moved[key][:, 0] if name in _RESULTANTS else moved[key]
         for name, key in QUANTITIES.items()
         if key in moved
     }
-    return Response(time=run.time, **given)
+    return Response(time=run.time, **quantities)
 
 
 @checked

@@ -321,12 +321,12 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
         measured[lost] = 0.0
         return self._task.observation(measured), rewards, lost, truncated, self._infos()
 
-    def _begin(self, which: NDArray, given: Any = None) -> NDArray:
+    def _begin(self, which: NDArray, motions: Any = None) -> NDArray:
         """Put buildings to rest, each under a motion that is drawn or given."""
         drawn = self.np_random.integers(len(self.motions), size=self.num_envs)
-        chosen = drawn if given is None else np.broadcast_to(given, self.num_envs)
+        chosen = drawn if motions is None else np.broadcast_to(motions, self.num_envs)
         if not ((chosen >= 0) & (chosen < len(self.motions))).all():
-            raise InputError(f"motion is {given}; expected: 0 to {len(self.motions) - 1}")
+            raise InputError(f"motion is {motions}; expected: 0 to {len(self.motions) - 1}")
         self._motion[which], self._k[which] = chosen[which], 0
         return self._simulator.reset(which, self._ground[self._motion, 0][:, None])
 

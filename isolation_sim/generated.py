@@ -38,23 +38,23 @@ _IMPORTS = re.compile(
 
 def cache_folder() -> Path:
     """Folder of the generated modules: ISOLATION_SIM_CACHE, else the user's cache folder."""
-    given = os.environ.get("ISOLATION_SIM_CACHE")
-    return _writable(Path(given) if given else None, os.environ.get("XDG_CACHE_HOME", ""))
+    specified = os.environ.get("ISOLATION_SIM_CACHE")
+    return _writable(Path(specified) if specified else None, os.environ.get("XDG_CACHE_HOME", ""))
 
 
 @lru_cache
-def _writable(given: Path | None, cache_home: str) -> Path:
+def _writable(specified: Path | None, cache_home: str) -> Path:
     """The cache folder, or one for temporary files where it can be neither written nor read."""
-    folder = given or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
+    folder = specified or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
     if os.access(folder, os.W_OK | os.X_OK):
         return folder
     if any(folder.glob("*.py")) if os.access(folder, os.R_OK | os.X_OK) else False:
         return folder  # filled before, and now for reading only
-    if given is not None:
+    if specified is not None:
         raise InputError(
-            f"ISOLATION_SIM_CACHE={given}: cannot be written; expected: a folder that "
+            f"ISOLATION_SIM_CACHE={specified}: cannot be written; expected: a folder that "
             "you may write to"
         )
     user = os.getuid() if hasattr(os, "getuid") else ""

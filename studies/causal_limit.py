@@ -64,9 +64,11 @@ def cut(pulse: Record, time: float) -> Record:
     return Record(acceleration, pulse.dt, name=f"{pulse.name}, cut at {time:g} s")
 
 
-def limit(given: dict[str, tuple[float, Record]], constant: list[float], starts: int) -> dict:
+def limit(
+    records_by_name: dict[str, tuple[float, Record]], constant: list[float], starts: int
+) -> dict:
     """Optimise the commands of all motions together; the result is kept in the cache folder."""
-    apart, records = zip(*given.values(), strict=True)
+    apart, records = zip(*records_by_name.values(), strict=True)
 
     def find() -> dict[str, Any]:
         plants = [Plant(runs.plant(), (record,), runs.DRIVER) for record in records]
@@ -83,12 +85,12 @@ def limit(given: dict[str, tuple[float, Record]], constant: list[float], starts:
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
-    given = motions(short)
+    records_by_name = motions(short)
     candidates = {
         "mpc": controller("mpc"), f"mpc, {PREVIEW:g} s preview": controller("mpc", preview=PREVIEW),
     }  # fmt: skip
     rows: Rows = []
-    for name, (apart, record) in given.items():
+    for name, (apart, record) in records_by_name.items():
         constants = runs.constants(record)
         best = min(constants, key=lambda row: row["J"])
         row = {"motion": name, "parts_at_s": apart} | {
@@ -98,8 +100,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
             row["J_of_constant"] = min(row["J_of_constant"], own["constant"])
             row[own["controller"]] = own["J"]
         rows.append(row)
-        step(name, 0.2 / len(given))
-    found = limit(given, [row["J_of_constant"] for row in rows], 1 if short else 2)
+        step(name, 0.2 / len(records_by_name))
+    found = limit(records_by_name, [row["J_of_constant"] for row in rows], 1 if short else 2)
     step("commands", 0.8)
     for row, J in zip(rows, found["J"], strict=True):
         for one in candidates:
@@ -111,7 +113,9 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     ]
     currents = [np.array(one) for one in found["current"]]
     return Outcome(
-        table, finding(table, found["difference"]), {"causal_limit": figure(given, currents)}
+        table,
+        finding(table, found["difference"]),
+        {"causal_limit": figure(records_by_name, currents)},
     )
 
 
@@ -132,15 +136,17 @@ def finding(rows: Rows, difference: float) -> str:
     )
 
 
-def figure(given: dict[str, tuple[float, Record]], currents: list[NDArray]) -> Figure:
+def figure(records_by_name: dict[str, tuple[float, Record]], currents: list[NDArray]) -> Figure:
     """Draw the ground velocities, and the commands of the optimum."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 
     with style():
         drawing = new_figure(DOUBLE_COLUMN, 3.0)
         ground, command = drawing.subplots(1, 2)
-        looks = line_styles(len(given))
-        for (name, (_, record)), current, look in zip(given.items(), currents, looks, strict=True):
+        looks = line_styles(len(records_by_name))
+        for (name, (_, record)), current, look in zip(
+            records_by_name.items(), currents, looks, strict=True
+        ):
             time = np.arange(len(record)) * record.dt
             velocity = np.cumsum(record.acceleration) * record.dt
             ground.plot(time, velocity, label=name, **look)

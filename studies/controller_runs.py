@@ -137,8 +137,8 @@ class Judgement:
 def plant(switching: str = "instantaneous", factor: float = 1.0) -> IsolatedStructure:
     """Return the reference building on its isolators."""
     law = law_of("strain_stiffening")
-    given = reference_isolators(passive(law) if switching == "passive" else law)
-    return reference_building().on(given.scaled(force=factor))
+    controllers = reference_isolators(passive(law) if switching == "passive" else law)
+    return reference_building().on(controllers.scaled(force=factor))
 
 
 def judged(candidates: Mapping[str, Controller], record: Record, case: Case) -> Rows:
@@ -209,7 +209,7 @@ def possible(record: Record) -> dict[str, Any]:
 
 
 def evaluate(
-    given: Mapping[str, Controller],
+    controllers: Mapping[str, Controller],
     records: Mapping[str, Record],
     n_bounds: int | None = None,
     workers: int = 1,
@@ -223,7 +223,7 @@ def evaluate(
     for motion, record in records.items():
         tasks["constants", motion] = constants, (record,)
         for name, case in CASES.items():
-            tasks[name, motion] = judged, (given, record, case)
+            tasks[name, motion] = judged, (controllers, record, case)
     done = in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))
     return Judgement(
         {(c, m): done[c, m] for c in CASES for m in records},

@@ -81,14 +81,14 @@ def motions(short: bool) -> dict[str, dict[str, Any]]:
 
 def plan(short: bool) -> dict[str, Any]:
     """Return the sweep's plan."""
-    given = motions(short)
+    records = motions(short)
     scaled = {"sa_period_s": ISOLATED_PERIOD, "scale_to_sa_g": 0.1}
     levels = [0.1, 0.3, 0.6] if short else np.geomspace(0.03, 0.9, 18).round(4).tolist()
     return {
         "name": "fragility",
         "scenario": {"controller": [published_entry(name) for name in CONTROLLERS]},
         "vary": [
-            along_motions({name: section | scaled for name, section in given.items()}),
+            along_motions({name: section | scaled for name, section in records.items()}),
             {"field": "ground.scale_to_sa_g", "label": "sa_g", "values": levels},
         ],
     }  # fmt: skip

@@ -146,10 +146,10 @@ def scored(one: Controller, record: Record, case: runs.Case) -> dict[str, float]
 
 def scores(short: bool, step: Step) -> Rows:
     """Run every controller under every motion."""
-    given, records = candidates(short), motions(short)
+    controllers, records = candidates(short), motions(short)
     tasks = {
         (kind, motion, name): (scored, (one, record, case))
-        for name, (one, case) in given.items()
+        for name, (one, case) in controllers.items()
         for (kind, motion), record in records.items()
         if case == runs.CASES[runs.NOMINAL] or kind in (RECORDED, HOME)
     }

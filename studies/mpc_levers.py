@@ -52,13 +52,13 @@ Rows = list[dict[str, Any]]
 def candidates(short: bool) -> dict[str, Controller]:
     """Return the controllers to compare, by what is removed and the preview time."""
     names = SHORT if short else tuple(ABLATIONS)
-    given: dict[str, Controller] = {}
+    compared: dict[str, Controller] = {}
     for preview in sorted({0.0, PREVIEW, *(() if short else PREVIEWS)}):
-        given[label(WHOLE, preview)] = controller("mpc", preview=preview)
+        compared[label(WHOLE, preview)] = controller("mpc", preview=preview)
     for preview in (0.0, PREVIEW):
         for name in names:
-            given[label(name, preview)] = controller("mpc", preview=preview, **ABLATIONS[name])
-    return given
+            compared[label(name, preview)] = controller("mpc", preview=preview, **ABLATIONS[name])
+    return compared
 
 
 def label(name: str, preview: float) -> str:
@@ -68,14 +68,16 @@ def label(name: str, preview: float) -> str:
 
 def scores(short: bool, step: Step) -> tuple[dict[str, NDArray], NDArray]:
     """Run all of them under all random motions."""
-    given = candidates(short)
+    compared = candidates(short)
     records = {name: record for name, record in motions(short).items() if name != HOME}
-    tasks = {name: (runs.judged, (given, record, runs.Case())) for name, record in records.items()}
+    tasks = {
+        name: (runs.judged, (compared, record, runs.Case())) for name, record in records.items()
+    }
     workers = 1 if short else os.cpu_count() or 1
     rows = runs.in_processes(tasks, workers, lambda name: step(name, 1 / len(tasks)))
     table = np.array([[row["J"] for row in rows[name]] for name in records])
     constant = np.array([rows[name][0]["constant"] for name in records])
-    return dict(zip(given, table.T, strict=True)), constant
+    return dict(zip(compared, table.T, strict=True)), constant
 
 
 def table(result: dict[str, NDArray], constant: NDArray) -> Rows:

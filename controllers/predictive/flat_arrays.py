@@ -47,10 +47,10 @@ def array3(flat: NDArray, k: int) -> NDArray:
 
 def flat_arrays(arrays: Mapping[int, ArrayLike]) -> NDArray:
     """Put arrays of one to three axes, by their numbers from 0 on, into one."""
-    given = [np.asarray(arrays[k], dtype=float) for k in range(len(arrays))]
-    begins = PER_ARRAY * len(given) + np.cumsum([0, *(one.size for one in given)])
+    rows = [np.asarray(arrays[k], dtype=float) for k in range(len(arrays))]
+    begins = PER_ARRAY * len(rows) + np.cumsum([0, *(one.size for one in rows)])
     heads = [
         [begin, *one.shape, *[-1.0] * (PER_ARRAY - 1 - one.ndim)]
-        for begin, one in zip(begins, given, strict=False)
+        for begin, one in zip(begins, rows, strict=False)
     ]
-    return np.concatenate([np.ravel(heads), *(one.ravel() for one in given)])
+    return np.concatenate([np.ravel(heads), *(one.ravel() for one in rows)])

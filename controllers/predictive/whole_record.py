@@ -223,9 +223,9 @@ class WholeRecord:
         state, control = (
             casadi.vertcat(*[raw[k] for k in names]) for names in (_STATES, _CONTROLS)
         )
-        given = casadi.vertcat(*scale.values(), unit)
+        numbers = casadi.vertcat(*scale.values(), unit)
         results = [following, casadi.vertcat(*equal), casadi.vertcat(*within), smooth]
-        return casadi.Function("stage", [state, control, *ground, given], results)
+        return casadi.Function("stage", [state, control, *ground, numbers], results)
 
     @cached_property
     def _programme(self) -> tuple[dict[str, Any], NDArray, list[int]]:
@@ -298,10 +298,10 @@ class WholeRecord:
         The run gives the scales too, and the first guess where no variables are given.
         """
         equation = self._programme[1]
-        x0, given = self._given(start, weights)
+        x0, numbers = self._given(start, weights)
         low, high = self._box(start, bounds or {})
         solved = self._solver(
-            x0=x0 if variables is None else variables, p=given, lbx=low, ubx=high,
+            x0=x0 if variables is None else variables, p=numbers, lbx=low, ubx=high,
             lbg=0.0, ubg=np.where(equation, 0.0, np.inf),
         )  # fmt: skip
         x = np.asarray(solved["x"]).ravel()
@@ -326,10 +326,10 @@ class WholeRecord:
         highest: list[NDArray] = []
         excesses: list[float] = []
         for k, (run, own) in enumerate(zip(starts, weights, strict=True)):
-            x0, given = self._given(run, own)
-            w = given[: self.sizes["peaks"]].copy()
-            given[: len(w)] = 0.0
-            smooth, equations = one(together[:, k], given)
+            x0, numbers = self._given(run, own)
+            w = numbers[: self.sizes["peaks"]].copy()
+            numbers[: len(w)] = 0.0
+            smooth, equations = one(together[:, k], numbers)
             excess = casadi.dot(casadi.DM(w), together[-len(w) :, k]) - references[k]
             commands = self._commands[: shared[k] : self.every].ravel().tolist() if k else []
             objective += smooth

@@ -67,8 +67,8 @@ def read(
     chosen = read_at2 if name in _NO_ACCELERATIONS else READERS[name]
     accepted = inspect.signature(chosen).parameters
     options = {"column": column, "unit": unit, "dt": dt}
-    given = {name: value for name, value in options.items() if value is not None}
-    for option, value in given.items():
+    specified = {name: value for name, value in options.items() if value is not None}
+    for option, value in specified.items():
         if option not in accepted:
             taken = ", ".join(each for each in ("column", "unit", "dt") if each in accepted)
             raise InputError(
@@ -80,4 +80,4 @@ def read(
         raise InputError(
             f"{path}, option unit", "nothing", "the unit of the accelerations, for example unit='g'"
         )
-    return chosen(path, **given)
+    return chosen(path, **specified)

@@ -98,9 +98,9 @@ def fit(
         print(f"report: {result.to_html(report)}", file=where)
 
 
-def _numbers(given: list[str]) -> dict[str, float]:
+def _numbers(texts: list[str]) -> dict[str, float]:
     numbers = {}
-    for text in given:
+    for text in texts:
         name, equals, value = text.partition("=")
         try:
             numbers[name.strip()] = float(value)

@@ -87,11 +87,11 @@ def tune(
 
     check_exports(export, out)
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
-    given: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
+    options: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
     try:
         with replaced(folder, overwrite, resume), progress(quiet, evaluations) as step:
             result = run_tune(
-                controller, scenario, motions=motions, **given,
+                controller, scenario, motions=motions, **options,
                 criteria=_weights(criterion) if criterion else None, settings=setting,
                 fixed=dict(_pair(text, "--fix", "rule=skyhook") for text in fix or ()),
                 evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,

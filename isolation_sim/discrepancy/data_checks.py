@@ -161,10 +161,12 @@ def _velocity_channel(runs: Sequence[TestRun]) -> Iterator[str]:
     """Velocities and accelerations that are not the derivatives of the displacement."""
     for run in runs:
         slope, bend = smooth(run.displacement, run.step)[1:]
-        given = [("acceleration", run.acceleration, bend)] if run.acceleration is not None else []
+        channels = (
+            [("acceleration", run.acceleration, bend)] if run.acceleration is not None else []
+        )
         if run.velocity_measured:
-            given.insert(0, ("velocity", run.velocity, slope))
-        for what, values, expected in given:
+            channels.insert(0, ("velocity", run.velocity, slope))
+        for what, values, expected in channels:
             factor, late, rest = _against(values, expected, run.step)
             if unit := _unit_factor(factor):
                 yield f"{run.name}: {what} is {unit} times the displacement's: is its unit right?"

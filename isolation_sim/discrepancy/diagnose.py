@@ -153,9 +153,9 @@ def kind_of(path: str | Path) -> str:
         return "building"
     if "amplitude" in head or "damping_ratio" in head:
         return "loops"
-    given = f"columns {head!r}" if head else "no line of column names"
+    heading = f"columns {head!r}" if head else "no line of column names"
     raise InputError(
-        f"{path}: {given}; expected: a campaign folder, a loop table (amplitude_mm, "
+        f"{path}: {heading}; expected: a campaign folder, a loop table (amplitude_mm, "
         "frequency_Hz, ...) or a building record (time_s, ground_acceleration_m_s2, ...)"
     )
 

@@ -34,11 +34,13 @@ def chi_squared_chance(gain: float, added: int, tried: int) -> float:
     return float(min(1.0, tried * chdtrc(added, gain)))
 
 
-def f_chance(without: float, given: float, added: int, freedom: float, tried: int = 1) -> float:
+def f_chance(
+    without: float, with_effect: float, added: int, freedom: float, tried: int = 1
+) -> float:
     """Chance of such a decrease of the cost where the noise's variance comes from the residual."""
     from scipy.stats import f
 
-    gain = (without - given) / given
+    gain = (without - with_effect) / with_effect
     if not gain > 0:
         return 1.0
     return float(min(1.0, tried * f.sf(gain * freedom / added, added, freedom)))

@@ -221,8 +221,10 @@ def _entry(path: Path, number: int, table: Mapping[str, Any]) -> tuple[str, bool
     _check_keys(table, _RUN_KEYS, f"key in {place},")
     file, hold_out = table.get("file"), table.get("hold_out", False)
     if not (isinstance(file, str) and file):
-        given = "no file" if file is None else f"file = {file!r}"
-        raise InputError(f"{place}: {given}; expected: file = 'name of a CSV file in the folder'")
+        file_text = "no file" if file is None else f"file = {file!r}"
+        raise InputError(
+            f"{place}: {file_text}; expected: file = 'name of a CSV file in the folder'"
+        )
     if not isinstance(hold_out, bool):
         raise InputError(f"{place}, hold_out: {hold_out!r}; expected: true or false")
     return file, hold_out

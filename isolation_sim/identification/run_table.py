@@ -86,9 +86,9 @@ class TestRun:
         if n < MINIMUM_SAMPLES:
             raise InputError(f"{self.name}: {n} samples; expected: {MINIMUM_SAMPLES} or more")
         for what in _UNITS:
-            given = getattr(self, what)
-            if given is not None:
-                object.__setattr__(self, what, self._checked(what, given, n))
+            values = getattr(self, what)
+            if values is not None:
+                object.__setattr__(self, what, self._checked(what, values, n))
         object.__setattr__(self, "ignored_columns", tuple(self.ignored_columns))
         self.step  # noqa: B018  (refuses times that are not uniform)
         for what in ("displacement", "force"):
@@ -98,8 +98,8 @@ class TestRun:
                     "and is resisted"
                 )
 
-    def _checked(self, what: str, given: Any, n: int) -> np.ndarray:
-        array = np.array(given, dtype=float)
+    def _checked(self, what: str, values: Any, n: int) -> np.ndarray:
+        array = np.array(values, dtype=float)
         if array.shape != (n,):
             raise InputError(
                 f"{self.name}, {what}: shape {array.shape}; expected: ({n},), as the time"
@@ -215,10 +215,10 @@ def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
 
 
 def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
-    time, given = data["time"], data["velocity"]
+    time, values = data["time"], data["velocity"]
     _, slope, _ = smooth(data["displacement"], (time[-1] - time[0]) / (time.size - 1))
-    size, expected = np.std(given), np.std(slope)
-    agrees = np.mean((given - given.mean()) * (slope - slope.mean())) > -0.5 * size * expected
+    size, expected = np.std(values), np.std(slope)
+    agrees = np.mean((values - values.mean()) * (slope - slope.mean())) > -0.5 * size * expected
     if not (expected <= _VELOCITY_FACTOR * size and size <= _VELOCITY_FACTOR * expected and agrees):
         opposite = "" if agrees else ", of opposite sign"
         raise InputError(

@@ -11,8 +11,8 @@ from ..errors import InputError
 
 def check_new_files(force: bool, *paths: Path | None) -> None:
     """Refuse files that exist, unless ``force`` is given, and places that cannot be written."""
-    given = [path for path in paths if path is not None]
-    for path in given:
+    existing = [path for path in paths if path is not None]
+    for path in existing:
         if path.is_dir():
             raise InputError(f"{path}: a folder; expected: a file")
         if path.exists() and not force:

@@ -112,10 +112,10 @@ class Unit:
             self._instance = None
 
     def step(
-        self, time: float, length: float, given: Mapping[str, float], outputs: Sequence[str]
+        self, time: float, length: float, inputs: Mapping[str, float], outputs: Sequence[str]
     ) -> list[float]:
         """Set inputs at a time, step on, and read outputs."""
-        self._put([self._references[name] for name in given], list(given.values()))
+        self._put([self._references[name] for name in inputs], list(inputs.values()))
         try:
             self._instance.doStep(currentCommunicationPoint=time, communicationStepSize=length)
         except Exception as error:

@@ -296,11 +296,11 @@ def _padded(rows: Iterable[np.ndarray]) -> np.ndarray:
     return padded
 
 
-def _check_names(given: Iterable[str], accepted: Sequence[str]) -> None:
-    given = list(given)
-    for name in given:
+def _check_names(names: Iterable[str], accepted: Sequence[str]) -> None:
+    names = list(names)
+    for name in names:
         if name not in accepted:
             raise unknown_name("parameter", name, accepted)
-    missing = [name for name in accepted if name not in given]
+    missing = [name for name in accepted if name not in names]
     if missing:
         raise InputError(f"parameter {missing[0]!r} is missing; needed: {', '.join(accepted)}")

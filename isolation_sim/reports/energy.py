@@ -53,16 +53,16 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     InputError
         If there are no runs.
     """
-    given = named(runs)
-    if not given:
+    by_name = named(runs)
+    if not by_name:
         raise InputError("a figure needs one run or more; none given")
-    across = min(len(given), 2 if len(given) < 5 else 3)
-    down = -(-len(given) // across)
+    across = min(len(by_name), 2 if len(by_name) < 5 else 3)
+    down = -(-len(by_name) // across)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 2.2 + 2.0 * down)
         cells = figure.add_gridspec(down + 1, across, height_ratios=[*[2.0] * down, 1.1])
         axes: list[Axes] = []
-        for k, (name, run) in enumerate(given.items()):
+        for k, (name, run) in enumerate(by_name.items()):
             shared = axes[0] if axes else None
             place = cells[k // across, k % across]
             panel = figure.add_subplot(place, sharex=shared, sharey=shared)
@@ -71,9 +71,9 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
             axes.append(panel)
         label_outer(axes, across)
         residuals = figure.add_subplot(cells[down, :])
-        _draw_residuals(residuals, given)
+        _draw_residuals(residuals, by_name)
         legend(figure, axes[0], "outside upper center")
-        if len(given) > 1:
+        if len(by_name) > 1:
             legend(figure, residuals, "outside lower center")
     return figure
 

@@ -102,8 +102,8 @@ class _Device(Section):
 
     def device(self, length_scale: float = 1.0, force_scale: float = 1.0) -> Device:
         """Return the device."""
-        given = self.current_range_A
-        limits = None if given is None else (given[0], given[1])
+        current_range = self.current_range_A
+        limits = None if current_range is None else (current_range[0], current_range[1])
         device = law(self.law, self.parameters, limits)
         if self.variables is not None:
             if not device.law.unit:

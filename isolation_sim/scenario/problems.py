@@ -77,11 +77,11 @@ def _message(place: str, details: list[ErrorDetails]) -> str:
         return f"{place}: {context['error']}" if place else str(context["error"])
     if first["type"] == "missing":
         return f"{place} is missing; it has no default"
-    given = _shown(first["input"])
+    value = _shown(first["input"])
     if first["type"] == "union_tag_invalid":
-        place, given = f"{place}.kind", repr(context["tag"])
+        place, value = f"{place}.kind", repr(context["tag"])
     accepted = " or ".join(dict.fromkeys(_accepted(d) for d in details))
-    return f"{place} is {given}; {_nearest(given, accepted)}expected: {accepted}"
+    return f"{place} is {value}; {_nearest(value, accepted)}expected: {accepted}"
 
 
 def _accepted(details: ErrorDetails) -> str:
@@ -89,9 +89,9 @@ def _accepted(details: ErrorDetails) -> str:
     return template.format(**details.get("ctx", {})) if template else details["msg"]
 
 
-def _nearest(given: str, accepted: str) -> str:
+def _nearest(value: str, accepted: str) -> str:
     names = re.findall(r"'[^']*'", accepted)
-    close = difflib.get_close_matches(given, names, n=1)
+    close = difflib.get_close_matches(value, names, n=1)
     return f"did you mean {close[0]}? " if close else ""
 
 

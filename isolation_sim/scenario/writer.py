@@ -51,11 +51,11 @@ def written(scenario: Section, comments: bool) -> str:
 
 def _body(section: Section, comments: bool) -> list[str]:
     if isinstance(section, ControllerEntry):
-        given = {"name": section.name, "label": section.label} | section.settings
-        return [_line(key, value) for key, value in given.items() if value is not None]
+        keys = {"name": section.name, "label": section.label} | section.settings
+        return [_line(key, value) for key, value in keys.items() if value is not None]
     if isinstance(section, AppliedEffect):
-        given = {"name": section.name, "form": section.form} | section.parameters
-        return [_line(key, value) for key, value in given.items() if value is not None]
+        keys = {"name": section.name, "form": section.form} | section.parameters
+        return [_line(key, value) for key, value in keys.items() if value is not None]
     return [
         _line(key, getattr(section, key), field.description, comments)
         for key, field in _own_first(type(section))

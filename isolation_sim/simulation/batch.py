@@ -202,8 +202,8 @@ def run_cases(
         return simulate(case.isolated, case.ground, controller, nominal=case.nominal, **options)
 
     def lane_of(case: Case) -> Lane:
-        given = case.isolated, case.ground, case.controller, case.nominal
-        return prepared(*given, driver, delays, partial(alone_with, case))
+        arguments = case.isolated, case.ground, case.controller, case.nominal
+        return prepared(*arguments, driver, delays, partial(alone_with, case))
 
     # where few structures fill them, blocks are of one each and share its coefficients
     n_plants = len({id(case.isolated) for case in cases})

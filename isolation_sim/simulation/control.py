@@ -53,8 +53,8 @@ class CoilDriver:
             ("step", self.step >= 0 and np.isfinite(self.step), "0 A or more"),
         ):
             if not value:
-                given = getattr(self, name)
-                raise InputError(f"coil driver: {name} is {given}; expected: {accepted}")
+                number = getattr(self, name)
+                raise InputError(f"coil driver: {name} is {number}; expected: {accepted}")
         if self.low is not None and self.high is not None and self.low > self.high:
             raise InputError(
                 f"coil driver: low {self.low} A is above high {self.high} A; expected: low <= high"

@@ -180,12 +180,12 @@ class ElementCode:
 
     def _row(self, r: int, forces: Sequence[str], direction: int = 0) -> str:
         """Row r of the response to the element's own nodal forces, added to the free response."""
-        given = self.at(f"free{r}" if self.alone else COMMON[r], direction)
+        sum_text = self.at(f"free{r}" if self.alone else COMMON[r], direction)
         own = f"{direction} * (N_ELEMENTS + 1) * 24 + " if direction else ""
         for k, f in enumerate(forces):
             row = f"({own}{8 * k + r}) * TABLE_LANES"
-            given = f"fused(read(table, at, {row}), {along(f, direction)}, {given})"
-        return given
+            sum_text = f"fused(read(table, at, {row}), {along(f, direction)}, {sum_text})"
+        return sum_text
 
     def _relax(self) -> list[str]:
         """Each state's own relaxation, d rate / d state, and the collocation that solves for it."""

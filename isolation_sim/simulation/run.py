@@ -191,11 +191,11 @@ def _check_memory(
     size = 8.0 * numbers * (n_samples + n_decisions)
     if size <= memory_size():
         return
-    given = f"ground motion of {n_samples:,} samples"
+    description = f"ground motion of {n_samples:,} samples"
     if n_decisions > n_samples:
-        given = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
+        description = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
     raise InputError(
-        f"{given}: a run needs about {size / 1e9:.3g} GB; expected: up to "
+        f"{description}: a run needs about {size / 1e9:.3g} GB; expected: up to "
         f"{memory_size() / 1e9:.3g} GB, this computer's memory"
     )
 
@@ -243,10 +243,10 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
         for name in ("low", "high", "initial"):
-            given = getattr(driver, name)
-            if given is not None and not low <= given <= high:
+            limit = getattr(driver, name)
+            if limit is not None and not low <= limit <= high:
                 raise InputError(
-                    f"coil driver: {name} {given} A is outside {low:.4g} to {high:.4g} A, where "
+                    f"coil driver: {name} {limit} A is outside {low:.4g} to {high:.4g} A, where "
                     f"the device on channel {channel} is meaningful"
                 )
         low = low if driver.low is None else driver.low

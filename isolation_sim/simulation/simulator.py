@@ -264,16 +264,16 @@ class Simulator:
         row = self._work.measured[self._measured_for[self._k], 0, : len(self.measures)]
         return self._measurement._make(row.tolist())
 
-    def _put_ground(self, given: ArrayLike | None) -> None:
+    def _put_ground(self, ground_values: ArrayLike | None) -> None:
         """Write a step's ground acceleration to its grid points."""
-        if given is None:
+        if ground_values is None:
             raise InputError(
                 "ground_acceleration is missing; expected: a number, m/s^2, as there is no record"
             )
         first, last = self._points[self._k], self._points[self._k + 1]
         dt = self._lane.records[0].dt
         n = round(self.period / dt)
-        ground, rows = self._work.ground[:, :, 0], self._checked_ground(given, n)
+        ground, rows = self._work.ground[:, :, 0], self._checked_ground(ground_values, n)
         if last - first == n:
             ground[first + 1 : last + 1] = rows
             return
@@ -286,14 +286,14 @@ class Simulator:
         grid_samples = self._work.grid.samples
         ground[grid_samples[self._k * n + 1 : (self._k + 1) * n + 1]] = rows
 
-    def _checked_ground(self, given: ArrayLike, n_samples: int) -> NDArray:
+    def _checked_ground(self, ground_values: ArrayLike, n_samples: int) -> NDArray:
         """Ground acceleration at a step's samples, (n_samples, n_directions)."""
         n_directions = self._work.ground.shape[1]
-        rows = np.asarray(given, float)
+        rows = np.asarray(ground_values, float)
         if rows.size != n_samples * n_directions or not np.isfinite(rows).all():
             raise InputError(
-                f"ground_acceleration is {given!r}; expected: finite numbers, shape ({n_samples}, "
-                f"{n_directions}): one per sample and direction, m/s^2"
+                f"ground_acceleration is {ground_values!r}; expected: finite numbers, shape "
+                f"({n_samples}, {n_directions}): one per sample and direction, m/s^2"
             )
         return rows.reshape(n_samples, n_directions)
 
@@ -323,29 +323,33 @@ class Simulator:
         }
 
     @state.setter
-    def state(self, given: Mapping[str, NDArray]) -> None:
+    def state(self, ground_values: Mapping[str, NDArray]) -> None:
         own = self.state
-        alike = set(own) == set(given) and np.array_equal(own["grid"], given["grid"])
+        alike = set(own) == set(ground_values) and np.array_equal(
+            own["grid"], ground_values["grid"]
+        )
         free = ("measured", "chosen")
-        if not alike or any(own[n].shape[n in free :] != given[n].shape[n in free :] for n in own):
+        if not alike or any(
+            own[n].shape[n in free :] != ground_values[n].shape[n in free :] for n in own
+        ):
             raise InputError(
                 "state is of another simulator; expected: one that was built from the same "
                 "plant, ground motion and options"
             )
-        k, seed, taken, begun = (int(number) for number in given["k"])
+        k, seed, taken, begun = (int(number) for number in ground_values["k"])
         if seed != self._seed:
             self.reset(seed)
         self._k, work, point = k, self._work, self._points[k]
-        row = len(given["z"])
-        work.measured[self._measured_for[k] : taken] = given["measured"]
-        work.chosen[begun:k] = given["chosen"]
-        work.z[point * row : (point + 1) * row] = given["z"]
-        work.states[point], work.command[point] = given["states"], given["command"]
-        work.ground[point] = given["ground"]
+        row = len(ground_values["z"])
+        work.measured[self._measured_for[k] : taken] = ground_values["measured"]
+        work.chosen[begun:k] = ground_values["chosen"]
+        work.z[point * row : (point + 1) * row] = ground_values["z"]
+        work.states[point], work.command[point] = ground_values["states"], ground_values["command"]
+        work.ground[point] = ground_values["ground"]
         work.step_count[0] = 0
-        work.position[:] = given["position"]
+        work.position[:] = ground_values["position"]
         for name, array in work.carried().items():
-            array[...] = given[name]
+            array[...] = ground_values[name]
 
     def _so_far(self, window: int) -> tuple[int, int]:
         """Measurements taken and commands begun when a decision is due at a window's start."""

@@ -139,11 +139,11 @@ class DeviceSimulator:
         }  # fmt: skip
 
     @state.setter
-    def state(self, given: Mapping[str, NDArray]) -> None:
+    def state(self, values: Mapping[str, NDArray]) -> None:
         own = self.state
-        if set(own) != set(given) or any(own[n].shape != given[n].shape for n in own):
+        if set(own) != set(values) or any(own[n].shape != values[n].shape for n in own):
             raise InputError("state is of another device; expected: one of the same law")
-        self._states[:], self._settings[:] = given["states"], given["settings"]
-        self._end[:] = given["end"]
+        self._states[:], self._settings[:] = values["states"], values["settings"]
+        self._end[:] = values["end"]
         if np.isfinite(self._end[3]):
             self._parameters[:] = self.device.parameters_at(float(self._end[3]))

@@ -185,8 +185,8 @@ class Coupling:
         return force
 
     def _asked(self, time: float, length: float, motion: NDArray, current: float) -> float:
-        given = dict(zip(self.inputs, [*motion.tolist(), current], strict=True))
-        return self.unit.step(time, length, given, [self.output])[0]
+        inputs = dict(zip(self.inputs, [*motion.tolist(), current], strict=True))
+        return self.unit.step(time, length, inputs, [self.output])[0]
 
     def _try(self, force: float, length: float) -> int:
         """Integrate to the next decision with a force that becomes this one at the step's end."""

@@ -16,17 +16,17 @@ def read_only(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def numbers(what: str, given: Any) -> np.ndarray:
+def numbers(what: str, values: Any) -> np.ndarray:
     """Turn user input into a read-only array of numbers."""
     try:
-        return read_only(np.array(given, dtype=float))
+        return read_only(np.array(values, dtype=float))
     except (TypeError, ValueError):
         raise InputError(f"{what} must be numbers in rows of one length") from None
 
 
-def matrix(what: str, given: Any, shape: tuple[int, ...]) -> np.ndarray:
+def matrix(what: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Turn user input into a read-only array of finite numbers."""
-    array = numbers(what, given)
+    array = numbers(what, values)
     if array.shape != shape:
         raise InputError(f"{what} has shape {array.shape}; expected: {shape}")
     bad = np.argwhere(~np.isfinite(array))
@@ -50,9 +50,9 @@ def check_matrices(mass: np.ndarray, stiffness: np.ndarray, names: Sequence[str]
         raise InputError("mass is not positive definite: some motion has no inertia")
 
 
-def positive_numbers(what: str, given: Any, unit: str) -> np.ndarray:
+def positive_numbers(what: str, values: Any, unit: str) -> np.ndarray:
     """Turn user input into a read-only row of positive numbers."""
-    row = np.atleast_1d(numbers(what, given))
+    row = np.atleast_1d(numbers(what, values))
     if row.ndim != 1 or row.size == 0:
         raise InputError(f"{what} has shape {row.shape}; expected: one number per storey")
     for i, value in enumerate(row):

@@ -249,8 +249,8 @@ def read_matrices(
     geometry: dict[str, Any] = {
         label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays
     }
-    given = {"heights": heights, "isolator_positions": isolator_positions}
-    geometry |= {label: value for label, value in given.items() if value is not None}
+    values = {"heights": heights, "isolator_positions": isolator_positions}
+    geometry |= {label: value for label, value in values.items() if value is not None}
     try:
         return from_matrices(
             arrays["M"], arrays["C"], arrays["K"], names=names, drift_rows=drift_rows,

@@ -85,16 +85,16 @@ def shear_building(
     return from_fixed_base(mass, viscous, stiffness, slab[0], heights=heights, name=name)
 
 
-def _ratios(given: Any, n: int, damping: str) -> np.ndarray:
+def _ratios(ratios: Any, n: int, damping: str) -> np.ndarray:
     try:
-        ratio = np.atleast_1d(np.array(given, dtype=float))
+        ratio = np.atleast_1d(np.array(ratios, dtype=float))
     except (TypeError, ValueError):
         ratio = np.array([np.nan])
     sizes = (1, n) if damping == "modal" else (1,)
     if ratio.ndim != 1 or ratio.size not in sizes or not np.all((ratio >= 0) & (ratio < 1)):
         accepted = "a number from 0 to 1"
         accepted += f", or {n} of them" if damping == "modal" else ' (one per mode needs "modal")'
-        raise InputError(f"damping_ratio is {given!r}; expected: {accepted}")
+        raise InputError(f"damping_ratio is {ratios!r}; expected: {accepted}")
     return np.broadcast_to(ratio, (n,))
 
 

@@ -78,8 +78,8 @@ def completed(field: str, value: Any, folder: str | Path) -> Any:
     if not isinstance(value, dict | list):
         return value
     alone = isinstance(value, dict) and name in ("ground", "controller", "element")
-    given = {name: [value] if alone else value}
-    data = Scenario.model_validate(given, context={"folder": folder}).model_dump(mode="json")
+    sections = {name: [value] if alone else value}
+    data = Scenario.model_validate(sections, context={"folder": folder}).model_dump(mode="json")
     return data[name][0] if rest or (name == "controller" and alone) else data[name]
 
 

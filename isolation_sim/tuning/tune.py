@@ -213,7 +213,7 @@ def _check(criteria: Mapping[str, float], evaluations: int, seed: int, workers: 
     if not criteria or not all(0 < weight < np.inf for weight in criteria.values()):
         raise InputError("criteria", repr(dict(criteria)), "finite weights above 0 by criterion")
     count = 1 if workers is None else workers
-    given = ("evaluations", evaluations, 1), ("seed", seed, 0), ("workers", count, 1)
-    for what, value, least in given:
+    counts = ("evaluations", evaluations, 1), ("seed", seed, 0), ("workers", count, 1)
+    for what, value, least in counts:
         if value != int(value) or value < least:
             raise InputError(what, repr(value), f"a whole number, {least} or more")

@@ -67,8 +67,8 @@ class Kept(MPC):
         Settings.
     """
 
-    def __init__(self, first: int, count: int, **given: Any):
-        super().__init__(**given)
+    def __init__(self, first: int, count: int, **settings: Any):
+        super().__init__(**settings)
         self.first, self.count = first, count
         self.cases: list[Case] = []
 
@@ -123,16 +123,18 @@ class DoMPC:
             return q, v, (*along, rest[:-1], rest[-1])
 
         def accelerations(state: Any) -> Any:
-            q, v, given = parts(state)
+            q, v, settings = parts(state)
             forces = plant.structure.stiffness @ q + plant.structure.damping @ v
-            forces += element.direction * element.device.force(*given)
+            forces += element.direction * element.device.force(*settings)
             return -casadi.mtimes(inverse, forces)
 
         def rate(state: Any, share: float) -> Any:
-            _, v, given = parts(state)
+            _, v, settings = parts(state)
             ground = now + share * (then - now)
             relative = accelerations(state) - plant.structure.influence[:, 0] * ground
-            return casadi.vertcat(v, relative, *element.device.rates(*given), (u - given[-1]) / lag)
+            return casadi.vertcat(
+                v, relative, *element.device.rates(*settings), (u - settings[-1]) / lag
+            )
 
         h = one.period
         k1 = rate(x, 0.0)

@@ -34,8 +34,8 @@ class Watched(MPC):
 
     name = "mpc_watched"
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
         self.programmes: list[tuple[list[np.ndarray], np.ndarray]] = []
 
     def current(self, t: float, measurement: Any) -> np.ndarray:

@@ -79,10 +79,10 @@ def in_compiled_code() -> Iterator[list[float]]:
     originals = {name: getattr(Workspace, name) for name in ("integrate", "summarise")}
 
     def counting(original: Callable) -> Callable:
-        def counted(*given):
+        def counted(*arguments):
             # processor time of this thread: what else the machine does is left out
             start = time.thread_time()
-            result = original(*given)
+            result = original(*arguments)
             spent.append(time.thread_time() - start)
             return result
 

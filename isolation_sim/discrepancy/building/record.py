@@ -64,8 +64,8 @@ class BuildingRecord:
         if self.current is not None:
             object.__setattr__(self, "current", self._checked("current_A", self.current, n))
 
-    def _checked(self, name: str, given: Any, n: int) -> NDArray:
-        array = np.array(given, dtype=float)
+    def _checked(self, name: str, values: Any, n: int) -> NDArray:
+        array = np.array(values, dtype=float)
         if array.shape != (n,):
             raise InputError(
                 f"{self.name}, {name}: shape {array.shape}; expected: ({n},), as the ground motion"

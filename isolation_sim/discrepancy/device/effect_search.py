@@ -116,9 +116,9 @@ class EffectSearch:
             self._known[effects] = without, self._fit_effects(without, RIVALS_TRIED)
         return self._known[effects]
 
-    def noise_gain(self, without: FittedModel, given: FittedModel) -> float:
+    def noise_gain(self, without: FittedModel, extended: FittedModel) -> float:
         """Mean decrease of the cost by noise along a change of the model, at least 1."""
-        return max(noise_gain(given.residual - without.residual, self.noise), 1.0)
+        return max(noise_gain(extended.residual - without.residual, self.noise), 1.0)
 
     def _fit_effects(self, current: FittedModel, most: int = TRIED) -> list[FittedModel]:
         left = [e for e in self.effects if e.cause not in current.causes]
@@ -153,18 +153,18 @@ class EffectSearch:
             count += len(one.model.data.dt) - 1
         return costs + count * float(np.log(len(one.residual)))
 
-    def _helps(self, without: FittedModel, given: FittedModel) -> bool:
-        cost_without, cost = (np.array(one.cost) for one in (without, given))
-        return bool(self.helps(without, given, cost_without, cost, np.array(self.misfit)))
+    def _helps(self, without: FittedModel, extended: FittedModel) -> bool:
+        cost_without, cost = (np.array(one.cost) for one in (without, extended))
+        return bool(self.helps(without, extended, cost_without, cost, np.array(self.misfit)))
 
     def helps(
-        self, without: FittedModel, given: FittedModel, cost_without: NDArray, cost: NDArray,
+        self, without: FittedModel, extended: FittedModel, cost_without: NDArray, cost: NDArray,
         misfit: NDArray,
     ) -> NDArray:  # fmt: skip
         """Whether the last effect of a model is more than noise, by the costs on sets of runs."""
         gain = cost_without - cost
         least = np.maximum(LEAST_PART * cost_without, LEAST_SHARE * misfit)
-        return (gain > SIGNIFICANT * self.noise_gain(without, given)) & (gain > least)
+        return (gain > SIGNIFICANT * self.noise_gain(without, extended)) & (gain > least)
 
     def without(self, model: FittedModel, place: int) -> FittedModel:
         """Fit a model without one of its effects."""

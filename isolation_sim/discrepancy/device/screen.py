@@ -100,17 +100,17 @@ def screen_effect(base: FittedModel, effect: Effect, noise: NDArray) -> Directio
     return best
 
 
-def refine(base: FittedModel, given: Direction, noise: NDArray) -> Direction:
+def refine(base: FittedModel, direction: Direction, noise: NDArray) -> Direction:
     """Fit an effect's own parameters while the model's other values follow to first order."""
-    probe = _Probe(base, given.effect)
+    probe = _Probe(base, direction.effect)
     result = levenberg_marquardt(
-        probe.problem, given.start, probe.lower, probe.upper, REFINE_STEPS, 1e-3, eager=False
+        probe.problem, direction.start, probe.lower, probe.upper, REFINE_STEPS, 1e-3, eager=False
     )
     gain = float(probe.before @ probe.before) - 2 * result.cost
-    if not gain > given.gain:
-        return given
+    if not gain > direction.gain:
+        return direction
     step = result.residual - probe.before
-    return Direction(given.effect, gain, noise_gain(step, noise), result.x)
+    return Direction(direction.effect, gain, noise_gain(step, noise), result.x)
 
 
 def screen(

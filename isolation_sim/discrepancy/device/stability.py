@@ -43,14 +43,14 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
     draws = np.random.default_rng(seed).multinomial(n_runs, np.full(n_runs, 1 / n_runs), REDRAWN)
     weights = np.concatenate([kept, draws.astype(float)])
     misfit = _costs(space.base, weights) - space.noise_cost * (weights @ data.lengths) / len(data.x)
-    given = _costs(searched, weights)
+    costs = _costs(searched, weights)
     result = []
     for place, name in enumerate(searched.causes):
         without, rivals = space.rivals(searched, place)
-        helps = space.helps(without, searched, _costs(without, weights), given, misfit)
+        helps = space.helps(without, searched, _costs(without, weights), costs, misfit)
         others = [one for one in rivals if np.isfinite(one.cost)]
         names = [name, *(one.causes[-1] for one in others)]
-        penalised = [space.penalised(searched, given)]
+        penalised = [space.penalised(searched, costs)]
         penalised += [space.penalised(one, _costs(one, weights)) for one in others]
         winners = np.array(names)[np.argmin(penalised, axis=0)]
         named = helps & (winners == name)

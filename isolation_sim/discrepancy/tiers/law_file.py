@@ -238,12 +238,12 @@ class TermParameterisation(Parameterisation):
         self.lower, self.upper = base.lower, base.upper
         quantities = {q.name: q for q in law.parameters}
         columns, lower, upper = [], [], []
-        for name, given in powers.items():
-            for power in given:
+        for name, exponents in powers.items():
+            for power in exponents:
                 column = np.zeros(len(self.owner))
                 column[names.index(name) * n + power] = 1.0
                 columns.append(column)
-                alone = given == (0,)
+                alone = exponents == (0,)
                 lower.append(quantities[name].lower if alone else -np.inf)
                 upper.append(quantities[name].upper if alone else np.inf)
         for name, coefficients in (held or {}).items():
