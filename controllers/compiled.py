@@ -45,7 +45,7 @@ from numba import carray, cfunc, njit, types
 
 OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(**OPTIONS)
-kept = njit(cache=True, **OPTIONS)
+with_disk_cache = njit(cache=True, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
 
 _ENTRY = """@cfunc(
@@ -187,7 +187,7 @@ def _shared(model: Model, laws: tuple[Law, ...], function: Callable, given: tupl
     parts: dict[str, str] = {}
     collect(function, parts, given, partial(_shared, model, laws))
     name = function.__name__
-    parts[name] = parts[name].replace("@plain", "@kept", 1)
+    parts[name] = parts[name].replace("@plain", "@with_disk_cache", 1)
     text = _joined(parts, model, laws)
     load_text("shared", text)
     return f"{name} = sys.modules[{module_name('shared', text)!r}].{name}"

@@ -65,7 +65,7 @@ class Controller:
 
     Parameters
     ----------
-    **given : object
+    **settings : object
         Settings by name; ``preset`` names a set of them, to which the others are added.
 
     Raises
@@ -233,7 +233,7 @@ class Controller:
 
 
 def _signature(kind: type[Controller]) -> Signature:
-    """Arguments of a class: its settings in place of ``**given``."""
+    """Arguments of a class: its settings in place of ``**settings``."""
     own = list(signature(kind.__init__).parameters.values())[1:]
     if not own or own[-1].kind is not Parameter.VAR_KEYWORD:
         return Signature(own)

@@ -320,7 +320,7 @@ class MPC(Estimating, CompiledController):
         from .predictive import decision as at
         from .predictive.ground_kernel import DRIFT
 
-        def kept(time: float | None) -> float:
+        def decay(time: float | None) -> float:
             return 1.0 if time is None else float(np.exp(-step / time))
 
         numbers: dict[int, float] = {
@@ -330,9 +330,9 @@ class MPC(Estimating, CompiledController):
             at.MARGIN: self.margin, at.LEAST_PEAK: self.least_peak,
             at.FREQUENCY: 2 * np.pi * softest, at.DISPLACEMENT_LEVEL: self.displacement_level,
             at.ACCELERATION_LEVEL: self.acceleration_level, at.LINEARISATIONS: self.iterations,
-            at.LEARNS: self.learning is not None, at.KEPT: kept(self.learning),
+            at.LEARNS: self.learning is not None, at.KEPT: decay(self.learning),
             at.LEARNT_BEFORE: prior, at.PULL: 0.0 if self.settling is None else 1 / self.settling,
-            at.VELOCITY_KEPT: kept(DRIFT), at.FADED: kept(self.fading),
+            at.VELOCITY_KEPT: decay(DRIFT), at.FADED: decay(self.fading),
             at.SLOW_LIMIT: self.stiff_start / stiffest, at.N_DISPLACEMENTS: p.n_displacements,
             at.N_ACCELERATIONS: p.n_accelerations,
             at.PRESENT: 0, at.JUMPS: bool(np.any((p.coils[:, 0] == 0) & (p.coils[:, 1] >= 1e30))),
@@ -388,7 +388,7 @@ class MPC(Estimating, CompiledController):
         inputs = (f"{n[: -len('_m_s2')]}_in_{t:.6g}_ms_m_s2" for n in names for t in times)
         return replace(found, inputs=tuple(inputs))
 
-    def kept(self, which: int) -> NDArray:
+    def memory_array(self, which: int) -> NDArray:
         """Array of the decision's memory, by its number in ``predictive.decision``."""
         from .predictive.flat_arrays import array
 
@@ -398,17 +398,17 @@ class MPC(Estimating, CompiledController):
         """Hessian, gradient, rows, upper and lower bounds of the last programme; its solution."""
         from .predictive.decision import CONSTRAINTS, PROGRAMME, SOLUTION, STATE
 
-        n = int(self.kept(STATE)[CONSTRAINTS])
-        hessian, gradient, rows, *bounds = (self.kept(PROGRAMME + k) for k in range(5))
+        n = int(self.memory_array(STATE)[CONSTRAINTS])
+        hessian, gradient, rows, *bounds = (self.memory_array(PROGRAMME + k) for k in range(5))
         upper, lower = (bound[: len(gradient) + n] for bound in bounds)
-        return [hessian, gradient, rows[:n], upper, lower], self.kept(SOLUTION)
+        return [hessian, gradient, rows[:n], upper, lower], self.memory_array(SOLUTION)
 
     @property
     def units(self) -> NDArray:
         """Displacement, acceleration and velocity by which costs were normalised."""
         from .predictive.decision import UNITS
 
-        return self.kept(UNITS).copy()
+        return self.memory_array(UNITS).copy()
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide in compiled code, watched from outside."""
@@ -416,12 +416,12 @@ class MPC(Estimating, CompiledController):
 
         began = perf_counter()
         known = [np.interp(t + k, r.time, r.acceleration, right=0.0) for k, r in self._ground]
-        plan = self.kept(at.PLAN)
+        plan = self.memory_array(at.PLAN)
         previous = plan.copy()
-        begun = self.kept(at.STATE)[at.BEGUN] == 1.0
+        begun = self.memory_array(at.STATE)[at.BEGUN] == 1.0
         command = self.step(t, np.concatenate([np.asarray(measurement, dtype=float), *known]))
         took = perf_counter() - began
-        state, report = self.kept(at.STATE), self.report
+        state, report = self.memory_array(at.STATE), self.report
         report.seconds.append(took)
         report.iterations.append(int(state[at.ITERATED]))
         report.failed += int(state[at.FAILED])

@@ -96,7 +96,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         row = {"motion": name, "parts_at_s": apart} | {
             "best_constant_A": runs.CONSTANTS[constants.index(best)], "J_of_constant": best["J"],
         }  # fmt: skip
-        for own in runs.judged(candidates, record, runs.Case()):
+        for own in runs.run_candidates(candidates, record, runs.Case()):
             row["J_of_constant"] = min(row["J_of_constant"], own["constant"])
             row[own["controller"]] = own["J"]
         rows.append(row)

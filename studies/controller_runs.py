@@ -93,7 +93,7 @@ class Judgement:
     Attributes
     ----------
     rows : dict of (str, str) to list of dict
-        By case and motion, as ``judged`` gives them.
+        By case and motion, as ``run_candidates`` gives them.
     constants : dict of str to list of dict
         By motion, the constant currents.
     possible : dict of str to dict
@@ -141,7 +141,7 @@ def plant(switching: str = "instantaneous", factor: float = 1.0) -> IsolatedStru
     return reference_building().on(controllers.scaled(force=factor))
 
 
-def judged(candidates: Mapping[str, Controller], record: Record, case: Case) -> Rows:
+def run_candidates(candidates: Mapping[str, Controller], record: Record, case: Case) -> Rows:
     """Run controllers under one motion."""
     off, on, best = (
         _run(controller(name), record, case)
@@ -223,7 +223,7 @@ def evaluate(
     for motion, record in records.items():
         tasks["constants", motion] = constants, (record,)
         for name, case in CASES.items():
-            tasks[name, motion] = judged, (controllers, record, case)
+            tasks[name, motion] = run_candidates, (controllers, record, case)
     done = in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))
     return Judgement(
         {(c, m): done[c, m] for c in CASES for m in records},

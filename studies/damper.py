@@ -111,7 +111,7 @@ def currents(campaign: Campaign) -> list[str]:
     return sorted({current(r) for r in campaign.runs}, key=lambda label: float(label.split()[0]))
 
 
-def judged(
+def fit_candidates(
     campaign: Campaign,
     labels: Sequence[str],
     candidates: Mapping[str, Mapping[str, float]] = CANDIDATES,
@@ -276,7 +276,7 @@ def main(folder: Path = DATA, results: Path = RESULTS, **options: Any) -> str:
     """Run the study."""
     campaign = prepared(folder)
     by_condition, by_current = conditions(campaign), currents(campaign)
-    outcomes = judged(campaign, [*by_condition, *by_current], **options)
+    outcomes = fit_candidates(campaign, [*by_condition, *by_current], **options)
     errors = table(outcomes, [*by_condition, *by_current])
     said = verdict(outcomes, by_condition, by_current)
     console = Console(width=100)

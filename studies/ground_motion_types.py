@@ -137,7 +137,7 @@ def scored(one: Controller, record: Record, case: runs.Case) -> dict[str, float]
     """Score one controller under one motion; it is kept in the cache folder."""
 
     def find() -> dict[str, float]:
-        (row,) = runs.judged({one.name: one}, record, case)
+        (row,) = runs.run_candidates({one.name: one}, record, case)
         return {key: float(row[key]) for key in ("base", "floor", "J", "constant")}
 
     content = np.append(record.acceleration, record.dt).tobytes() + f"{one!r} {case!r}".encode()

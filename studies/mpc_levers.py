@@ -71,7 +71,8 @@ def scores(short: bool, step: Step) -> tuple[dict[str, NDArray], NDArray]:
     compared = candidates(short)
     records = {name: record for name, record in motions(short).items() if name != HOME}
     tasks = {
-        name: (runs.judged, (compared, record, runs.Case())) for name, record in records.items()
+        name: (runs.run_candidates, (compared, record, runs.Case()))
+        for name, record in records.items()
     }
     workers = 1 if short else os.cpu_count() or 1
     rows = runs.in_processes(tasks, workers, lambda name: step(name, 1 / len(tasks)))

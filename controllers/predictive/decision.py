@@ -37,7 +37,7 @@ INFEASIBLE = 1e-6
 ) = range(22)  # fmt: skip
 # arrays of the memory: single numbers, what is kept from one decision to the next, and scratch
 (
-    STATE, STRENGTH, OBSERVER_SETTINGS, OBSERVER_MEMORY, PLAN, GIVEN, Z_THEN, STATES_THEN,
+    STATE, FORCE_SCALES, OBSERVER_SETTINGS, OBSERVER_MEMORY, PLAN, GIVEN, Z_THEN, STATES_THEN,
     CURRENT_THEN, Z_NOW, STATES_NOW, CURRENT_NOW, GROUND_MOTION, GROUND_PAST, COEFFICIENTS,
     COVARIANCE, NOISE, PEAKS_PAST, PEAKS, FREE_Z, FREE_STATES, FREE_PAST, FREE_PEAKS, COURSE,
     FREE_GROUND, SLOW_SAMPLES, SLOW_RATES, SLOW_STATE, SCALE_SUMS, UNITS,
@@ -57,7 +57,7 @@ def plant_of(settings: NDArray, memory: NDArray) -> tuple:
     return (
         array2(settings, DECAY), array2(settings, HELD), array2(settings, SLOPED),
         array3(settings, MOVED), array3(settings, DEFORMATIONS), array2(settings, REFERENCE),
-        array1(settings, CHANNELS), array2(settings, DEVICE_NUMBERS), array1(memory, STRENGTH),
+        array1(settings, CHANNELS), array2(settings, DEVICE_NUMBERS), array1(memory, FORCE_SCALES),
         array2(settings, COIL_DECAY), array2(settings, ON_MODES), array2(settings, ON_FORCES),
     )  # fmt: skip
 
@@ -226,7 +226,7 @@ def learn_force_scale(
 ) -> None:  # fmt: skip
     """Estimate the devices' forces over those of the nominal model."""
     numbers, state = array1(settings, NUMBERS), array1(memory, STATE)
-    strength, force = array1(memory, STRENGTH), array1(memory, FORCES)
+    force_scales, force = array1(memory, FORCE_SCALES), array1(memory, FORCES)
     devices, side = array2(settings, DEVICE_NUMBERS), array1(memory, SIDE)
     for e in range(len(force)):
         device_now(
@@ -238,8 +238,8 @@ def learn_force_scale(
         accelerations, force, array2(settings, BY_INERTIA), array2(settings, BY_FORCE),
         numbers[KEPT], numbers[LEARNT_BEFORE], array1(memory, SCALE_SUMS),
     )  # fmt: skip
-    for e in range(len(strength)):
-        strength[e] = state[FACTOR]
+    for e in range(len(force_scales)):
+        force_scales[e] = state[FACTOR]
 
 
 def forecast(

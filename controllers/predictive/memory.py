@@ -55,7 +55,7 @@ def initial_memory(
         at.SLOPES: width, at.FOLLOWING: SCRATCH * max(p.model.n_states, 1),
     }  # fmt: skip
     arrays = {k: np.zeros(shape) for k, shape in zeros.items()} | {
-        at.STATE: np.eye(8)[at.FACTOR], at.STRENGTH: np.ones(n_devices),
+        at.STATE: np.eye(8)[at.FACTOR], at.FORCE_SCALES: np.ones(n_devices),
         at.OBSERVER_SETTINGS: observer.settings if observer else np.zeros(0),
         at.OBSERVER_MEMORY: observer.memory if observer else np.zeros(0),
         at.PLAN: np.tile(initial, (n_steps, 1)), at.GIVEN: np.tile(initial, (n_late, 1)),

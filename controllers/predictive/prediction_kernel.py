@@ -55,14 +55,14 @@ def devices(
     device_side: Callable,
 ) -> None:  # fmt: skip
     """Forces beyond reference and state rates of all devices, with their derivatives."""
-    decay, held, _, _, rows, reference, channels, _, strength, _, _, _ = plant
+    decay, held, _, _, rows, reference, channels, _, force_scales, _, _, _ = plant
     n_modes, n_states = decay.shape[1], s.shape[1]
     for e in range(held.shape[0]):
         c = int(channels[e])
         x, v = device_now(e, z, s, i, plant, side, device_side)
         stride = n_states + 4
         for q in range(stride):
-            side[q] *= strength[e]
+            side[q] *= force_scales[e]
         force[e] = side[0] - reference[e, 0] * x - reference[e, 1] * v
         for k in range(n_states):
             rate[e, k] = side[(k + 1) * stride]

@@ -23,7 +23,7 @@ from .decision import (
     OBSERVER_SCALES,
     OBSERVER_SETTINGS,
     PATH,
-    STRENGTH,
+    FORCE_SCALES,
     decide_by_motion,
 )
 from .flat_arrays import array1, array2
@@ -105,8 +105,8 @@ def take_estimate(memory: NDArray) -> None:
 def expect_forces(tracking_at: int, settings: NDArray, memory: NDArray) -> None:
     """Let the observer expect the forces that were learnt."""
     observer = array1(memory, OBSERVER_SETTINGS)
-    scales, strength = array1(settings, OBSERVER_SCALES), array1(memory, STRENGTH)
+    scales, force_scales = array1(settings, OBSERVER_SCALES), array1(memory, FORCE_SCALES)
     tracking = observer[int(observer[tracking_at]) :]
     first = COILS + len(scales) + FORCE_SCALE
     for e in range(len(scales)):
-        tracking[first + e * int(tracking[N_NUMBERS])] = scales[e] * strength[e]
+        tracking[first + e * int(tracking[N_NUMBERS])] = scales[e] * force_scales[e]

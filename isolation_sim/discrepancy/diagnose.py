@@ -22,7 +22,7 @@ from .inference import gain_interval, verdict
 from .loops.table import LoopTable, read_loop_table
 from .problem import Problem
 from .report_steps import report_steps
-from .search import Found, H
+from .search import H, SearchResult
 from .tiers.result import TIERS, Tier
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def diagnose_building(
 
 def diagnose_problem(
     problem: Problem[H], devices: Sequence[Device] = ()
-) -> tuple[Diagnosis, Found[H]]:
+) -> tuple[Diagnosis, SearchResult[H]]:
     """Run the pipeline on one kind of data."""
     result = problem.search(problem.nominal())
     dependences = problem.dependences(result.base)

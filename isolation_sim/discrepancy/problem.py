@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..laws import Device
 from .diagnosis import Cause, Errors, Trace
 from .residuals import Dependence
-from .search import Found, H, Round
+from .search import H, Round, SearchResult
 
 
 class Text(NamedTuple):
@@ -56,7 +56,7 @@ class Problem(ABC, Generic[H]):
         """Fit the model without causes, and estimate the noise."""
 
     @abstractmethod
-    def search(self, base: H) -> Found[H]:
+    def search(self, base: H) -> SearchResult[H]:
         """Search for causes."""
 
     @abstractmethod
@@ -64,11 +64,11 @@ class Problem(ABC, Generic[H]):
         """Analyse the dependence of the nominal model's residual."""
 
     @abstractmethod
-    def evaluate(self, result: Found[H]) -> Evaluation:
+    def evaluate(self, result: SearchResult[H]) -> Evaluation:
         """Compare both models with all of the data."""
 
     @abstractmethod
-    def causes(self, result: Found[H], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: SearchResult[H], evaluation: Evaluation) -> list[Cause]:
         """Infer share, chance, numbers and rivals of each cause."""
 
     @abstractmethod
@@ -77,16 +77,16 @@ class Problem(ABC, Generic[H]):
     ) -> tuple[str, ...]:
         """Name the variables on which the nominal model's residual depends."""
 
-    def next_test(self, result: Found[H], causes: Sequence[Cause]) -> str | None:
+    def next_test(self, result: SearchResult[H], causes: Sequence[Cause]) -> str | None:
         """Propose the test that would best tell rival causes apart."""
         return None
 
     @abstractmethod
-    def devices(self, result: Found[H]) -> tuple[Device | None, Device | None]:
+    def devices(self, result: SearchResult[H]) -> tuple[Device | None, Device | None]:
         """Return the device that was judged, and the one with the causes in it."""
 
     @abstractmethod
-    def traces(self, result: Found[H]) -> tuple[Trace, ...]:
+    def traces(self, result: SearchResult[H]) -> tuple[Trace, ...]:
         """Return the data as measured and as simulated, to draw."""
 
     @abstractmethod
@@ -110,7 +110,7 @@ class Problem(ABC, Generic[H]):
         """Describe the candidates of a round, the best first."""
 
     def outcome_text(
-        self, result: Found[H], evaluation: Evaluation, causes: Sequence[Cause]
+        self, result: SearchResult[H], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Add to the verdict the statements that this kind of data supports."""
         return Text("")

@@ -9,7 +9,7 @@ import numpy as np
 from .diagnosis import MEANINGS, Cause, Errors, Step, Verdict
 from .problem import Evaluation, Problem
 from .residuals import Dependence
-from .search import Found, H
+from .search import H, SearchResult
 
 DEPENDENCE = "Dependence of the residual"
 """Title of the step of the residual analysis."""
@@ -17,7 +17,7 @@ _SHOWN = 6
 
 
 def report_steps(
-    problem: Problem[H], result: Found[H], dependences: Sequence[Dependence],
+    problem: Problem[H], result: SearchResult[H], dependences: Sequence[Dependence],
     evaluation: Evaluation, causes: Sequence[Cause], verdict: Verdict,
 ) -> tuple[Step, ...]:  # fmt: skip
     """Describe how a diagnosis was reached."""
@@ -54,7 +54,7 @@ def _dependence_step(dependences: Sequence[Dependence]) -> Step:
 
 
 def _verdict_step(
-    problem: Problem[H], result: Found[H], evaluation: Evaluation, causes: Sequence[Cause],
+    problem: Problem[H], result: SearchResult[H], evaluation: Evaluation, causes: Sequence[Cause],
     verdict: Verdict,
 ) -> Step:  # fmt: skip
     sentences = [MEANINGS[verdict]]

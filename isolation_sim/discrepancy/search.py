@@ -58,7 +58,7 @@ class Round(Generic[H]):
 
 
 @dataclass(frozen=True, eq=False)
-class Found(Generic[H]):
+class SearchResult(Generic[H]):
     """Outcome of a search."""
 
     # base, best: Nominal model, and the model with the causes found
@@ -67,7 +67,7 @@ class Found(Generic[H]):
     rounds: list[Round[H]]  # In the order in which they were made
 
 
-def search(space: SearchSpace[H], base: H) -> Found[H]:
+def search(space: SearchSpace[H], base: H) -> SearchResult[H]:
     """Add causes one by one."""
     current, rounds = base, []
     while len(current.causes) < space.most_causes and not space.is_explained(current):
@@ -77,4 +77,4 @@ def search(space: SearchSpace[H], base: H) -> Found[H]:
         if taken is None:
             break
         current = space.revise(taken)
-    return Found(base, space.finish(current), rounds)
+    return SearchResult(base, space.finish(current), rounds)

@@ -95,10 +95,10 @@ class ElementCode:
         inputs |= dict(zip(self.states + self.parameters, s + p, strict=True))
         forces, rates = law.respond(tuple(moving[::2]), tuple(moving[1::2]), s, p)
         outputs = [*forces, *rates]
-        self.hoisted, self.kept, self.statements, self.results = straight_line(
+        self.hoisted, self.constants, self.statements, self.results = straight_line(
             inputs, outputs, hoist=self.parameters
         )
-        self.derived = [q for q in self.kept if q not in self.parameters]
+        self.derived = [q for q in self.constants if q not in self.parameters]
         self.relaxation = own_slopes(inputs, rates, s) if n else ([], [])
         self.motion = motion
         self.kinks = kinks(inputs, outputs, [*motion, *self.states])
@@ -139,13 +139,13 @@ class ElementCode:
     def respond(self, x: str, v: str, states: Sequence[str], j: int) -> str:
         """Call of the law at node ``j``: forces along each direction, then rates."""
         motion = [along(name, a) for a in self.directions for name in (x, v)]
-        arguments = [*motion, *states, *(f"{q}_{j}" for q in self.kept)]
+        arguments = [*motion, *states, *(f"{q}_{j}" for q in self.constants)]
         return f"respond_{self.tag}({', '.join(arguments)})"
 
     def text(self) -> str:
         """All functions of this law, as Numba source."""
         parts = {
-            "respond": (", ".join([*self.motion, *self.states, *self.kept]), self._respond()),
+            "respond": (", ".join([*self.motion, *self.states, *self.constants]), self._respond()),
             "prepare_held": ("w, b, on", self._prepare([0], copies=[1, 2, 3])),
             "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
             "relax": ("w, b, h, on", self._relax()),
@@ -225,7 +225,7 @@ class ElementCode:
         for j in range(3):
             for a in self.directions:
                 body += self._motion(f"d{j}", f"v{j}", j, forces, a)
-            body += self.load(*(f"{q}_{j}" for q in self.kept))
+            body += self.load(*(f"{q}_{j}" for q in self.constants))
             body += self.load(*(f"{s}_{j}" for s in self.states))
             if self.states:
                 call = self.respond(f"d{j}", f"v{j}", [f"{s}_{j}" for s in self.states], j)
@@ -280,7 +280,7 @@ class ElementCode:
         for a in self.directions:
             body += self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", direction=a)
             body += self._motion("d_end", "v_end", 6, forces, a)
-        body += self.load(*(f"{q}_3" for q in self.kept))
+        body += self.load(*(f"{q}_3" for q in self.constants))
         for i, s in enumerate(self.states):
             body += self.load(*(f"{s}_{j}" for j in range(3)))
             steps = [f"({s}_{j} - start{i})" for j in range(3)]
@@ -417,7 +417,7 @@ class ElementCode:
 
     def _probe(self) -> list[str]:
         """Force and rates at the present state, after the current has changed."""
-        body = self.load(*self.start, *(f"{q}_0" for q in self.kept))
+        body = self.load(*self.start, *(f"{q}_0" for q in self.constants))
         for a in self.directions:
             body += self.load("d_end", "v_end", direction=a)
         body.append(f"r0 = {self.respond('d_end', 'v_end', self.start, 0)}")

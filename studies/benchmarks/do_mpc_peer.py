@@ -56,14 +56,14 @@ class Case:
     seconds: float
 
 
-class Kept(MPC):
+class Recorder(MPC):
     """The predictive controller, with some of its decisions kept.
 
     Parameters
     ----------
     first, count : int
         Which decisions.
-    **given : object
+    **settings : object
         Settings.
     """
 
@@ -74,13 +74,15 @@ class Kept(MPC):
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, and keep what it was about."""
-        before = float(self.kept(PLAN)[0, 0])
+        before = float(self.memory_array(PLAN)[0, 0])
         command = super().current(t, measurement)
         if self.first < len(self.report.seconds) <= self.first + self.count:
-            motion = len(self.kept(MOTION_SEEN))
+            motion = len(self.memory_array(MOTION_SEEN))
             measured = np.array(measurement, dtype=float)
-            state = np.concatenate([measured[:motion], self.kept(STATES_THEN)[0], measured[-1:]])
-            ground, took = self.kept(ACCELERATION_AHEAD)[0].copy(), self.report.seconds[-1]
+            state = np.concatenate(
+                [measured[:motion], self.memory_array(STATES_THEN)[0], measured[-1:]]
+            )
+            ground, took = self.memory_array(ACCELERATION_AHEAD)[0].copy(), self.report.seconds[-1]
             self.cases.append(Case(state, ground, self.units[:2], before, float(command[0]), took))
         return command
 
@@ -106,7 +108,7 @@ class DoMPC:
             warnings.simplefilter("ignore")
             import do_mpc
 
-        self.steps = len(one.kept(PLAN))
+        self.steps = len(one.memory_array(PLAN))
         lag, slew, low, high = one.coils[0, :4]
         element, n = plant.elements[0], plant.structure.n_dofs
         inverse = np.linalg.inv(plant.structure.mass)

@@ -21,7 +21,7 @@ from controllers.mpc import MPC
 from ground_motions import Record, el_centro_1940
 from isolation_sim.simulation.control import CoilDriver
 
-from .do_mpc_peer import ALONE, DoMPC, Kept
+from .do_mpc_peer import ALONE, DoMPC, Recorder
 
 DRIVER = CoilDriver(lag=0.05, slew=60.0, high=3.0)
 EVERY = 25
@@ -115,7 +115,7 @@ def against_do_mpc(isolated: Any, record: Record, first: int = 200, count: int =
     if not find_spec("do_mpc"):
         print("do-mpc is not installed: pip install '.[bench]'")
         return
-    quick, patient = (Kept(first, count, **ALONE, iterations=n) for n in (1, 40))
+    quick, patient = (Recorder(first, count, **ALONE, iterations=n) for n in (1, 40))
     for one in (quick, patient):
         iso.simulate(isolated, until, one, driver=DRIVER)
     for what, one in (("one linearisation", quick), ("iterated", patient)):

@@ -16,7 +16,7 @@ from isolation_sim.laws import linearised_bouc_wen as lbw
 
 from .paper_000 import changed
 from .search_002 import FAST
-from .table import Check, Verdict, equation, found, read, reading
+from .table import Check, Verdict, equation, note, read, reading
 
 
 def yu() -> Iterator[Check]:
@@ -48,7 +48,7 @@ def yu() -> Iterator[Check]:
         "Eq 21",
         2 - printed,
         "",
-        found("beta and epsilon both multiply y; with a dot on the last y {} of 2 count", meant),
+        note("beta and epsilon both multiply y; with a dot on the last y {} of 2 count", meant),
     )
     peaks = [
         float(np.max(sinusoidal(changed(name), [8e-3]).last_cycle(0)[2]))

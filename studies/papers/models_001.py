@@ -19,7 +19,7 @@ from isolation_sim.laws import law
 from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A, TAO_IMPROVED
 
 from .conditions_001 import ENDS_A, complex_stiffness, corrupt, meant, table_4
-from .table import Check, claim, compare, follows, found, how, read
+from .table import Check, claim, compare, follows, how, note, read
 
 AMPLITUDE, FREQUENCY = 1e-3, 0.5
 """Scheme 2: m, Hz."""
@@ -151,7 +151,7 @@ def _units() -> Iterator[Check]:
             "Eqs 16, 21",
             force @ x / (x @ x),
             "N/m",
-            found("tension {:.3f} kN", 1e-3 * np.max(force)),
+            note("tension {:.3f} kN", 1e-3 * np.max(force)),
         )
 
 
@@ -181,7 +181,7 @@ def _distances() -> Iterator[Check]:
                 "Section 3.4",
                 implied,
                 "%",
-                found("of the printed {:g} %, {:g} % below", own_error, printed[name]),
+                note("of the printed {:g} %, {:g} % below", own_error, printed[name]),
             )
             # a measured loop at both errors lies no farther from either model
             yield claim(
@@ -189,7 +189,7 @@ def _distances() -> Iterator[Check]:
                 "Section 3.4",
                 model(current).error,
                 "%",
-                found("at most {:.1f} %, the sum of the two errors", implied + own_error),
+                note("at most {:.1f} %, the sum of the two errors", implied + own_error),
                 below=implied + own_error,
             )
 
@@ -214,7 +214,7 @@ def _order() -> Iterator[Check]:
             "Figure 21",
             table_3[3 + 2 * j] / weak,
             "",
-            found("Table 4: {:.3g} {}", weak, unit),
+            note("Table 4: {:.3g} {}", weak, unit),
         )
         for which, value in (
             ("row as printed", table_3[4 + 2 * j]),
@@ -250,7 +250,7 @@ def _table_5() -> Iterator[Check]:
                 "Table 5",
                 first_harmonic_error(scheme, current),
                 "%",
-                found("printed {:g} %; computed by the first harmonics alone", printed),
+                note("printed {:g} %; computed by the first harmonics alone", printed),
                 below=printed + 0.05,
             )
     yield compare(

@@ -24,7 +24,7 @@ from isolation_sim.laws.published import (
 )
 
 from .refit_000 import refit
-from .table import Check, Verdict, claim, compare, follows, found, how, read, reading
+from .table import Check, Verdict, claim, compare, follows, how, note, read, reading
 
 TITLE = LI_LI
 AMPLITUDES_MM = tuple(LI_LI_STIFFNESS_N_PER_MM)
@@ -94,7 +94,7 @@ def _table_1() -> Iterator[Check]:
             "Table 2",
             static[j],
             "N/mm",
-            found("Table 1 has {:g} to {:g}", measured[:, j].min(), measured[:, j].max()),
+            note("Table 1 has {:g} to {:g}", measured[:, j].min(), measured[:, j].max()),
         )
     for i, amplitude in enumerate(AMPLITUDES_MM):
         for j, current in enumerate(CURRENTS_A):
@@ -104,7 +104,7 @@ def _table_1() -> Iterator[Check]:
                 f"{measured[i, j]:.2f}",
                 model[i, j, 0],
                 "N/mm",
-                found("static stiffness alone is {:.1f}", static[j]),
+                note("static stiffness alone is {:.1f}", static[j]),
                 within=5,
             )
     for i, amplitude in enumerate(AMPLITUDES_MM):
@@ -115,7 +115,7 @@ def _table_1() -> Iterator[Check]:
                 f"{LI_LI_DAMPING_RATIO[amplitude][j]:.3f}",
                 model[i, j, 1],
                 "",
-                found("of a loop {:.2f} times as stiff", model[i, j, 0] / measured[i, j]),
+                note("of a loop {:.2f} times as stiff", model[i, j, 0] / measured[i, j]),
                 within=5,
             )
     rms = 100 * np.sqrt(np.mean((model[..., 0] / measured - 1) ** 2))
@@ -133,7 +133,7 @@ def _table_1() -> Iterator[Check]:
             f"{measured[2, j] / measured[0, j]:.3f}",
             model[2, j, 0] / model[0, j, 0],
             "",
-            found(
+            note(
                 "device {}, model {}",
                 _trend(measured[2, j] / measured[0, j]),
                 _trend(model[2, j, 0] / model[0, j, 0]),
@@ -179,7 +179,7 @@ def _frequency() -> Iterator[Check]:
                 "Table 2",
                 extreme(model),
                 "",
-                found("by 002's Tables 1-2: {:.3f}", extreme(every[:, j])),
+                note("by 002's Tables 1-2: {:.3f}", extreme(every[:, j])),
             )
 
 
@@ -193,7 +193,7 @@ def _refits() -> Iterator[Check]:
         ("quadratic in I, amplitude factor", 2, True),
     ):
         fit = refit(degree, softening)
-        remark = found("{} numbers fitted to {} measured", fit.parameters, 24)
+        remark = note("{} numbers fitted to {} measured", fit.parameters, 24)
         for name, value in (("K_eff", fit.stiffness), ("damping ratio", fit.damping)):
             yield follows(
                 f"{name} missed by a refit, {title}", "Table 1 by Eqs 11-14", value, "%", remark

@@ -23,8 +23,8 @@ from .table import (
     claim,
     compare,
     follows,
-    found,
     how,
+    note,
     read,
     reading,
 )
@@ -91,7 +91,7 @@ def _peaks() -> Iterator[Check]:
             f"{float(printed) * (1 + float(gain) / 100):.2f}",
             strong,
             "kN",
-            found("printed as {} kN and {} % more", printed, gain),
+            note("printed as {} kN and {} % more", printed, gain),
             within=5,
         )
 
@@ -166,7 +166,7 @@ def _gains() -> Iterator[Check]:
                 published,
                 value,
                 "%",
-                found("the columns' rounding allows {:.2g} % points", points),
+                note("the columns' rounding allows {:.2g} % points", points),
                 within=100 * (points + 0.05) / abs(float(published)),
                 source=sources(2.0).get(scheme),
             )
@@ -184,7 +184,7 @@ def _gains() -> Iterator[Check]:
             published,
             100 * np.max(gain[sound]),
             "%",
-            found("of the sound rows; of all, scheme {} has the largest", largest),
+            note("of the sound rows; of all, scheme {} has the largest", largest),
             within=0.2,
             source=sources(2.0).get(largest),
         )

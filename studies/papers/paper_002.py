@@ -26,8 +26,8 @@ from .table import (
     claim,
     compare,
     follows,
-    found,
     how,
+    note,
     outlier,
     read,
     reading,
@@ -146,7 +146,7 @@ def _against_000() -> Iterator[Check]:
                 f"{row[j]:.2f}",
                 row[j] * stiffness[i, j],
                 "N/mm",
-                found("{:.2f} times the measured one", stiffness[i, j]),
+                note("{:.2f} times the measured one", stiffness[i, j]),
                 within=11,
             )
     for what, columns in (("0 A", [0]), ("1 A", [1]), ("2 and 3 A", [2, 3])):
@@ -200,7 +200,7 @@ def _tables() -> Iterator[Check]:
             "Tables 1-2",
             ratio[k, j],
             "",
-            found(
+            note(
                 "alpha {:g} N; at 2 and 3 A {:.2f} to {:.2f}",
                 YU_ALPHA_N[key][j],
                 ratio[:, 2:].min(),
@@ -239,7 +239,7 @@ def _text() -> Iterator[Check]:
         "Figure 13a, Tables 1-2",
         float(np.max(stiffness[2, :, 2:] / stiffness[0, :, 2:])),
         "",
-        found("8 mm over 2 mm at 2 and 3 A, largest of 6; least {:.2f}",
+        note("8 mm over 2 mm at 2 and 3 A, largest of 6; least {:.2f}",
               np.min(stiffness[2, :, 2:] / stiffness[0, :, 2:])),
         below=1.0,
     )  # fmt: skip
@@ -253,7 +253,7 @@ def _text() -> Iterator[Check]:
         "Figure 13b, Tables 1-2",
         float(np.min(growth[sound])),
         "",
-        found(
+        note(
             "least of {} ratios of neighbouring currents without corrupt columns; with them {:.2f}",
             int(np.sum(sound)),
             np.min(growth),
@@ -267,7 +267,7 @@ def _text() -> Iterator[Check]:
             "Figure 12, Tables 1-4",
             float(np.max(ratios)),
             "",
-            found("4 Hz over 1 Hz at 2 and 3 A, largest of 6; least {:.2f}", np.min(ratios)),
+            note("4 Hz over 1 Hz at 2 and 3 A, largest of 6; least {:.2f}", np.min(ratios)),
             above=0.9,
             below=1.1,
         )
@@ -287,7 +287,7 @@ def _text() -> Iterator[Check]:
         "Figure 15",
         100 * float(np.ptp(sigma) / np.mean(sigma)),
         "%",
-        found("range of the four means; the 36 values lie from {:g} to {:g} mm²", every.min(),
+        note("range of the four means; the 36 values lie from {:g} to {:g} mm²", every.min(),
               every.max()),
         below=10.0,
     )  # fmt: skip
@@ -297,7 +297,7 @@ def _text() -> Iterator[Check]:
         "Section 5",
         counts["hybrid"] - min(n for name, n in counts.items() if name != "hybrid"),
         "",
-        found(", ".join(f"{name} {{}}" for name in counts), *counts.values()),
+        note(", ".join(f"{name} {{}}" for name in counts), *counts.values()),
         below=0.0,
     )
     for what, where, quote in (

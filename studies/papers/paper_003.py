@@ -27,8 +27,8 @@ from .table import (
     claim,
     compare,
     follows,
-    found,
     how,
+    note,
     outlier,
     reading,
 )
@@ -107,7 +107,7 @@ def _regression() -> Iterator[Check]:
         "Table 1",
         slopes["A"],
         _UNITS["A"],
-        found("with it {:.4f}", every["storage"][0]["A"]),
+        note("with it {:.4f}", every["storage"][0]["A"]),
     )
     yield follows("R² of G_real without it", "Table 1", share)
     yield claim(
@@ -115,7 +115,7 @@ def _regression() -> Iterator[Check]:
         "Discussion",
         slopes["A"],
         _UNITS["A"],
-        found("slope without the corrupt column; with it {:.4f}", every["storage"][0]["A"]),
+        note("slope without the corrupt column; with it {:.4f}", every["storage"][0]["A"]),
         above=0.0,
     )
     yield claim("storage grows with field", "Discussion", slopes["B"], _UNITS["B"], above=0.0)
@@ -141,7 +141,7 @@ def _corrupt_stiffness() -> Outlier:
         "Table 1",
         table["k1"][at] / median,
         "",
-        found("{:g} N/mm; the median of the others is {:.3f}", table["k1"][at], median),
+        note("{:g} N/mm; the median of the others is {:.3f}", table["k1"][at], median),
         lowest=0.5,
         highest=2.0,
     )
@@ -164,7 +164,7 @@ def _table_1() -> Iterator[Check]:
             "Table 1",
             count,
             "",
-            found("of 5; the other column is " + where, *keys[b]),
+            note("of 5; the other column is " + where, *keys[b]),
             highest=1,
         )
     for B, A, f in sorted(set(keys) - TESTS):
@@ -173,7 +173,7 @@ def _table_1() -> Iterator[Check]:
             "Table 1",
             (B, A, f) in TESTS,
             "",
-            found("{} tests are listed, {} columns printed", len(TESTS), len(keys)),
+            note("{} tests are listed, {} columns printed", len(TESTS), len(keys)),
             lowest=1,
         )
     yield claim(
@@ -181,7 +181,7 @@ def _table_1() -> Iterator[Check]:
         "Eq 3, Table 1",
         float(np.max(table["k_e"])),
         "1/s",
-        found("largest K_e; the smallest is {:g}; the law takes -K_e", np.min(table["k_e"])),
+        note("largest K_e; the smallest is {:g}; the law takes -K_e", np.min(table["k_e"])),
         below=0.0,
     )
 
@@ -209,7 +209,7 @@ def _table_3() -> Iterator[Check]:
         "Conclusion, Table 3",
         float(np.mean(values)),
         "%",
-        found("mean of {}; from {:g} to {:g}", values.size, values.min(), values.max()),
+        note("mean of {}; from {:g} to {:g}", values.size, values.min(), values.max()),
         above=96.0,
     )
     estimated = {f for _, _, f in TESTS}
@@ -218,7 +218,7 @@ def _table_3() -> Iterator[Check]:
         "Verification, Table 3",
         len(estimated & set(FITNESS)),
         "",
-        found("of {} frequencies, also among the tests: {}", len(FITNESS),
+        note("of {} frequencies, also among the tests: {}", len(FITNESS),
               ", ".join(f"{f:g} Hz" for f in sorted(estimated & set(FITNESS)))),
         below=0.5,
     )  # fmt: skip
@@ -244,7 +244,7 @@ def _causality() -> Iterator[Check]:
         "Eq 11 (second)",
         2 / np.pi * loss * np.log(high / low),
         "N/mm",
-        found(
+        note(
             "2/pi times loss times ln(f2/f1); Eq 10 (second) has {:.3f}",
             LINEARISED_REGRESSION_PRINTED["storage"]["f"] * (high - low),
         ),

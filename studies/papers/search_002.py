@@ -11,7 +11,7 @@ from isolation_sim.identification.swarm import force_objective, search
 from isolation_sim.identification.swarm.fruit_fly import START, Flight, fly
 from isolation_sim.laws import hybrid
 
-from .table import Check, Verdict, claim, compare, follows, found, how, reading
+from .table import Check, Verdict, claim, compare, follows, how, note, reading
 
 RUNS, SHORT_RUNS = 20_000, 500
 POPULATION, ITERATIONS = 10, 50
@@ -76,7 +76,7 @@ def _function() -> Iterator[Check]:
 
 def _searches(short: bool) -> Iterator[Check]:
     runs = SHORT_RUNS if short else RUNS
-    why = found("median of {} runs", runs)
+    why = note("median of {} runs", runs)
     adaptive = flights(20.0, True, runs=runs).values
     coarse = flights(20.0, False, runs=runs).values
     small = flights(2.0, False, runs=runs).values
@@ -92,7 +92,7 @@ def _searches(short: bool) -> Iterator[Check]:
         "Figure 8",
         100 * shown(coarse, -21.143),
         "%",
-        found("adaptive step: {:.1f} %", 100 * shown(adaptive, -21.143)),
+        note("adaptive step: {:.1f} %", 100 * shown(adaptive, -21.143)),
     )
     yield compare(
         "fixed step 2, value found", "Figure 9", "-6.694", np.median(small), "", why, within=0.5
@@ -115,7 +115,7 @@ def _searches(short: bool) -> Iterator[Check]:
         "Eq 13",
         -float(np.median(largest)),
         "",
-        found("value then found, median of {} runs; the least is found as {:.3f}", SHORT_RUNS,
+        note("value then found, median of {} runs; the least is found as {:.3f}", SHORT_RUNS,
               np.median(adaptive)),
         above=-21.1435,
         below=-21.1425,
@@ -125,7 +125,7 @@ def _searches(short: bool) -> Iterator[Check]:
         "Eqs 8-9, Figure 8",
         20.0 * (1 - 0),
         "",
-        found("side of the square of flies at step 20; with rand from -1 to 1: {:g}; the text has "
+        note("side of the square of flies at step 20; with rand from -1 to 1: {:g}; the text has "
               "flies from -40 to 0", 20.0 * (1 + 1)),
         above=39.0,
     )  # fmt: skip
@@ -171,7 +171,7 @@ def _identification(short: bool) -> Iterator[Check]:
         "Eqs 8-17",
         float(np.median(printed)),
         "N",
-        found(
+        note(
             "median of {} runs, {:.0f} to {:.0f} N, {:.0f} % of them below 30 N; the target is the "
             "model's own force at 3 A, {:.0f} N RMS",
             runs,

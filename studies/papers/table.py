@@ -57,7 +57,7 @@ def how(method: str) -> Remark:
     return Remark(method, Basis.METHOD)
 
 
-def found(template: str, *values: object) -> Remark:
+def note(template: str, *values: object) -> Remark:
     """Tell further computed numbers, which fill the template's braces."""
     if not values:
         raise ValueError(f"a computed remark needs computed values: {template!r}")
@@ -284,13 +284,13 @@ class Reading(Check):
 
     Attributes
     ----------
-    judged : Verdict
+    reading : Verdict
         What the text shows; never that a number was reproduced.
     quote : str
         The text.
     """
 
-    judged: Verdict = Verdict.NOT_CHECKABLE
+    reading: Verdict = Verdict.NOT_CHECKABLE
     quote: str = ""
 
     basis: ClassVar[Basis] = Basis.READING
@@ -298,7 +298,7 @@ class Reading(Check):
     @property
     def verdict(self) -> Verdict:
         """As read."""
-        return self.judged
+        return self.reading
 
 
 def compare(

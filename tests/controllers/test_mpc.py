@@ -273,28 +273,30 @@ def test_a_short_period_releases_for_good():
 
 def solved_programmes(monkeypatch, isolated, ground, **settings):
     """Every programme of a run and its solution."""
-    kept, decide = [], MPC.current
+    memory_array, decide = [], MPC.current
 
     def recorded(self, t, measurement):
         command = decide(self, t, measurement)
         if self.report.iterations[-1]:
             programme, x = self.programme()
-            kept.append(([np.array(a) for a in programme], x.copy()))
+            memory_array.append(([np.array(a) for a in programme], x.copy()))
         return command
 
     monkeypatch.setattr(MPC, "current", recorded)
     one = MPC(**settings)
     simulate(isolated, ground, one, driver=LAGGING)
-    return one, kept
+    return one, memory_array
 
 
 def test_solutions_are_those_of_an_interior_point_method(monkeypatch, isolated, record):
     import casadi
 
-    one, kept = solved_programmes(monkeypatch, isolated, record.cut(0.0, 4.0))
-    assert len(kept) > 150 and one.report.failed == 0  # while the start is stiff, none is solved
+    one, memory_array = solved_programmes(monkeypatch, isolated, record.cut(0.0, 4.0))
+    assert (
+        len(memory_array) > 150 and one.report.failed == 0
+    )  # while the start is stiff, none is solved
     worst = 0.0
-    for (hessian, gradient, rows, upper, lower), x in kept[20::20]:
+    for (hessian, gradient, rows, upper, lower), x in memory_array[20::20]:
         n = len(gradient)
         unknown = casadi.SX.sym("x", n)
         cost = casadi.bilin(hessian, unknown, unknown) / 2 + casadi.dot(gradient, unknown)
@@ -479,8 +481,8 @@ def test_a_random_motion_is_foreseen_better_by_its_velocity():
 def test_without_a_model_the_ground_is_expected_to_rest(isolated, record):
     one = MPC(order=0, settling=None)
     simulate(isolated, record.cut(0.0, 3.0), one, driver=LAGGING)
-    assert one.report.failed == 0 and one.kept(STRAYS)[1:].min() > 0.0
-    ahead = one.kept(ACCELERATION_AHEAD)
+    assert one.report.failed == 0 and one.memory_array(STRAYS)[1:].min() > 0.0
+    ahead = one.memory_array(ACCELERATION_AHEAD)
     assert np.abs(ahead[:, 0]).max() > 0.0 and not ahead[:, 1:].any()
 
 
@@ -601,8 +603,8 @@ def test_the_cost_at_the_end_is_on_the_amplitude_once_the_ground_rests(started):
 class Ahead:
     """A ground motion in one direction that is looked ahead at, sample by sample."""
 
-    def __init__(self, n_sub, n_steps, order, settling, kept):
-        self.returning = 0.0 if settling is None else 1.0 / settling, 0.02, kept, 1.0
+    def __init__(self, n_sub, n_steps, order, settling, memory_array):
+        self.returning = 0.0 if settling is None else 1.0 / settling, 0.02, memory_array, 1.0
         self.n_sub, self.end = n_sub, np.zeros((1, 2))
         self.acceleration = np.zeros((1, n_steps + 1))
         self.path = np.zeros((1, n_steps * n_sub + 1))

@@ -76,9 +76,9 @@ def test_noise_delay_and_a_wrong_belief_reach_the_controllers(short):
 
 
 def test_every_controller_that_decides_something_is_judged():
-    judged = study.candidates(False)
-    assert set(available_controllers()) - set(judged) == set(study.NOT_EVALUATED)
-    assert [one.preview for one in judged.values() if one.name == "mpc"] == [
+    compared = study.candidates(False)
+    assert set(available_controllers()) - set(compared) == set(study.NOT_EVALUATED)
+    assert [one.preview for one in compared.values() if one.name == "mpc"] == [
         0.0, study.PREVIEW, 0.0, study.PREVIEW,
     ]  # fmt: skip
     random = [m for m in study.motions(False) if m != study.HOME]
@@ -177,7 +177,7 @@ def test_no_two_controllers_of_the_figure_look_the_same():
 
 def test_what_is_not_bounded_is_reported():
     record = study.motions(True)["El Centro"].padded(after=20.0)
-    (row,) = runs.judged({"leaving": Leaving()}, record, runs.Case())
+    (row,) = runs.run_candidates({"leaving": Leaving()}, record, runs.Case())
     assert not row["bounded"]
     found = study.Judgement(
         {(case, m): [row] for case in runs.CASES for m in ("El Centro", "again")},

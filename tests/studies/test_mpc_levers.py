@@ -49,7 +49,7 @@ def test_scores_are_those_of_the_controller_study(short):
     found, _ = short
     records = [record for name, record in motions(True).items() if name != "El Centro"]
     one = {"mpc": controller("mpc", preview=PREVIEW, **study.ABLATIONS[study.SHORT[0]])}
-    rows = [runs.judged(one, record, runs.Case())[0] for record in records]
+    rows = [runs.run_candidates(one, record, runs.Case())[0] for record in records]
     (row,) = [
         row for row in found.table
         if row["without"] == study.SHORT[0] and row["preview_s"] == PREVIEW

@@ -31,7 +31,7 @@ from ..decisions import BUILDING_EXPLAINED, DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
-from ..search import Found, Round
+from ..search import Round, SearchResult
 
 _FLOOR = re.compile(r"floor(\d+)")
 
@@ -58,11 +58,11 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.engineers = self.first.evaluate(())
         return self.engineers
 
-    def search(self, base: FittedBuilding) -> Found[FittedBuilding]:
+    def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
         """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
-        self.without = self.space.without_each(result.best) if result.best.found else []
+        self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
 
     def dependences(self, base: FittedBuilding) -> list[Dependence]:
@@ -72,7 +72,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             [_variables(record) for record in self.records],
         )
 
-    def evaluate(self, result: Found[FittedBuilding]) -> Evaluation:
+    def evaluate(self, result: SearchResult[FittedBuilding]) -> Evaluation:
         """Compare all channels before and after, and test both for noise alone."""
         comparison, before, after = self.space.comparison, self.space.before, result.best
         segments = comparison.fitted + comparison.held_out
@@ -96,13 +96,13 @@ class BuildingRecords(Problem[FittedBuilding]):
             {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
         )
 
-    def causes(self, result: Found[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: SearchResult[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
         """Causes with their shares of the misfit that all of them remove."""
         best, space = result.best, self.space
         split = inference.shares(
             [one.held_out_cost for one in self.without], best.held_out_cost,
             space.removed_share(best),
-        ) if best.found else []  # fmt: skip
+        ) if best.cause_values else []  # fmt: skip
         numbers = intervals(best)
         return [
             Cause(
@@ -114,7 +114,7 @@ class BuildingRecords(Problem[FittedBuilding]):
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
                 form=cause.form,
             )
-            for k, (cause, _) in enumerate(best.found)
+            for k, (cause, _) in enumerate(best.cause_values)
         ]
 
     def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
@@ -122,7 +122,9 @@ class BuildingRecords(Problem[FittedBuilding]):
         errors = [
             100 * pooled(relative_errors(comparison, outcome, True)) for outcome in (without, best)
         ]
-        what = best.found[k][0].says.format(**{name: one.value for name, one in numbers.items()})
+        what = best.cause_values[k][0].says.format(
+            **{name: one.value for name, one in numbers.items()}
+        )
         segment = comparison.held_out[0]
         gain = cell_means(without.held_out[0]) - cell_means(best.held_out[0])
         return (
@@ -144,11 +146,13 @@ class BuildingRecords(Problem[FittedBuilding]):
             named = (*named, _cell(segment, int(np.argmax(excess))))
         return named
 
-    def next_test(self, result: Found[FittedBuilding], causes: Sequence[Cause]) -> str | None:
+    def next_test(
+        self, result: SearchResult[FittedBuilding], causes: Sequence[Cause]
+    ) -> str | None:
         """The ground motion scaled, or another current, where the first rivals differ most."""
         doubts = [
             (cause.label, self.space.rivals[cause.label][0])
-            for cause, _ in result.best.found
+            for cause, _ in result.best.cause_values
             if self.space.rivals[cause.label]
         ]
         if not doubts:
@@ -156,7 +160,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         label, rival = doubts[0]
         comparison = self.space.comparison
         segment = comparison.fitted[0]
-        models = [with_causes(comparison.model, one.found) for one in (result.best, rival)]
+        models = [with_causes(comparison.model, one.cause_values) for one in (result.best, rival)]
         best, most = "", -1.0
         for test, record in _tests(segment.record, comparison):
             apart = models[0].simulated(record) - models[1].simulated(record)
@@ -168,16 +172,16 @@ class BuildingRecords(Problem[FittedBuilding]):
             "noise"
         )
 
-    def devices(self, result: Found[FittedBuilding]) -> tuple[None, Device | None]:
+    def devices(self, result: SearchResult[FittedBuilding]) -> tuple[None, Device | None]:
         """The isolators' device, if a cause changes it."""
-        model = with_causes(self._model, result.best.found)
+        model = with_causes(self._model, result.best.cause_values)
         return None, model.device if model.effects else None
 
-    def building(self, result: Found[FittedBuilding]) -> IsolatedStructure:
+    def building(self, result: SearchResult[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
-        return with_causes(self._model, result.best.found).assembled()
+        return with_causes(self._model, result.best.cause_values).assembled()
 
-    def traces(self, result: Found[FittedBuilding]) -> tuple[Trace, ...]:
+    def traces(self, result: SearchResult[FittedBuilding]) -> tuple[Trace, ...]:
         """Each channel in each segment of a record."""
         comparison, outcomes = self.space.comparison, (self.space.before, result.best)
         return worst_first(
@@ -243,7 +247,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             ("cause", "form", "mean square of fitted data", "of held-out data", "p"),
             tuple(
                 (
-                    one.causes[-1], one.found[-1][0].form, f"{one.variance:.3f}",
+                    one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
                     f"{one.held_out_cost / sizes:.3f}", f"{p_value(tried.base, one):.1e}",
                 )
                 for one in tried.tried
@@ -251,7 +255,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         )  # fmt: skip
 
     def outcome_text(
-        self, result: Found[FittedBuilding], evaluation: Evaluation, causes: Sequence[Cause]
+        self, result: SearchResult[FittedBuilding], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Chance of what remains, and the errors on data not fitted, channel by channel."""
         chance = evaluation.details["adequacy_p_value"]["after"]
@@ -276,7 +280,7 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
     # as many residuals as are independent carry the same sum of squares
     half = inference.half_widths(outcome.optimum.jacobian, outcome.cost / outcome.n_independent)
     numbers, at = [], 0
-    for cause, values in outcome.found:
+    for cause, values in outcome.cause_values:
         x = coordinates(cause.parameters, values)
         width = half[at : at + len(x)]
         lower, upper = (
@@ -347,7 +351,7 @@ def _segment_traces(
     segment: Segment, held_out: bool, comparison: Comparison, outcomes: Sequence[FittedBuilding]
 ) -> Iterator[Trace]:
     record, samples = segment.record, segment.samples
-    simulated = [record.values - comparison.residual(one.found, record) for one in outcomes]
+    simulated = [record.values - comparison.residual(one.cause_values, record) for one in outcomes]
     time = record.ground.time[samples]
     where = record.name
     if len(time) < len(record.ground):

@@ -50,7 +50,7 @@ from ..device.stability import stability
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
-from ..search import Found, Round, search
+from ..search import Round, SearchResult, search
 
 PARAMETERS = "parameter_values"
 """Name of the cause that the parameter values, not the form, of a law are wrong."""
@@ -142,7 +142,7 @@ class DeviceTests(Problem[FittedModel]):
         """Analyse the residual of the law on the searched samples."""
         return of_device_tests(base, self.space.noise_cost)
 
-    def search(self, base: FittedModel) -> Found[FittedModel]:
+    def search(self, base: FittedModel) -> SearchResult[FittedModel]:
         """Search for effects, then fit them to all samples."""
         result = search(self.space, base)
         self.progress("fitting all samples")
@@ -162,7 +162,7 @@ class DeviceTests(Problem[FittedModel]):
             self._extend(best)
         return replace(result, best=best)
 
-    def _proposals(self, result: Found[FittedModel]) -> Iterator[FittedModel]:
+    def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
         """Models to ask whether they hold on held-out data, until one does.
 
         Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
@@ -273,7 +273,7 @@ class DeviceTests(Problem[FittedModel]):
         before = self._misfit(self.before, chosen)
         return self._misfit(self.after, chosen) / before if before > 0 else 0.0
 
-    def evaluate(self, result: Found[FittedModel]) -> Evaluation:
+    def evaluate(self, result: SearchResult[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
         data, left = self.data, self._left()
         residuals = self.before - data.force, self.after - data.force
@@ -306,7 +306,7 @@ class DeviceTests(Problem[FittedModel]):
         floor = float(np.sum(noise / data.weight[chosen] ** 2)) / size
         return bool(error**2 - floor < self.significance**2)
 
-    def causes(self, result: Found[FittedModel], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: SearchResult[FittedModel], evaluation: Evaluation) -> list[Cause]:
         """Interference, the effects found, and given parameter values that are wrong."""
         misfit = self._misfit(self.before)
         causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
@@ -439,12 +439,12 @@ class DeviceTests(Problem[FittedModel]):
         term = next((c for c in causes if c.name == OUTSIDE), None)
         return smallest_set(dependences) if term is None else variables(term.form)
 
-    def next_test(self, result: Found[FittedModel], causes: Sequence[Cause]) -> str | None:
+    def next_test(self, result: SearchResult[FittedModel], causes: Sequence[Cause]) -> str | None:
         """Propose a sinusoid under which the first rival causes differ most."""
         confusable = {c.name: c.confusable_with for c in causes if c.confusable_with}
         return next_test(self.final, self.space, result.best, confusable)
 
-    def devices(self, result: Found[FittedModel]) -> tuple[Device, Device]:
+    def devices(self, result: SearchResult[FittedModel]) -> tuple[Device, Device]:
         """The law as it was judged, and with the effects found."""
         data, law, final = self.data, self.law, self.final
         low, high = float(data.current.min()), float(data.current.max())
@@ -463,7 +463,7 @@ class DeviceTests(Problem[FittedModel]):
         )
         return evaluated if self.device is None else self.device, extended
 
-    def traces(self, result: Found[FittedModel]) -> tuple[Trace, ...]:
+    def traces(self, result: SearchResult[FittedModel]) -> tuple[Trace, ...]:
         """Force against deformation, run by run."""
         data = self.data
         return worst_first(
@@ -577,7 +577,7 @@ class DeviceTests(Problem[FittedModel]):
         )
 
     def outcome_text(
-        self, result: Found[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
+        self, result: SearchResult[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Why nothing was found, and effects that are too small to matter."""
         if self.unstable:

@@ -22,7 +22,7 @@ from ..loops.model import CYCLES, SAMPLES, FittedLoops, LoopSearch, rms
 from ..loops.table import LoopTable
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_loops, significant
-from ..search import Found, Round, search
+from ..search import Round, SearchResult, search
 
 
 class LoopTableTests(Problem[FittedLoops]):
@@ -55,7 +55,7 @@ class LoopTableTests(Problem[FittedLoops]):
         self._bases = [self.space.fit_law(self.law, self.device, one) for one in self._degrees]
         return min(self._bases, key=lambda base: base.left_out)
 
-    def search(self, base: FittedLoops) -> Found[FittedLoops]:
+    def search(self, base: FittedLoops) -> SearchResult[FittedLoops]:
         """Search with each degree, and keep the better outcome."""
         outcomes = [search(self.space, one) for one in self._bases]
         return min(outcomes, key=lambda result: result.best.left_out)
@@ -72,7 +72,7 @@ class LoopTableTests(Problem[FittedLoops]):
     def _before(self, base: FittedLoops) -> NDArray:
         return base.model.loops(self._start(base))[0]
 
-    def evaluate(self, result: Found[FittedLoops]) -> Evaluation:
+    def evaluate(self, result: SearchResult[FittedLoops]) -> Evaluation:
         """Compare stiffness and damping before and after on fitted rows and on rows left out."""
         base, best = result.base, result.best
         before, after = self._before(base), best.ratios
@@ -93,7 +93,7 @@ class LoopTableTests(Problem[FittedLoops]):
             details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
         )  # fmt: skip
 
-    def causes(self, result: Found[FittedLoops], evaluation: Evaluation) -> list[Cause]:
+    def causes(self, result: SearchResult[FittedLoops], evaluation: Evaluation) -> list[Cause]:
         """Effects in the order of their selection, each with its contribution."""
         best, where = result.best, result.best.optimum.x
         if not best.causes:
@@ -139,7 +139,7 @@ class LoopTableTests(Problem[FittedLoops]):
         """Conditions whose ranks go with the errors."""
         return significant(dependences, LOOP_CORRELATION)
 
-    def devices(self, result: Found[FittedLoops]) -> tuple[Device, Device]:
+    def devices(self, result: SearchResult[FittedLoops]) -> tuple[Device, Device]:
         """The law as it was judged, and with the effects found."""
         table, base, best = self.table, result.base, result.best
         varies = np.ptp(table.current) > 0
@@ -159,7 +159,7 @@ class LoopTableTests(Problem[FittedLoops]):
         extended = extend(replace(evaluated, current=current), list(applied))
         return evaluated if self.device is None else self.device, extended
 
-    def traces(self, result: Found[FittedLoops]) -> tuple[Trace, ...]:
+    def traces(self, result: SearchResult[FittedLoops]) -> tuple[Trace, ...]:
         """Simulated loops; of the measured ones a table keeps only ellipses."""
         table, base, best = self.table, result.base, result.best
         data = base.model.data

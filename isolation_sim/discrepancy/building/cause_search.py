@@ -26,7 +26,7 @@ from ..decisions import (
     TO_BLAME,
 )
 from ..inference import f_chance, rivals
-from ..search import Found, search
+from ..search import SearchResult, search
 from .causes import candidates
 from .comparison import Comparison, FittedBuilding, compare_records
 from .errors import excess_error, relative_noise
@@ -59,19 +59,19 @@ class CauseSearch:
 
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit each cause's own numbers roughly, and the best causes with all numbers."""
-        self.progress(f"looking for a cause{' beside ' * bool(current.found)}"
+        self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         rough = []
         for cause in self._choices:
             if cause.label in current.causes:
                 continue
             fits = [
-                self.comparison.fit(current.found, ((cause, start),), SCREENING_STEPS)
+                self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
                 for start in cause.starts
             ]
             rough.append(min(fits, key=lambda outcome: outcome.cost))
         rough = _rank(rough)
-        refined = [self.comparison.fit((), one.found) for one in rough[:REFINED]]
+        refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
         return _rank(refined + rough[REFINED:])
 
     def choose(
@@ -88,10 +88,12 @@ class CauseSearch:
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
         old = self.comparison
-        self.comparison = compare_records(old.model, old.records, taken.found, old.model_error)
+        self.comparison = compare_records(
+            old.model, old.records, taken.cause_values, old.model_error
+        )
         self.before = self.comparison.evaluate(())
-        current = self.comparison.fit((), taken.found)
-        while len(current.found) > 1:
+        current = self.comparison.fit((), taken.cause_values)
+        while len(current.cause_values) > 1:
             best = min(self._without_each(current), key=lambda outcome: outcome.cost)
             if p_value(best, current) * self._n_tests < FALSE_ALARM:
                 break
@@ -100,13 +102,13 @@ class CauseSearch:
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Let each cause take a better variant; name none if together they remove too little."""
-        if len(best.found) > 1:
+        if len(best.cause_values) > 1:
             best = self._exchange_variants(best)
         return best if self.removed_share(best) >= TO_BLAME else self.before
 
     def without_each(self, best: FittedBuilding) -> list[FittedBuilding]:
         """Fits that lack one of the causes found."""
-        return [self.before] if len(best.found) == 1 else self._without_each(best)
+        return [self.before] if len(best.cause_values) == 1 else self._without_each(best)
 
     def removed_share(self, after: FittedBuilding) -> float:
         """Share of the held-out misfit above the noise that a model removes, 0 to 1."""
@@ -131,15 +133,19 @@ class CauseSearch:
         )
 
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
-        result = current.found
+        result = current.cause_values
         return [self.comparison.fit((), result[:k] + result[k + 1 :]) for k in range(len(result))]
 
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
-        for k in range(len(current.found)):
-            cause = current.found[k][0]
+        for k in range(len(current.cause_values)):
+            cause = current.cause_values[k][0]
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
-                    result = (*current.found[:k], (other, other.starts[0]), *current.found[k + 1 :])
+                    result = (
+                        *current.cause_values[:k],
+                        (other, other.starts[0]),
+                        *current.cause_values[k + 1 :],
+                    )
                     trial = self.comparison.fit((), result)
                     n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
                     if trial.criterion(n) < current.criterion(n):
@@ -151,7 +157,7 @@ def search_causes(
     comparison: Comparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
-) -> tuple[CauseSearch, Found[FittedBuilding]]:
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:

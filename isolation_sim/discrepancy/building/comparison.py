@@ -29,7 +29,7 @@ CauseValues = tuple[tuple[Candidate, Values], ...]
 class FittedBuilding:
     """How well a model with some causes follows the records."""
 
-    found: CauseValues  # tuple of (Candidate, tuple of float): The causes in it
+    cause_values: CauseValues  # tuple of (Candidate, tuple of float): The causes in it
     # fitted, held_out: Weighted residuals of each part; see ``Segment.whiten``
     fitted: tuple[NDArray, ...]
     held_out: tuple[NDArray, ...]
@@ -49,7 +49,7 @@ class FittedBuilding:
     @property
     def causes(self) -> tuple[str, ...]:
         """Labels of the causes in it."""
-        return tuple(cause.label for cause, _ in self.found)
+        return tuple(cause.label for cause, _ in self.cause_values)
 
     @property
     def n(self) -> int:
@@ -59,7 +59,7 @@ class FittedBuilding:
     @property
     def n_parameters(self) -> int:
         """Numbers of all causes."""
-        return sum(len(values) for _, values in self.found)
+        return sum(len(values) for _, values in self.cause_values)
 
     @property
     def variance(self) -> float:

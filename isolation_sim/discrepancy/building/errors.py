@@ -15,7 +15,7 @@ def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: b
     """Error of each channel: RMS of the residual over RMS of the measured value."""
     squares = 0.0, 0.0
     for segment in comparison.held_out if held_out else comparison.fitted:
-        residual = comparison.residual(outcome.found, segment.record)[segment.samples]
+        residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         measured = segment.record.values[segment.samples]
         squares = squares[0] + (residual**2).sum(axis=0), squares[1] + (measured**2).sum(axis=0)
     return np.sqrt(squares[0] / squares[1])
@@ -37,7 +37,7 @@ def excess_error(comparison: Comparison, outcome: FittedBuilding) -> float:
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
     for segment in comparison.held_out:
-        residual = comparison.residual(outcome.found, segment.record)[segment.samples]
+        residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         noise = len(residual) * floors[segment.record.name].total ** 2
         beyond += (residual**2).sum(axis=0) - noise
         measured += len(residual) * segment.rms**2
@@ -51,7 +51,7 @@ def squared_blocks(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -
         per_block = max(int(TYPICAL_PERIOD / segment.record.ground.dt), 1)
         sums = []
         for outcome in outcomes:
-            residual = comparison.residual(outcome.found, segment.record)[segment.samples]
+            residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
             n = len(residual) // per_block
             squares = ((residual / segment.rms)[: n * per_block] ** 2).sum(axis=1)
             sums.append(squares.reshape(n, per_block).sum(axis=1))

@@ -100,8 +100,8 @@ def test_white_noise_is_measured_above_what_shakes_below():
     rng = np.random.default_rng(1)
     t = np.arange(4000) * 0.01
     signal = np.sin(2 * np.pi * 1.0 * t) + 0.02 * rng.standard_normal(t.size)
-    found = white_noise(signal[:, np.newaxis], 0.01, 20.0, 0.5)
-    assert found[0] == pytest.approx(0.02, rel=0.1)
+    cause_values = white_noise(signal[:, np.newaxis], 0.01, 20.0, 0.5)
+    assert cause_values[0] == pytest.approx(0.02, rel=0.1)
 
 
 def test_residuals_of_noise_alone_are_white(isolated):
@@ -174,11 +174,13 @@ def test_what_no_cause_explains_is_blamed_on_none(isolated):
 
 def test_a_cause_stands_out_from_what_no_cause_explains(isolated):
     record = _swaying(_record(isolated, _heavier(0.5), seed=7), 0.1)
-    space, found = search_causes(compare_records(building_model(isolated, [record]), [record]))
-    assert [cause.name for cause, _ in found.best.found] == ["base_mass_error"]
-    assert found.best.found[0][1][0] == pytest.approx(0.5, abs=0.1)
+    space, cause_values = search_causes(
+        compare_records(building_model(isolated, [record]), [record])
+    )
+    assert [cause.name for cause, _ in cause_values.best.cause_values] == ["base_mass_error"]
+    assert cause_values.best.cause_values[0][1][0] == pytest.approx(0.5, abs=0.1)
     # the search was repeated, expecting of every model no less than the best one leaves
-    left = excess_error(space.comparison, found.best)
+    left = excess_error(space.comparison, cause_values.best)
     assert 0.1 < left < 2 * space.comparison.model_error
 
 
@@ -246,10 +248,10 @@ def test_intervals_are_those_of_a_linear_fit(isolated):
         if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"
     )  # fmt: skip
     outcome = comparison.fit((), ((bias, (0.01,)),))
-    found = intervals(outcome)[0]["mean"]
+    cause_values = intervals(outcome)[0]["mean"]
     n = split(record)
     half = 1.96 * comparison.floors[0].sensors[3] / np.sqrt(n)
-    assert (found.high - found.low) / 2 == pytest.approx(half, rel=0.25)
+    assert (cause_values.high - cause_values.low) / 2 == pytest.approx(half, rel=0.25)
 
 
 def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):
