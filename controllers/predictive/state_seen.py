@@ -15,6 +15,7 @@ from ..observers.extended import DEVICES, extended_update
 from ..observers.kalman import TRACKING, kalman_update
 from .decision import (
     COIL_TABLE,
+    FORCE_SCALES,
     LEARNS,
     MOTION_SEEN,
     NUMBERS,
@@ -23,7 +24,6 @@ from .decision import (
     OBSERVER_SCALES,
     OBSERVER_SETTINGS,
     PATH,
-    FORCE_SCALES,
     decide_by_motion,
 )
 from .flat_arrays import array1, array2

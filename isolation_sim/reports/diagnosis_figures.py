@@ -90,11 +90,11 @@ def errors_by_run(diagnosis: Diagnosis) -> Figure:
         floor = 100 * diagnosis.noise_floor
         if np.isfinite(floor) and floor > 0:
             panel.axvline(floor, color="0.4", ls=(0, (1, 1)), lw=0.9, label="noise floor, pooled")
-        panel.set_yticks(rows, [t.name + (" *" if t.held_out else "") for t in traces])
+        panel.set_yticks(rows, [t.name + (", held out" if t.held_out else "") for t in traces])
         panel.tick_params(axis="y", labelsize=6)
         panel.set_xscale("log")
         panel.xaxis.set_major_formatter("{x:g}")
-        panel.set_xlabel("Residual over measured value, RMS (%); * held out")
+        panel.set_xlabel("Residual over measured value, RMS (%)")
         legend(figure, panel, "outside upper center")
     return figure
 

@@ -56,7 +56,7 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
             if run["status"] != "ok":
                 cells.append(str(run["status"]))
             else:
-                mark = "*" if governing[label] == motion else " "
+                mark = "†" if governing[label] == motion else " "
                 cells.append(f"{run[criterion] * factor:.4g}{mark}")
         rows.append((str(motion), *cells))
     return rows
@@ -67,7 +67,7 @@ def records_table(suite: Suite, criterion: str) -> TextTable:
     title = f"{heading(criterion)}, one row per motion"
     headings = ("motion", *map(as_written, suite.controllers))
     rows = records_rows(suite, criterion)
-    return TextTable(title, headings, rows, caption="* governs under this controller")
+    return TextTable(title, headings, rows, caption="† governs under this controller")
 
 
 def motions_text(suite: Suite) -> str:

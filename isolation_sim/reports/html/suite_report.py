@@ -60,13 +60,10 @@ def _statistics(suite: Suite, label: str) -> Table:
 
 
 def _records(suite: Suite, criterion: str) -> Table:
-    rows = tuple(
-        Row(motion, tuple(Cell(text.rstrip("* "), "best" if "*" in text else "") for text in cells))
-        for motion, *cells in records_rows(suite, criterion)
-    )
+    rows = text_rows(records_rows(suite, criterion))
     return Table(
         capital(heading(criterion)), ("Motion", *map(as_written, suite.controllers)), rows,
-        note="* governs under this controller.",
+        note="† governs under this controller.",
     )  # fmt: skip
 
 
