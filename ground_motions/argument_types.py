@@ -122,6 +122,8 @@ class _Names(dict[str, Any]):
 
 def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
     """The place within a value that is of another kind, what is there, and the kind."""
+    if type(value) is kind and not _is_array(kind):
+        return None
     origin = get_origin(kind) or kind
     wrong = place, value, kind
     if _is_array(origin):

@@ -150,21 +150,10 @@ def prepared(
     alone: bool = False,
 ) -> Lane:
     """Tell a controller its run context and ask for its commands or its compiled decision."""
-    traceable(isolated)
-    if not alone:
-        refuse_unit(isolated)
-    if nominal is not None:
-        traceable(nominal)
-    if not isolated.elements:
-        raise InputError(
-            f"{isolated.structure.name} has no isolator or other element; put it on one with "
-            ".on(device) or add one with .with_element(...)"
-        )
+    tested = _check_plant(isolated, alone)
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
-    if nominal is None:
-        nominal = _by_papers_rule(isolated)
-    tested = np.array([isolated.tested_current(c) for c in range(len(coils))])
+    nominal = _by_papers_rule(isolated) if nominal is None else traceable(nominal)
     context = _run_context(nominal, records, controller, coils, tested, driver, delays)
     # a controller with a period of its own decides as it goes
     _check_memory(isolated, records, controller.period, controller.name)
@@ -180,12 +169,28 @@ def prepared(
     return Lane(isolated, records, coils, context, schedule, compiled)
 
 
+@lru_cache(maxsize=1024)
+def _check_plant(isolated: IsolatedStructure, alone: bool) -> NDArray:
+    """Refuse a plant that cannot be simulated; highest tested current of each coil, A."""
+    traceable(isolated)
+    if not alone:
+        refuse_unit(isolated)
+    if not isolated.elements:
+        raise InputError(
+            f"{isolated.structure.name} has no isolator or other element; put it on one with "
+            ".on(device) or add one with .with_element(...)"
+        )
+    tested = np.array([isolated.tested_current(c) for c in range(isolated.n_channels)])
+    tested.flags.writeable = False
+    return tested
+
+
 def _check_memory(
     isolated: IsolatedStructure, records: tuple[Record, ...], period: float | None, name: str
 ) -> None:
     """Refuse a run whose arrays are larger than this computer's memory."""
-    n_samples, duration = len(records[0].acceleration), records[0].duration
-    n_decisions = duration / period if period else 0.0
+    n_samples = len(records[0].acceleration)
+    n_decisions = records[0].duration / period if period else 0.0
     # modes at the points and at the steps, forces, states, commands
     numbers = 12 * isolated.structure.n_dofs + 24 * len(isolated.elements) + 16
     size = 8.0 * numbers * (n_samples + n_decisions)

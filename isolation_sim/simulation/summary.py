@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -24,38 +25,29 @@ its peaks."""
 def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
     """Criteria of every lane of a finished block."""
     # A lane's criteria have the same bits in a block as in a single run.
-    items, peak, total = _summed(plants, work)
-    result = {f"peak_{name}": peak[own].max(axis=0, initial=0.0) for name, own in items}
-    for name, own in items:
-        result[f"rms_{name}"] = np.sqrt(total[own].max(axis=0, initial=0.0))
-    return result
+    items, both = _summed(plants, work)
+    # a criterion of no items, such as the drift of a building without storeys, is 0
+    both = np.concatenate([both, np.zeros((2, 1, both.shape[-1]))], axis=1)
+    of_items = [own or [-1] for _, own in items]
+    first = np.cumsum([0, *map(len, of_items[:-1])])
+    peak, total = np.maximum.reduceat(both[:, [*chain.from_iterable(of_items)]], first, axis=1)
+    result = {f"peak_{name}": row for (name, _), row in zip(items, peak, strict=True)}
+    rms = np.sqrt(total)
+    return result | {f"rms_{name}": row for (name, _), row in zip(items, rms, strict=True)}
 
 
 def item_peaks(isolated: IsolatedStructure, work: Workspace) -> dict[str, NDArray]:
     """Peaks of each item, such as a level or a storey, of a single finished run."""
-    items, peak, _ = _summed([isolated], work)
+    items, (peak, _) = _summed([isolated], work)
     return {name: peak[own, 0] for name, own in items}
 
 
 def _summed(
     plants: Sequence[IsolatedStructure], work: Workspace
-) -> tuple[tuple[tuple[str, list[int]], ...], NDArray, NDArray]:
-    """Quantities with their items' numbers; peaks and mean squares of items, (n_items, lanes)."""
-    quantities = _quantities(tuple(plants[: work.module.TABLE_LANES]))
-    fast = np.flatnonzero(quantities.fastest * work.grid.longest > RESOLVED)
-    moduli = quantities.moduli[:, fast]
-    of_fast = (
-        moduli, np.einsum("imt,met->iet", moduli, quantities.forced[fast]),
-        quantities.follows[:, :, fast],
-    )  # fmt: skip
-    # of one layout: the kernel is compiled once more for another
-    peak, total = work.summarise(
-        Quantities(
-            quantities.rows, quantities.n_items, quantities.n_directions, fast,
-            *map(np.ascontiguousarray, of_fast),
-        )
-    )  # fmt: skip
-    return quantities.items, peak, total
+) -> tuple[tuple[tuple[str, list[int]], ...], NDArray]:
+    """Criteria with their items' numbers; peaks and mean squares of items, (2, n_items, lanes)."""
+    items, quantities = _on_a_grid(tuple(plants[: work.module.TABLE_LANES]), work.grid.longest)
+    return items, work.summarise(quantities)
 
 
 def summary_key(isolated: IsolatedStructure) -> tuple:
@@ -100,6 +92,23 @@ def _quantities(plants: tuple[IsolatedStructure, ...]) -> _Quantities:
         per_lane[0][0], len(moduli), len(plants[0].structure.directions), rows.ravel(), moduli,
         forced.T, follows.transpose(0, 2, 3, 1), np.abs(eigenvalues).max(axis=0),
     )  # fmt: skip
+
+
+@lru_cache(maxsize=256)
+def _on_a_grid(
+    plants: tuple[IsolatedStructure, ...], longest: float
+) -> tuple[tuple[tuple[str, list[int]], ...], Quantities]:
+    """Criteria with their items' numbers; quantities with the modes that are fast on a grid."""
+    own = _quantities(plants)
+    fast = np.flatnonzero(own.fastest * longest > RESOLVED)
+    moduli = own.moduli[:, fast]
+    of_fast = (
+        moduli, np.einsum("imt,met->iet", moduli, own.forced[fast]), own.follows[:, :, fast],
+    )  # fmt: skip
+    # of one layout: the kernel is compiled once more for another
+    return own.items, Quantities(
+        own.rows, own.n_items, own.n_directions, fast, *map(np.ascontiguousarray, of_fast)
+    )
 
 
 @lru_cache(maxsize=256)

@@ -220,8 +220,8 @@ class Workspace:
             Lanes(
                 level=np.full(lanes, 1, np.int64), contraction=np.ones(lanes), alive=self.alive,
                 missed=self.missed, counts=self.counts,
-                **{name: np.zeros(lanes, np.int64) for name in whole},
-                **{name: np.zeros(lanes) for name in floats},
+                **dict(zip(whole, np.zeros((len(whole), lanes), np.int64), strict=True)),
+                **dict(zip(floats, np.zeros((len(floats), lanes)), strict=True)),
             ),
             History(
                 self.z, self.states.ravel(), self.forces, self.steps, self.step_count, self.cuts,
@@ -264,8 +264,8 @@ class Workspace:
             **lanes._asdict(),
         }  # fmt: skip
 
-    def summarise(self, quantities: Quantities) -> tuple[NDArray, NDArray]:
-        """Every quantity's peak and mean square, (n_quantities, lanes)."""
+    def summarise(self, quantities: Quantities) -> NDArray:
+        """Every quantity's peak and mean square, (2, n_quantities, lanes)."""
         n_quantities, n_fast = quantities.n_quantities, quantities.fast.size
         module, grid, lanes = self.module.summary, self.grid, self.module.LANES
         n_modes, _, n_elements, n_ground = self.sizes[:4]
@@ -312,5 +312,4 @@ class Workspace:
             quantities, history, self.tables.modes, candidates, scratch, dense, track.ravel(),
         )  # fmt: skip
         result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
-        peak, total = result.reshape(2, -1, lanes)[:, :n_quantities]
-        return peak, total
+        return result.reshape(2, -1, lanes)[:, :n_quantities]
