@@ -20,7 +20,7 @@ from .style import save
 def write_comparison(
     comparison: Comparison, folder: str | Path, scenario: str = "", figures: bool = True
 ) -> None:
-    """Write everything that a comparison shows."""
+    """Write tables, figures and the report of a comparison."""
     folder = Path(folder)
     for name, run in comparison.runs.items():
         write_run(run, folder / f"{file_name(name)}.nc", scenario)
@@ -47,7 +47,7 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
 
 
 def json_text(comparison: Comparison) -> str:
-    """`json_report` as text, with null for what is not a finite number."""
+    """`json_report` as text, with null for numbers that are not finite."""
     return json.dumps(_finite(json_report(comparison)), indent=2, allow_nan=False) + "\n"
 
 

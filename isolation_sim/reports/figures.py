@@ -1,6 +1,6 @@
-"""Figures of runs, for publication: legible in grey, units on every axis, one or two columns wide.
+"""Figures of runs for publication: legible in grey, units on every axis, one or two columns wide.
 
-Figures are made without pyplot: nothing has to be closed, and no window opens. `save` writes them.
+Figures are made without pyplot: they need not be closed, and no window opens. `save` writes them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ __all__ = [
 def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     """Ground acceleration, base displacement, roof acceleration and current over time.
 
-    The current is that of the first coil; without coils there is no such panel.
+    The current is that of the first coil; without coils this panel is missing.
 
     Parameters
     ----------
@@ -62,15 +62,15 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     InputError
         If there are no runs or no such direction.
     """
-    given = _some(runs)
-    first = next(iter(given.values()))
+    by_name = _some(runs)
+    first = next(iter(by_name.values()))
     number = panels.direction_number(first, direction)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 6.4)
-        ratios = [0.7, 1.0, 1.0, 0.8][: 3 + _coils(given)]
+        ratios = [0.7, 1.0, 1.0, 0.8][: 3 + _coils(by_name)]
         axes = _column(figure.add_gridspec(len(ratios), 1, height_ratios=ratios), sharex=True)
-        _histories(axes, given, number)
-        if len(given) > 1:
+        _histories(axes, by_name, number)
+        if len(by_name) > 1:
             legend(figure, axes[1], "outside upper center")
     return figure
 
@@ -96,13 +96,13 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
     InputError
         If there are no runs or no such element.
     """
-    given = _some(runs)
-    across = min(len(given), 4 if len(given) in (4, 7, 8) else 3)
-    down = -(-len(given) // across)
+    by_name = _some(runs)
+    across = min(len(by_name), 4 if len(by_name) in (4, 7, 8) else 3)
+    down = -(-len(by_name) // across)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.3 + 2.2 * down)
         axes: list[Axes] = []
-        for k, (name, run) in enumerate(given.items()):
+        for k, (name, run) in enumerate(by_name.items()):
             shared = axes[0] if axes else None
             panel = figure.add_subplot(down, across, k + 1, sharex=shared, sharey=shared)
             panels.loop(panel, run, _element(run, element))
@@ -133,19 +133,19 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     InputError
         If there are no runs, or the element is none of a biaxial device.
     """
-    given = _some(runs)
-    isolated = next(iter(given.values())).isolated
+    by_name = _some(runs)
+    isolated = next(iter(by_name.values())).isolated
     names = isolated.element_names
     pairs = {names[g[0]]: [names[e] for e in g[:2]] for g in isolated.groups if len(g) > 1}
     if not pairs:
-        raise InputError(f"{isolated.structure.name} has no biaxial device to draw in plan")
+        raise InputError(f"{isolated.structure.name} has no biaxial device; expected: one or more")
     if element is not None and element not in pairs:
         raise unknown_name("biaxial device", element, pairs)
     pair = pairs[element or next(iter(pairs))]
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.3 + 2.0 * len(given))
-        rows = figure.subplots(len(given), 4, squeeze=False)
-        for (name, run), axes in zip(given.items(), rows, strict=True):
+        figure = new_figure(DOUBLE_COLUMN, 0.3 + 2.0 * len(by_name))
+        rows = figure.subplots(len(by_name), 4, squeeze=False)
+        for (name, run), axes in zip(by_name.items(), rows, strict=True):
             panels.orbit(axes[0], run, pair, "deformation_m")
             panels.orbit(axes[1], run, pair, "force_N")
             for panel, each in zip(axes[2:], pair, strict=True):
@@ -174,13 +174,13 @@ def currents(runs: Runs) -> Figure:
     InputError
         If there are no runs, or none has a coil.
     """
-    given = {name: run for name, run in _some(runs).items() if run.isolated.n_channels}
-    if not given:
-        raise InputError("none of the runs has a coil whose current could be drawn")
+    by_name = {name: run for name, run in _some(runs).items() if run.isolated.n_channels}
+    if not by_name:
+        raise InputError("no run has a coil; expected: a run with a coil current")
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.6 + 1.1 * len(given))
-        axes = _column(figure.add_gridspec(len(given), 1), sharex=True, sharey=True)
-        for panel, (name, run) in zip(axes, given.items(), strict=True):
+        figure = new_figure(DOUBLE_COLUMN, 0.6 + 1.1 * len(by_name))
+        axes = _column(figure.add_gridspec(len(by_name), 1), sharex=True, sharey=True)
+        for panel, (name, run) in zip(axes, by_name.items(), strict=True):
             for channel, line in enumerate(line_styles(run.isolated.n_channels)):
                 panel.plot(
                     run.time,
@@ -221,19 +221,19 @@ def floor_envelopes(runs: Runs) -> Figure:
     InputError
         If there are no runs.
     """
-    given = _some(runs)
+    by_name = _some(runs)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.2)
         left, right = figure.subplots(1, 2)
-        panels.envelopes(left, right, given)
-        if len(given) > 1:
+        panels.envelopes(left, right, by_name)
+        if len(by_name) > 1:
             legend(figure, left, "outside upper center")
     return figure
 
 
 @checked
 def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
-    """Draw one run on one page: histories, loop, envelopes over the height, energies.
+    """Draw one run on one page: time histories, loop, peaks over the height, energies.
 
     Parameters
     ----------
@@ -254,9 +254,9 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
     InputError
         If there is no such direction or element.
     """
-    given = {run.controller: run}
+    by_name = {run.controller: run}
     number = panels.direction_number(run, direction)
-    # a structure without elements has no loop to draw
+    # a structure without elements has no loop
     elements = [_element(run, element, number)] if run.isolated.elements or element else []
     with style():
         figure = new_figure(DOUBLE_COLUMN, 9.0)
@@ -266,14 +266,14 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
         )
         page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
         above = page[0].subgridspec(1, 2, width_ratios=[1.7, 1])
-        histories = _column(above[0].subgridspec(3 + _coils(given), 1), sharex=True)
-        _histories(histories, given, number)
+        histories = _column(above[0].subgridspec(3 + _coils(by_name), 1), sharex=True)
+        _histories(histories, by_name, number)
         for panel, unit in zip(histories, ("m/s²", "mm", "m/s²"), strict=False):
             _mark_peak(panel, unit)
         *force, acceleration, drift = _column(above[1].subgridspec(2 + len(elements), 1))
         for panel, name in zip(force, elements, strict=True):
             panels.loop(panel, run, name)
-        panels.envelopes(acceleration, drift, given)
+        panels.envelopes(acceleration, drift, by_name)
         energy = figure.add_subplot(page[1])
         draw_ledger(energy, run.energy)
         legend(figure, energy, "outside lower center")
@@ -283,7 +283,7 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
 def _histories(axes: list[Axes], runs: Mapping[str, Run], direction: int) -> None:
     panels.ground_acceleration(axes[0], next(iter(runs.values())), direction)
     drawn = [*chart.base_and_roof(runs, direction), chart.coil_current(runs, 0)]
-    # without coils there is no panel of the current
+    # without coils the panel of the current is missing
     for panel, what in zip(axes[1:], drawn, strict=False):
         panels.over_time(panel, what, list(runs))
     axes[-1].set_xlabel("Time (s)")
@@ -299,7 +299,7 @@ def _column(cells: GridSpecBase, sharex: bool = False, sharey: bool = False) -> 
 
 
 def _mark_peak(axes: Axes, unit: str) -> None:
-    """Write the largest absolute value of the only line above its panel."""
+    """Write the largest absolute value of a single line above its panel."""
     peak = np.max(np.abs(np.asarray(axes.lines[0].get_ydata())))
     axes.set_title(f"peak {peak:.3g} {unit}", loc="right", fontsize=7, pad=2)
 
@@ -308,7 +308,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     isolated = run.isolated
     names = isolated.element_names
     if not names:
-        raise InputError(f"{isolated.structure.name} has no element whose loop could be drawn")
+        raise InputError(f"{isolated.structure.name} has no element; expected: one or more")
     if name is None:
         return chart.element_along(run, direction)
     if name not in names:
@@ -317,7 +317,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
 
 
 def _some(runs: Runs) -> dict[str, Run]:
-    given = panels.named(runs)
-    if not given:
-        raise InputError("a figure needs one run or more; none given")
-    return given
+    by_name = panels.named(runs)
+    if not by_name:
+        raise InputError("a figure has no runs; expected: one run or more")
+    return by_name

@@ -1,4 +1,4 @@
-"""A validation error as one line: which key, what was given, what is accepted."""
+"""A validation error as one line: key, value and expected value."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ _ACCEPTED = {
 
 
 def one_line(error: ValidationError, data: Any) -> str:
-    """Say what is wrong with a scenario."""
-    # a union reports once for every kind of value it would take: one problem a place
+    """Describe the problems of a scenario in one line."""
+    # a union reports once per kind of value; they are one problem per place
     problems: dict[str, list[ErrorDetails]] = {}
     for details in error.errors():
         problems.setdefault(_place(details, data), []).append(details)
-    # the deepest place is where a list or table, right in itself, holds something wrong
+    # the deepest place is the wrong item of a valid list or table
     inner = [place for place in problems if not any(_is_within(other, place) for other in problems)]
     text = _message(inner[0], problems[inner[0]])
     more = len(inner) - 1
@@ -53,15 +53,15 @@ def _is_within(inner: str, outer: str) -> bool:
 
 
 def _place(details: ErrorDetails, data: Any) -> str:
-    """Path of keys in the file, without what pydantic adds to tell members of a union apart."""
+    """Path of keys in the file, without pydantic's names of a union's members."""
     place = ""
     for step in details["loc"]:
         if isinstance(step, int):
-            # one ground motion may stand without a list around it
+            # a single ground motion needs no list
             if isinstance(data, list):
                 place += f"[{step}]"
                 data = data[step]
-        # the names of a union's members are in no table: no kind is called like a key
+        # the names of a union's members are no keys of the file: no kind has the name of a key
         elif isinstance(data, Mapping) and step in data:
             place += f".{step}"
             data = data[step]
@@ -77,11 +77,11 @@ def _message(place: str, details: list[ErrorDetails]) -> str:
         return f"{place}: {context['error']}" if place else str(context["error"])
     if first["type"] == "missing":
         return f"{place} is missing; it has no default"
-    given = _shown(first["input"])
+    value = _shown(first["input"])
     if first["type"] == "union_tag_invalid":
-        place, given = f"{place}.kind", repr(context["tag"])
+        place, value = f"{place}.kind", repr(context["tag"])
     accepted = " or ".join(dict.fromkeys(_accepted(d) for d in details))
-    return f"{place} is {given}; {_nearest(given, accepted)}expected: {accepted}"
+    return f"{place} is {value}; {_nearest(value, accepted)}expected: {accepted}"
 
 
 def _accepted(details: ErrorDetails) -> str:
@@ -89,9 +89,9 @@ def _accepted(details: ErrorDetails) -> str:
     return template.format(**details.get("ctx", {})) if template else details["msg"]
 
 
-def _nearest(given: str, accepted: str) -> str:
+def _nearest(value: str, accepted: str) -> str:
     names = re.findall(r"'[^']*'", accepted)
-    close = difflib.get_close_matches(given, names, n=1)
+    close = difflib.get_close_matches(value, names, n=1)
     return f"did you mean {close[0]}? " if close else ""
 
 

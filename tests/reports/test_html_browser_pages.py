@@ -22,8 +22,8 @@ name = "passive_on"
 """
 SECTIONS = {
     "suite": ["Verdict", "Spectra", "Statistics over the suite", "Record by record"],
-    "tuning": ["Verdict", "Gain", "Settings", "Search", "Sensitivity", "What was run"],
-    "study": ["Finding", "Numbers", "Figures", "What was run"],
+    "tuning": ["Verdict", "Gain", "Settings", "Search", "Sensitivity", "Inputs and versions"],
+    "study": ["Finding", "Numbers", "Figures", "Inputs and versions"],
 }
 
 
