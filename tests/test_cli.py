@@ -356,7 +356,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("fit nowhere --law linear", "nowhere: a folder that does not exist"),
         ("fit folder --law linear", "folder: no campaign.toml in it"),
         ("fit table.csv --law linear", "table.csv: a file; expected: a folder"),
-        ("fit folder --law linear --out a.html", "--out a.html: the report is written there"),
+        ("fit folder --law linear --out a.html", "--out a.html: is also the file of the report"),
         ("diagnose folder", "folder: no campaign.toml in it"),
         ("diagnose table.csv", "table.csv: columns 'a,b'; expected:"),
         ("diagnose folder --out table.csv/a", "table.csv/a: results cannot be written there"),

@@ -130,7 +130,7 @@ def test_the_fit_is_exported_and_read_back(campaign, capsys, tmp_path):
     words = ["fit", campaign, "--law", "kelvin_voigt", "--quiet"]
     forms = ["--export", "mat", "--export", "xlsx"]
     code, _, told = called(capsys, *words, *forms)
-    assert code == 2 and "--export mat: is written beside the law; expected: --out" in told
+    assert code == 2 and "--export mat: needs a file for the law; expected: --out" in told
     out = tmp_path / "fitted.toml"
     assert called(capsys, *words, *forms, "--out", out)[0] == 0
     device = Scenario.read(out).isolator.device()

@@ -315,7 +315,7 @@ def test_labels_tell_controllers_apart():
     amperes = 2.0
     """
     assert list(Scenario.from_toml(text).build().controllers) == ["1 A", "2 A"]
-    with pytest.raises(InputError, match="two controllers are called 'constant'"):
+    with pytest.raises(InputError, match="two controllers have the label 'constant'"):
         Scenario.from_toml(text.replace("label", "# label"))
 
 
@@ -360,9 +360,12 @@ REFUSED = {
     ),
     "two scales": (
         "[ground]\nscale_factor = 1.0\nscale_to_pga_g = 2.0",
-        "ground: scale_factor and scale_to_pga_g are given",
+        "ground: scale_factor and scale_to_pga_g are set",
     ),
-    "half a spectrum": ("[ground]\nsa_period_s = 1.0", "ground: scale_to_sa_g and sa_period_s"),
+    "half a spectrum": (
+        "[ground]\nsa_period_s = 1.0",
+        "ground: scale_to_sa_g or sa_period_s is missing",
+    ),
     "high-pass alone": ("[ground]\nhighpass_Hz = 1.0", "ground: highpass_Hz needs baseline_order"),
     "nameless controller": ("[[controller]]\nrule = 'x'", "controller[0].name is missing"),
     "two problems": (

@@ -1,7 +1,7 @@
-"""The command line ``isolation-sim``: one module a command.
+"""The command line ``isolation-sim``: one module per command.
 
-Exit codes: 0 success; 1 a run diverged, with the results of the others written; 2 input that
-cannot be used, with one line on standard error.
+Exit codes: 0 for success; 1 if a run diverged (the results of the other runs are written); 2 for
+unusable input, with one line on standard error.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .common_options import TABLE_WIDTH, examples, print_error, print_warning
 
 
 class _Commands(TyperGroup):
-    """The commands, with those that other packages add, loaded when they are asked for."""
+    """The commands, including those of other packages, which are imported on first use."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         return [*super().list_commands(ctx), *COMMANDS]
@@ -51,7 +51,7 @@ app = typer.Typer(
 )
 
 
-# typer's own in some releases, click's in others
+# the class of typer in some releases, of click in others
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
@@ -68,7 +68,7 @@ def _options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Take options that belong to no command."""
+    """Define the options without a command."""
 
 
 app.command("run", epilog=run.EXAMPLES)(run.run)
@@ -87,12 +87,12 @@ app.add_typer(export.app, name="export")
 
 
 def _stop(number: int, frame: object) -> None:
-    """End at a signal as at an error, so that hidden work folders are removed."""
+    """Turn a signal into an exception, so that hidden work folders are removed."""
     raise SystemExit(128 + number)
 
 
 def _stop_again(ignored: Any) -> None:
-    """Repeat the signal whose error Python ignores, as it does within a callback of a compiler."""
+    """Send the signal again if Python ignored its exception, as in a compiler's callback."""
     if isinstance(ignored.exc_value, SystemExit):
         threading.Timer(0.05, signal.raise_signal, [signal.SIGTERM]).start()
     else:
@@ -100,19 +100,19 @@ def _stop_again(ignored: Any) -> None:
 
 
 def _print_warning(message: Any, *_: Any, **__: Any) -> None:
-    """Print a Python warning as one line: its place is in this package, not in a user's code."""
+    """Print a Python warning as one line, without its place in this package."""
     print_warning(str(message))
 
 
 def _end_at_usage(error: Any) -> None:
-    """Say in one line which option or argument cannot be used; help where nothing was given."""
+    """Name the unusable option or argument in one line; show the help if there are none."""
     context = error.ctx
     if context is not None and type(error).__name__ == "NoArgsIsHelpError":
         print(context.get_help())
     else:
         path = context.command_path if context is not None else "isolation-sim"
         message = " ".join(error.format_message().split())
-        print_error(f"{message.rstrip('.')}; expected: what {path} --help shows")
+        print_error(f"{message.rstrip('.')}; expected: a command line as {path} --help shows it")
     sys.exit(2)
 
 

@@ -24,7 +24,7 @@ def check(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Check an isolated building in the manner of ASCE 7-22, chapter 17; no certification."""
+    """Check an isolated building by rules like ASCE 7-22, chapter 17; this is no certification."""
     from ..io.output_place import check_new_files
     from ..reports.code_check import check_page, console_table
     from ..reports.console import standard_console
@@ -35,8 +35,8 @@ def check(
     rows = []
     with progress(quiet, 1) as step:
         step("checking")
-        isolated, found = described.check_rows()
-        for row in found:
+        isolated, check_rows = described.check_rows()
+        for row in check_rows:
             step(f"{row.group}: {row.case}", 0)
             rows.append(row)
     if as_json:

@@ -20,13 +20,13 @@ def cite(
     what: Annotated[
         Path | None,
         typer.Argument(
-            help="Folder of results, or scenario file; the main job by default.",
+            help="Results folder or scenario file; the main job by default.",
             metavar="[DIR|SCENARIO]",
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the references of the methods that a result used."""
+    """Print the references of the methods behind a result."""
     from ..version import __version__
 
     citations = citations_of(what)
@@ -34,13 +34,13 @@ def cite(
         records = [{"reference": text, "used_for": list(uses)} for text, uses in citations]
         print(json.dumps({"version": __version__, "references": records}, indent=2))
         return
-    print(f"isolation-sim {__version__}; its CITATION.cff says how to cite it.\n")
+    print(f"isolation-sim {__version__}; CITATION.cff says how to cite it.\n")
     for text, uses in citations:
         print(f"{text}\n    for: {', '.join(uses)}")
 
 
 def citations_of(path: Path | None) -> list[Citation]:
-    """References behind a results folder or a scenario's file; of the main job for None."""
+    """References of a results folder or a scenario file; of the main job for None."""
     from ..api import load
     from ..discrepancy.diagnosis import Diagnosis
     from ..errors import InputError
@@ -59,7 +59,7 @@ def citations_of(path: Path | None) -> list[Citation]:
         return of_scenarios([Scenario.read(path / "scenario.toml" if path.is_dir() else path)])
     inside = [result.parent for result in sorted(path.glob("*/scenario.toml"))]
     remedy = f", such as {inside[0]}" if inside else "; isolation-sim run makes one"
-    expected = f"expected: a scenario file, or a folder of results{remedy}"
+    expected = f"expected: a scenario file or a results folder{remedy}"
     try:
         result = load(path)
     except InputError:

@@ -1,4 +1,4 @@
-"""Options that several commands share, examples in their help, and printing."""
+"""Options, help examples and printing functions that all commands use."""
 
 from __future__ import annotations
 
@@ -12,21 +12,19 @@ import typer
 from rich.console import Console
 
 TABLE_WIDTH = 100
-"""Columns of a table where standard output is no terminal."""
+"""Width of tables in characters if standard output is not a terminal."""
 
 AsJson = Annotated[
-    bool, typer.Option("--json", help="Print the JSON report alone on standard output.")
+    bool, typer.Option("--json", help="Print only the JSON report on standard output.")
 ]
-Quiet = Annotated[
-    bool, typer.Option("--quiet", help="Print only errors and where the results are.")
-]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print only errors and the results folder.")]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Results folder; a number is added to the name if it is not empty."),
+    typer.Option(help="Results folder; a number is added if it is not empty."),
 ]
 Export = Annotated[
     list[str] | None,
-    typer.Option("--export", help="Also write everything to one file: mat or xlsx."),
+    typer.Option("--export", help="Also write all results to one file: mat or xlsx."),
 ]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace earlier results in the results folder.")
@@ -37,7 +35,7 @@ _errors = Console(stderr=True, soft_wrap=True, highlight=False)
 
 
 def examples(*lines: str) -> str:
-    """Text below a command's help: commands as they are typed."""
+    """Example commands for the end of a command's help."""
     # \b keeps the lines as they are
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
 
@@ -52,19 +50,19 @@ def print_warning(text: str) -> None:
     _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
-def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None = None) -> None:
-    """Print where report and results are; on standard error if JSON is on standard output.
+def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | None = None) -> None:
+    """Print the places of report and results; on standard error if JSON is on standard output.
 
-    ``wanted``: the folder that was asked for, which may hold something already.
+    ``requested``: the folder of ``--out``, which may already contain files.
     """
-    renamed = wanted is not None and folder.absolute() != wanted.absolute()
+    renamed = requested is not None and folder.absolute() != requested.absolute()
     if folder.is_relative_to(Path.cwd()):
         folder = folder.relative_to(Path.cwd())
     stream = sys.stderr if as_json else sys.stdout
     if renamed:
         print_warning(
-            f"{wanted} is not empty: a number was added to the name; --overwrite replaces "
-            "earlier results"
+            f"{requested} is not empty; the results are in {folder}. --overwrite replaces earlier "
+            "results"
         )
     if not quiet:
         print(f"report: {folder / 'report.html'}", file=stream)
@@ -72,17 +70,17 @@ def print_results(folder: Path, as_json: bool, quiet: bool, wanted: Path | None 
 
 
 def print_stopped(folder: Path, overwrite: bool) -> None:
-    """Print where the results stand that an interrupt ended."""
+    """Print the place of the results after an interrupt."""
     where = (
         f"{folder} is unchanged"
         if overwrite
-        else (f"finished runs are in {folder}: --resume continues")
+        else (f"finished runs are in {folder}; --resume continues")
     )
     print(f"stopped; {where}", file=sys.stderr)
 
 
 def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
-    """Refuse a form of ``--export`` that is unknown or already in the folder, before the work."""
+    """Refuse an unknown format of ``--export``, or an existing file, before the work starts."""
     from ..errors import InputError
     from ..io.interchange import check_form
 
@@ -96,7 +94,7 @@ def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
 
 
 def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
-    """Also write a results folder in other formats, and update its list of files."""
+    """Write the results of a folder in other formats, and update its list of files."""
     from ..io.interchange import export_results
     from ..io.results_folder import write_contents
 
@@ -107,7 +105,7 @@ def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
 
 
 def write_new_file(path: Path, text: str, force: bool) -> None:
-    """Write a file; one that exists is replaced only by ``force``."""
+    """Write a file; an existing file is replaced only with ``force``."""
     from ..io.atomic_write import write_text
     from ..io.output_place import check_new_files
 
@@ -119,8 +117,8 @@ def write_new_file(path: Path, text: str, force: bool) -> None:
 def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[..., None]]:
     """Show progress on standard error if it is a terminal.
 
-    Yields ``step(text)``, to call when a step begins; ``step(text, done)`` ends several at once.
-    ``alike``: all steps take equally long, so that the remaining time can be estimated.
+    Yields ``step(text)``, to be called when a step begins; ``step(text, done)`` counts several.
+    ``alike``: the steps take equal time, so that the remaining time can be shown.
     """
     from rich.progress import (
         BarColumn,

@@ -30,7 +30,7 @@ EXAMPLES = examples(
     "isolation-sim diagnose record.csv --scenario my_building.toml --json",
 )
 _STEPS = 60
-"""Approximate number of steps that a diagnosis reports while it runs."""
+"""Approximate number of steps of a diagnosis, for the progress bar."""
 
 
 def diagnose(
@@ -45,23 +45,22 @@ def diagnose(
         ),
     ] = "strain_stiffening",
     parameters: Annotated[
-        str, typer.Option(help="Its numbers: fit, published, or a file that fit --out wrote.")
+        str,
+        typer.Option(help="Parameters of the law: fit, published, or a file that fit --out wrote."),
     ] = "fit",
     scenario: Annotated[
         Path | None,
         typer.Option(
-            help="Scenario of the consequence, by default the main job. Of a building record: the "
-            "building (required)."
+            help="Scenario to run with both laws; the main job by default. A building record "
+            "needs the scenario of its building."
         ),
     ] = None,
     consequence: Annotated[
-        bool, typer.Option(help="Run the scenario's controllers with the old and extended law.")
+        bool, typer.Option(help="Run the scenario's controllers with the old and the extended law.")
     ] = True,
     current_degree: Annotated[
         int | None,
-        typer.Option(
-            help="Degree of the parameters' polynomials of the current; not for building records."
-        ),
+        typer.Option(help="Degree of the polynomials in the current; not for building records."),
     ] = None,
     significance: Annotated[
         float | None,
@@ -72,7 +71,9 @@ def diagnose(
     ] = None,
     tiers: Annotated[
         str,
-        typer.Option(help="Device tests: named causes; also an equation; or also a learned term."),
+        typer.Option(
+            help="Methods for device tests: causes; causes and equation; or also a learned term."
+        ),
     ] = "causes",
     out: Out = None,
     overwrite: Overwrite = False,
@@ -80,7 +81,7 @@ def diagnose(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find the errors of a simulation in measured data, and name their causes."""
+    """Find the differences between a simulation and measured data, and their causes."""
     from ..api import diagnose as run_diagnosis
     from ..io.results_folder import ResultsFolder, file_name
 

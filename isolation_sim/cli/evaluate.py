@@ -25,7 +25,7 @@ def evaluate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Compute the errors of a saved law on measured runs; nothing is fitted."""
+    """Compute the errors of a saved law on measured runs, without fitting."""
     from ..api import evaluate as run_evaluation
     from ..io.output_place import check_new_files
 

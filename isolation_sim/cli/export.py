@@ -1,4 +1,4 @@
-"""The command ``isolation-sim export``: one sub-command a form."""
+"""The command ``isolation-sim export``: one subcommand per format."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ app = typer.Typer(
 )
 
 Scenario = Annotated[Path | None, typer.Argument(help="Scenario file; the main job by default.")]
-Controller = Annotated[str, typer.Option(help="Controller of the scenario, by its printed name.")]
+Controller = Annotated[
+    str, typer.Option(help="Label of a controller of the scenario, as in its tables.")
+]
 
 
 @app.command(
@@ -38,7 +40,7 @@ def export_c(
     out: Annotated[Path, typer.Option(help="Folder for the files.")] = Path("."),
     force: Force = False,
 ) -> None:
-    """Write a controller as C99, without allocation or dependencies."""
+    """Write a controller as C99 code without memory allocation or dependencies."""
     from ..export.controller import controller_files
     from ..io.atomic_write import write_text
     from ..io.output_place import check_new_files
@@ -65,16 +67,16 @@ def export_fmu(
     scenario: Scenario = None,
     controller: Annotated[
         str | None,
-        typer.Option(help="Controller of the scenario, by its printed name."),
+        typer.Option(help="Label of a controller of the scenario, as in its tables."),
     ] = None,
     plant: Annotated[
         bool, typer.Option("--plant", help="Building, isolators and coil drivers.")
     ] = False,
     device: Annotated[bool, typer.Option("--device", help="The isolators alone.")] = False,
-    fmi: Annotated[str, typer.Option(help="Version of the interface: 2.0 or 3.0.")] = "2.0",
+    fmi: Annotated[str, typer.Option(help="FMI version: 2.0 or 3.0.")] = "2.0",
     force: Force = False,
 ) -> None:
-    """Write a part of a scenario as a compiled functional mock-up unit for co-simulation."""
+    """Write a part of a scenario as a compiled FMU (functional mock-up unit) for co-simulation."""
     from ..errors import InputError
     from ..export.device import device_part
     from ..export.fmu import controller_part, write_fmu
@@ -83,7 +85,7 @@ def export_fmu(
     from ..scenario import Scenario, main_job
 
     if (controller is not None) + plant + device != 1:
-        raise InputError("a unit is one part; expected: --controller NAME, --plant or --device")
+        raise InputError("a unit holds one part; expected: --controller NAME, --plant or --device")
     check_new_files(force, out)
     described = main_job() if scenario is None else Scenario.read(scenario)
     job = described.build()
@@ -94,7 +96,7 @@ def export_fmu(
     print(write_fmu(part, out, fmi))
 
 
-Folder = Annotated[Path, typer.Argument(help="Folder of results.")]
+Folder = Annotated[Path, typer.Argument(help="Results folder.")]
 OutFile = Annotated[
     Path | None, typer.Option(help="File to write; results.mat or .xlsx in the folder by default.")
 ]
@@ -128,25 +130,25 @@ def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
     ),
 )
 def export_opensees(
-    law: Annotated[Path, typer.Argument(help="Scenario, or a file written by fit --out.")],
+    law: Annotated[Path, typer.Argument(help="Scenario, or file or folder of fit --out.")],
     current: Annotated[float, typer.Option(help="Coil current, A.")],
     amplitude: Annotated[
         float | None, typer.Option(help="Largest deformation, m; the tested one by default.")
     ] = None,
-    frequency: Annotated[float, typer.Option(help="Of the loops that are fitted, Hz.")] = 1.0,
+    frequency: Annotated[float, typer.Option(help="Frequency of the fitted loops, Hz.")] = 1.0,
     out: Annotated[
-        Path | None, typer.Option(help="File to write, *.py or *.tcl; the terminal by default.")
+        Path | None, typer.Option(help="File to write, *.py or *.tcl; printed by default.")
     ] = None,
     force: Force = False,
 ) -> None:
-    """Write the OpenSees material that comes nearest to the isolators at one current."""
+    """Write the OpenSees material closest to the isolators at one current."""
     from ..errors import InputError
     from ..export.opensees import opensees_material
     from ..io.output_place import check_new_files
     from ..scenario import Scenario
 
     if out is not None and out.suffix not in (".py", ".tcl"):
-        raise InputError(f"--out {out}: expected: a file that ends in .py or .tcl")
+        raise InputError(f"--out {out}: expected: a file name ending in .py or .tcl")
     if out is not None:
         check_new_files(force, out)
     device = Scenario.read(law).build().isolated.elements[0].device

@@ -23,20 +23,23 @@ EXAMPLES = examples(
 def fit(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
     law: Annotated[
-        str, typer.Option(help="Law to fit, of isolation-sim list laws; auto takes the best.")
+        str,
+        typer.Option(
+            help="Law to fit, of isolation-sim list laws; auto compares all and takes the best."
+        ),
     ],
     current_degree: Annotated[
-        int | None, typer.Option(help="Degree of the parameters' polynomials of the current.")
+        int | None, typer.Option(help="Degree of the polynomials in the current.")
     ] = None,
     fixed: Annotated[
         list[str] | None,
-        typer.Option("--fix", help="Parameter to hold, as name=value; may be repeated."),
+        typer.Option("--fix", help="Parameter to hold constant, as name=value; may be repeated."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="File fitted.toml for the law, the [isolator] section of a scenario; or a folder, "
-            "which iso.load reads."
+            help="File for the law, such as fitted.toml, an [isolator] section of a scenario; or "
+            "a folder for iso.load."
         ),
     ] = None,
     starts: Annotated[int, typer.Option(help="Number of starts.")] = 20,
@@ -45,7 +48,7 @@ def fit(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(help="File for the report (HTML); beside or in --out if that is given."),
+        typer.Option(help="File for the report (HTML); beside or in --out by default."),
     ] = None,
     export: Export = None,
     force: Force = False,
@@ -58,13 +61,13 @@ def fit(
     check_exports(export)
     if export and out is None:
         raise InputError(
-            f"--export {export[0]}: is written beside the law; expected: also --out fitted.toml"
+            f"--export {export[0]}: needs a file for the law; expected: --out fitted.toml as well"
         )
     if report is None and out is not None and out.suffix:
         report = out.with_suffix(".html")
     if report is not None and report == out:
         raise InputError(
-            f"--out {out}: the report is written there; expected: a file such as "
+            f"--out {out}: is also the file of the report; expected: a file such as "
             f"{out.with_suffix('.toml')}"
         )
     kinds = ("svg", "png") if figure else ()
@@ -98,9 +101,9 @@ def fit(
         print(f"report: {result.to_html(report)}", file=where)
 
 
-def _numbers(texts: list[str]) -> dict[str, float]:
+def _numbers(assignments: list[str]) -> dict[str, float]:
     numbers = {}
-    for text in texts:
+    for text in assignments:
         name, equals, value = text.partition("=")
         try:
             numbers[name.strip()] = float(value)

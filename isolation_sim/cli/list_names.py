@@ -84,7 +84,7 @@ def _readers() -> Rows:
     entries = []
     for name, read in READERS.items():
         entries.append([name, (read.__doc__ or "").partition("\n")[0], READERS.place(name)])
-    return ["reader", "what it reads", "place"], entries
+    return ["reader", "files", "place"], entries
 
 
 def _studies() -> Rows:
@@ -101,7 +101,7 @@ def _structures() -> Rows:
         summary = (kind.__doc__ or "").splitlines()[0]
         keys = ", ".join(key for key in kind.model_fields if key != "kind")
         entries.append([kind.model_fields["kind"].default, summary, keys or "none"])
-    return ["kind", "what it is", "keys of [structure]"], entries
+    return ["kind", "description", "keys of [structure]"], entries
 
 
 SUBJECTS: dict[str, Callable[[], Rows]] = {

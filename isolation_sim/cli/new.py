@@ -16,7 +16,7 @@ def new(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("scenario.toml"),
     force: Force = False,
 ) -> None:
-    """Write a commented scenario to start from."""
+    """Write a commented scenario as a starting point."""
     from ..scenario import Scenario
 
     write_new_file(path, Scenario(name=path.stem).to_toml(comments=True), force)

@@ -36,12 +36,14 @@ def suite(
     scenario: Annotated[
         Path, typer.Argument(help="Scenario whose [ground] is a folder, files or a PEER download.")
     ],
-    out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Results folder; results/NAME by default.")
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted suite.")
     ] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Processes of this machine; one per processor by default.")
+        int | None, typer.Option(help="Processes on this machine; one per processor by default.")
     ] = None,
     criterion: Annotated[
         str, typer.Option(help="Criterion of the table with one row per motion.")
@@ -51,7 +53,7 @@ def suite(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run all records of a suite under all controllers, with the statistics of codes."""
+    """Run all records of a suite with all controllers, and compute the statistics of codes."""
     from ..io.results_folder import file_name, replaced
     from ..reports.console import standard_console
     from ..reports.suite_tables import records_table, statistics_table, verdict
@@ -97,7 +99,7 @@ def suite(
 
 
 def _json(result: Suite) -> str:
-    """Statistics and runs as JSON, in SI units; null where there is no number."""
+    """Statistics and runs as JSON, in SI units; null for a missing number."""
     return (
         json.dumps(
             {

@@ -1,4 +1,4 @@
-"""``isolation-sim sweep``: run a plan, show its results, write a plan to start from."""
+"""The command ``isolation-sim sweep``: run a plan, show its results, write a plan template."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
     from ..sweeps import Estimate, Sweep
 
 PLAN = """\
-# A plan of isolation-sim sweep: a scenario and its varied quantities.
-# Cases are all combinations; each is run under every controller of the scenario.
-# Lines behind a # without a space are not in force.
+# A plan of isolation-sim sweep: a scenario, and the quantities to vary.
+# The cases are all combinations; each case is run with every controller of the scenario.
+# Lines that begin with # and no space are examples; remove the # to use them.
 
-#energy = true  # every run's energy ledger: slower, some 20 ms per run
-#histories = [0, 5]  # keep the histories of these cases, or true for all
+#energy = true  # energy ledger of every run; about 20 ms more per run
+#histories = [0, 5]  # save the time histories of these cases; true for all cases
 
-# The scenario that every case starts from: a file, scenario = "my_scenario.toml", or its sections
-# here. Sections that are left out are those of the main job.
+# The scenario of every case: a file, scenario = "my_scenario.toml", or its sections here.
+# A section that is left out is that of the main job.
 [[scenario.controller]]
 name = "passive_off"
 
@@ -50,8 +50,8 @@ name = "passive_off"
 name = "clipped_lqr"
 
 # A quantity over a range: low and high with count, or with step; spacing = "linear" or "log".
-# A field is a key of a section; [k] picks an item of a list, and without it all items are meant.
-# label is the column of the table; the field if left out.
+# A field is a key of a section; [k] picks an item of a list. Without [k] all items are varied.
+# label is the heading of the table's column; the field by default.
 [[vary]]
 field = "ground.scale_factor"
 label = "scale_factor"
@@ -59,14 +59,15 @@ low = 0.25
 high = 1.0
 count = 4
 
-# Over a list; with factor, over multiples of the scenario's value. Several fields may share it.
+# A quantity over a list of values. With factor = true the values multiply the scenario's value.
+# Several fields can be varied together.
 [[vary]]
 field = ["isolator.count"]
 label = "isolators"
 factor = true
 values = [0.8, 1.0, 1.2]
 
-# Whole sections too: records, structures, laws. names are for the table.
+# Whole sections can be varied, too: records, structures, laws. names appear in the table.
 #[[vary]]
 #field = "ground"
 #values = [
@@ -75,31 +76,31 @@ values = [0.8, 1.0, 1.2]
 #]
 #names = ["El Centro", "pulse"]
 
-# Quantities with low and high alone are sampled, all together.
+# Quantities with only low and high are sampled together.
 #[[vary]]
 #field = "driver.lag_s"
 #low = 0.005
 #high = 0.05
 
-# latin_hypercube; sobol (count a power of 2); saltelli, for Sobol indices (count times the
-# number of quantities plus 2); morris (count trajectories).
+# Methods: latin_hypercube; sobol (count is a power of 2); saltelli, for Sobol indices (count times
+# (number of quantities + 2) cases); morris (count is the number of trajectories).
 #[sample]
 #method = "latin_hypercube"
 #count = 64
 #seed = 1
 
-# Cases of your own: a CSV file with a heading of fields.
+# Your own cases: a CSV file whose headings are fields.
 #[cases]
 #file = "cases.csv"
 
-# Repetitions, each with its own noise and random motion; a seed follows from the case.
+# Repetitions with different noise and random motion; each case has its own seed.
 #[seeds]
 #count = 10
 """
 
 
 class _WithDefault(TyperGroup):
-    """Run a plan if the first word is not the name of a command."""
+    """Treat an argument that is no subcommand as a plan to run."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and args[0] != "--help":
@@ -109,7 +110,7 @@ class _WithDefault(TyperGroup):
 
 app = typer.Typer(
     cls=_WithDefault,
-    help="Run a plan of many cases, and show the results.",
+    help="Run a plan of many cases, and show its results.",
     no_args_is_help=True,
     rich_markup_mode=None,
     epilog=examples(
@@ -131,25 +132,25 @@ app = typer.Typer(
 )
 def run_plan(
     plan: Annotated[Path, typer.Argument(help="The plan, TOML.")],
-    out: Annotated[Path | None, typer.Option(help="Results folder; results/NAME if none.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Results folder; results/NAME by default.")
+    ] = None,
     resume: Annotated[
         bool,
-        typer.Option(
-            "--resume", help="Continue an interrupted sweep; run cases with errors again."
-        ),
+        typer.Option("--resume", help="Continue an interrupted sweep; run failed cases again."),
     ] = False,
     workers: Annotated[
-        int | None, typer.Option(help="Processes of this machine; one per processor by default.")
+        int | None, typer.Option(help="Processes on this machine; one per processor by default.")
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler that runs it instead.")
+        str | None, typer.Option(help="Address of a Dask scheduler to run the sweep on.")
     ] = None,
     overwrite: Overwrite = False,
     export: Export = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run a plan; the word run may be left out."""
+    """Run a plan; the word ``run`` can be left out."""
     from ..io.results_folder import replaced, write_contents
     from ..reports.console import standard_console
     from ..reports.sweep_tables import controllers_table
@@ -187,8 +188,8 @@ def run_plan(
         raise typer.Exit(130) from None
     except OSError as error:
         raise InputError(
-            f"{error.filename or folder}: {error.strerror or error}; finished chunks are saved: "
-            "free some space and continue with --resume"
+            f"{error.filename or folder}: {error.strerror or error}; finished runs are saved. "
+            "Free some disk space, then continue with --resume"
         ) from None
     report = result.folder / "report.html"
     if not report.exists():
@@ -214,26 +215,30 @@ def run_plan(
     )
 )
 def show(
-    folder: Annotated[Path, typer.Argument(help="Folder of a sweep, finished or not.")],
+    folder: Annotated[Path, typer.Argument(help="Folder of a sweep, finished or unfinished.")],
     criterion: Annotated[
         str, typer.Option(help="Criterion to show.")
     ] = "peak_floor_acceleration_m_s2",
-    x: Annotated[str | None, typer.Option(help="Varied quantity across the map.")] = None,
-    y: Annotated[str | None, typer.Option(help="Varied quantity up the map.")] = None,
-    best: Annotated[int, typer.Option(help="How many of the best runs to print.")] = 5,
-    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV there.")] = None,
+    x: Annotated[
+        str | None, typer.Option(help="Varied quantity on the map's horizontal axis.")
+    ] = None,
+    y: Annotated[
+        str | None, typer.Option(help="Varied quantity on the map's vertical axis.")
+    ] = None,
+    best: Annotated[int, typer.Option(help="Number of best runs to print.")] = 5,
+    csv: Annotated[Path | None, typer.Option(help="File for the table (CSV).")] = None,
     figures: Annotated[
         Path | None,
-        typer.Option(help="Folder for report and figures; that of the sweep by default."),
+        typer.Option(help="Folder for report and figures; the sweep's folder by default."),
     ] = None,
     draw: Annotated[
         bool, typer.Option("--draw/--no-draw", help="Draw figures and write the report.")
     ] = True,
     force: Force = False,
 ) -> None:
-    """Print and draw a sweep: controllers side by side, maps, sensitivities, the best runs.
+    """Print and draw the results of a sweep: medians, maps, sensitivities and the best runs.
 
-    Figures and a report that are there already are left as they are, unless --force is given.
+    Existing figures and reports are replaced only with --force.
     """
     from ..io.output_place import check_new_files, check_writable
     from ..io.results_folder import write_contents
@@ -262,7 +267,7 @@ def show(
             try:
                 console.print(sensitivity_table(result, criterion, label))
             except InputError as error:
-                # the rest of the page is as good without
+                # the rest of the page does not depend on it
                 console.print(f"no sensitivity: {error}")
                 sampled = False
                 break
@@ -299,14 +304,14 @@ def new_plan(
     path: Annotated[Path, typer.Argument(help="File to write.")] = Path("sweep.toml"),
     force: Force = False,
 ) -> None:
-    """Write a commented plan to start from."""
+    """Write a commented plan as a starting point."""
     write_new_file(path, PLAN, force)
     print(f"wrote {path}; run it with: isolation-sim sweep {path}")
 
 
 def _announced(expected: Estimate, processes: int | None) -> str:
-    """Expected time and memory of a sweep, in one line."""
-    where = "of one processor; the cluster divides that"
+    """Runs, time and disk space of a sweep, in one line."""
+    where = "on one processor, less on the cluster"
     if processes is not None:
         where = f"on {processes} process{'es' * (processes > 1)}"
     return (
@@ -333,7 +338,7 @@ def _report(result: Sweep, seconds: float) -> dict[str, Any]:
 
 
 def _show_failures(result: Sweep) -> None:
-    """Print how many runs failed, and the commonest reasons."""
+    """Print the number of failed runs and the most frequent reasons."""
     if not set(result.counts) - {"ok"}:
         return
     print(f"{len(result.failed)} of {len(result.table)} runs failed:", file=sys.stderr)
@@ -342,4 +347,4 @@ def _show_failures(result: Sweep) -> None:
         more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
         print(f"  case {rows['case'].iloc[0]}{more}: {status}: {reason}", file=sys.stderr)
     if "error" in result.counts:
-        print("--resume runs those with an error again", file=sys.stderr)
+        print("--resume runs the cases with an error again", file=sys.stderr)

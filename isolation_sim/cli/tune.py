@@ -38,17 +38,17 @@ def tune(
     ],
     scenario: Annotated[
         Path | None,
-        typer.Option(help="Plant, driver and sensors: a scenario; the main job's by default."),
+        typer.Option(help="Scenario with plant, driver and sensors; the main job by default."),
     ] = None,
     motions: Annotated[
         str,
-        typer.Option(help="Tune on: mixture, mixture:COUNT, scenario, or a folder of records."),
+        typer.Option(
+            help="Motions for tuning: mixture, mixture:COUNT, scenario, or a folder of records."
+        ),
     ] = "mixture",
     unseen: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Motions of the evaluation; may be repeated. Another mixture by default."
-        ),
+        typer.Option(help="Motions for evaluation; may be repeated. Another mixture by default."),
     ] = None,
     criterion: Annotated[
         list[str] | None,
@@ -60,15 +60,16 @@ def tune(
     ] = None,
     fix: Annotated[
         list[str] | None,
-        typer.Option(help="Setting to hold, as rule=skyhook; may be repeated."),
+        typer.Option(help="Setting to hold constant, as rule=skyhook; may be repeated."),
     ] = None,
-    evaluations: Annotated[int, typer.Option(help="Candidates at most.")] = 400,
-    seed: Annotated[int, typer.Option(help="Of search, mixtures and intervals.")] = 0,
+    evaluations: Annotated[int, typer.Option(help="Largest number of candidates.")] = 400,
+    seed: Annotated[int, typer.Option(help="Random seed of search, mixtures and intervals.")] = 0,
     pga_g: Annotated[
-        float | None, typer.Option(help="Peak to scale the records of folders to, g.")
+        float | None,
+        typer.Option(help="Peak acceleration of records from folders after scaling, g."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Results folder; results/tune-NAME if none.")
+        Path | None, typer.Option(help="Results folder; results/tune-NAME by default.")
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted tuning.")
@@ -81,7 +82,7 @@ def tune(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Tune a controller on some motions and judge it on others."""
+    """Tune a controller on some motions and evaluate it on other motions."""
     from ..io.results_folder import file_name, replaced
     from ..tuning.tune import tune as run_tune
 
@@ -111,7 +112,7 @@ def tune(
 
 
 def _pair(text: str, option: str, example: str) -> tuple[str, Any]:
-    """A name and a value: a number, true or false where it looks like one, else a word."""
+    """Read NAME=VALUE; the value is a number, true, false or a word."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):
         raise InputError(f"{option} {text}: expected: a name and a value, such as {example}")

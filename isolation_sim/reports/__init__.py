@@ -1,1 +1,1 @@
-"""Figures and tables of runs; matplotlib and rich are imported when they are used."""
+"""Figures, tables and reports of results; matplotlib and rich are imported on first use."""

@@ -1,4 +1,4 @@
-"""Charts of runs, described once: `panels` draws them for print, `html` for a page."""
+"""Contents of the charts of runs, drawn by `panels` for print and by `html` for a page."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Panel:
-    """Lines over one pair of axes, in the units that the axes name."""
+    """Lines over one pair of axes, in the units of the axes."""
 
-    title: str  # What is drawn, in full
-    short: str  # The same beside an axis
-    unit: str  # Of the title's quantity
+    title: str  # Quantity
+    short: str  # Quantity, abbreviated for an axis
+    unit: str  # Unit of the quantity
     lines: Mapping[str, tuple[NDArray, NDArray]]  # Abscissas and ordinates by run
-    steps: bool = False  # Whether a value holds until the next
-    levels: Sequence[str] = ()  # Names of what stands at the ordinates 0, 1, 2
+    steps: bool = False  # Whether a value is constant until the next one
+    levels: Sequence[str] = ()  # Names of the levels or storeys at the ordinates 0, 1, 2
 
 
 def ground_acceleration(run: Run, direction: int) -> Panel:
@@ -55,7 +55,7 @@ def base_and_roof(runs: Mapping[str, Run], direction: int) -> tuple[Panel, Panel
 
 
 def coil_current(runs: Mapping[str, Run], channel: int) -> Panel:
-    """Coil current over time, of the runs that have such a channel."""
+    """Coil current over time, for the runs that have this channel."""
     several = next(iter(runs.values())).isolated.n_channels > 1
     lines = {
         name: (run.time, run.current[:, channel])
@@ -100,7 +100,7 @@ def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
 
 
 def element_along(run: Run, direction: int = 0) -> str:
-    """Find the element whose loop stands for the isolators'."""
+    """Find the element whose loop represents the isolators."""
     along = run.isolated.holding[:, direction]
     return run.isolated.element_names[int(np.argmax(along != 0))]
 

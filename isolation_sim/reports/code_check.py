@@ -1,4 +1,4 @@
-"""The table of a check, on the console, as JSON and as a page."""
+"""Table of a code check, on the console, as JSON and as a page."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 HEADINGS = ("check", "case", "ASCE 7-22", "value", "limit", "passes")
 STATEMENT = (
-    "These checks help to judge a design. They are no certification, and do not replace the "
-    f"code's own text or an engineer's judgement; {MEMORY}."
+    "These checks help to assess a design. They are no certification. They do not replace the "
+    f"text of the code or an engineer's judgement; {MEMORY}."
 )
 
 
 def passes_text(row: CheckRow) -> str:
-    """Whether a check passes, as a word; a dash where nothing is required."""
+    """Whether a check passes, as a word; a dash without a limit."""
     return {True: "yes", False: "NO", None: "-"}[row.passes]
 
 
 def verdict(rows: Sequence[CheckRow]) -> str:
-    """How many checks have a limit, and how many of these pass."""
+    """Numbers of checks with a limit, passed and failed."""
     limited = [row for row in rows if row.passes is not None]
     failed = sum(not row.passes for row in limited)
     return f"{len(limited) - failed} of {len(limited)} checks with a limit pass, {failed} do not"

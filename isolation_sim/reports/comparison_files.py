@@ -20,7 +20,7 @@ from .style import save
 def write_comparison(
     comparison: Comparison, folder: str | Path, scenario: str = "", figures: bool = True
 ) -> None:
-    """Write everything that a comparison shows."""
+    """Write tables, figures and the report of a comparison."""
     folder = Path(folder)
     for name, run in comparison.runs.items():
         write_run(run, folder / f"{file_name(name)}.nc", scenario)

@@ -1,4 +1,4 @@
-"""Consequence of a law's error for control, as a table."""
+"""Table of the consequence of a law's error for control."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ HEADINGS = (
     "rank: old", "new", "new design",
 )  # fmt: skip
 NOTE = (
-    "Old: all by the evaluated law. New: the building on the extended law, its controllers "
-    "designed with the old one. New design: all by the extended law. J: mean of both "
-    "peaks over those with the coils off. Rank: by J."
+    "Old: building and controllers use the evaluated law. New: the building uses the extended law, "
+    "the controllers the old one. New design: both use the extended law. J: mean of the two peaks, "
+    "each over its value with the coils off. Rank: by J."
 )
 
 

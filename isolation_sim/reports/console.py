@@ -10,5 +10,5 @@ from .tables import WIDTH
 
 
 def standard_console(width: int = WIDTH) -> Console:
-    """Standard output: as wide as the terminal, else ``width`` columns and without colours."""
+    """Console of the terminal's width; without a terminal ``width`` columns and no colours."""
     return Console(width=None if sys.stdout.isatty() else width, highlight=False, markup=False)

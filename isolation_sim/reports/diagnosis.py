@@ -1,4 +1,4 @@
-"""A diagnosis in a terminal and in files."""
+"""Text and tables of a diagnosis, for the terminal and for files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 CAUSE_HEADINGS = (
     "cause", "form", "share, %", "p", "named again, %", "parameter", "value (95 %)", "unit",
 )  # fmt: skip
-"""Named again: in the fits without the runs of one condition, in the resamplings of the runs."""
+"""Named again: share of the repeated fits (one condition left out; runs resampled) with a cause."""
 
 
 def shown(diagnosis: Diagnosis) -> Iterator[Any]:
@@ -32,7 +32,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     if diagnosis.causes:
         yield causes_table(diagnosis)
         for cause in diagnosis.causes:
-            yield f"{cause.label}: {evidence_text(cause)}"
+            yield f"{cause.label}: {cause_text(cause)}"
             if cause.confusable_with:
                 yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
@@ -52,24 +52,24 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
 
 
 def consequence_table(consequence: Consequence) -> TextTable:
-    """Controllers with the evaluated law and with the extended one, for a terminal."""
+    """Controllers with the evaluated and with the extended law, for the terminal."""
     return TextTable(TITLE, HEADINGS, consequence_rows(consequence))
 
 
 def consequence_text(consequence: Consequence) -> list[str]:
-    """A consequence in words."""
+    """A consequence in sentences."""
     where = f"{capital(consequence.scenario)}. {consequence.finding}"
     return [text for text in (where, *consequence.warnings, consequence.scaling) if text]
 
 
 def errors_table(diagnosis: Diagnosis) -> TextTable:
-    """Errors before and after, for a terminal."""
+    """Errors before and after, for the terminal."""
     headings = ("", "before, %", "after, %")
-    return TextTable("Residual over measured value (RMS)", headings, error_rows(diagnosis))
+    return TextTable("Residual over measured signal (RMS)", headings, error_rows(diagnosis))
 
 
 def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Errors before and after, %, the noise floor and the held-out error's decrease, as text."""
+    """Errors before and after, noise floor and decrease of the held-out error, %, as text."""
     rows = [
         (name, f"{100 * before:.2f}", f"{100 * after:.2f}")
         for name, before, after in (
@@ -95,7 +95,7 @@ _RUNGS = {
 
 
 def ladder_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
-    """Errors of every tier, %, the best attainable and the noise floor, as text."""
+    """Errors of every tier, the best attained error and the noise floor, %, as text."""
     ladder = diagnosis.ladder
     if ladder is None:
         return []
@@ -116,7 +116,7 @@ def ladder_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
 
 
 def ladder_text(diagnosis: Diagnosis) -> list[str]:
-    """The equation and the remaining misfit."""
+    """The equation and the unexplained misfit, as sentences."""
     ladder = diagnosis.ladder
     if ladder is None:
         return []
@@ -124,23 +124,23 @@ def ladder_text(diagnosis: Diagnosis) -> list[str]:
     if ladder.terms:
         lines.append(f"Equation. F = law {ladder.equation}".replace("\n", " "))
         lines.append(
-            "Chosen without each condition in turn: "
+            "Share of the fits, each without one condition, that chose the term: "
             + ", ".join(f"{100 * term.stability:.0f} %" for term in ladder.terms)
             + "."
         )
     if np.isfinite(ladder.explainable):
         lines.append(
-            f"Unexplained by causes and equation: {100 * ladder.explainable:.0f} % of the law's "
-            "misfit that a flexible model of the measured variables explains, and "
-            f"{100 * ladder.inexplicable:.0f} % that nothing measured explains."
+            "Misfit of the law that causes and equation do not explain: a flexible model of the "
+            f"measured variables explains a further {100 * ladder.explainable:.0f} %; no measured "
+            f"variable explains {100 * ladder.inexplicable:.0f} %."
         )
     return [*lines, *ladder.notes]
 
 
 def causes_table(diagnosis: Diagnosis) -> TextTable:
-    """Causes with their numbers, for a terminal."""
+    """Causes with their numbers, for the terminal."""
     rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-    # the parameters beside the causes, since both name a row
+    # cause and parameter together identify a row, so they are adjacent columns
     headings, *ordered = ([*row[:1], *row[5:], *row[1:5]] for row in (list(CAUSE_HEADINGS), *rows))
     for row in ordered:
         row[2] = row[2].replace(", at", "\nat")
@@ -168,7 +168,7 @@ _STABILITY = {
 
 
 def _stability(cause: Cause) -> dict[str, str]:
-    """Shares of fits that name a cause again, %, by the kind of fits."""
+    """Shares of repeated fits with the same cause, %, by the kind of fits."""
     return {
         words: f"{100 * cause.stability[name]:.0f}"
         for name, words in _STABILITY.items()
@@ -176,8 +176,8 @@ def _stability(cause: Cause) -> dict[str, str]:
     }
 
 
-def evidence_text(cause: Cause) -> str:
-    """A cause's evidence, and how often it is named again from other runs."""
+def cause_text(cause: Cause) -> str:
+    """Evidence for a cause, and the share of repeated fits with the same cause."""
     again = " and ".join(f"{share} % of {words}" for words, share in _stability(cause).items())
     return f"{cause.evidence} Named again in {again}." if again else cause.evidence
 
@@ -187,7 +187,7 @@ def _chance(p: float) -> str:
 
 
 def markdown(diagnosis: Diagnosis) -> str:
-    """The diagnosis as a readable text."""
+    """The diagnosis as a text in Markdown."""
     parts = [
         f"# {diagnosis.model} against {diagnosis.data}",
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {MEANINGS[diagnosis.verdict]}",
@@ -195,7 +195,7 @@ def markdown(diagnosis: Diagnosis) -> str:
     if diagnosis.causes:
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
         parts.append(_grid(CAUSE_HEADINGS, rows))
-        parts += [f"- **{cause.label}**: {evidence_text(cause)}" for cause in diagnosis.causes]
+        parts += [f"- **{cause.label}**: {cause_text(cause)}" for cause in diagnosis.causes]
     if diagnosis.ladder is not None:
         parts += ["## Tiers", _grid(LADDER_HEADINGS, ladder_rows(diagnosis))]
         parts += ladder_text(diagnosis)

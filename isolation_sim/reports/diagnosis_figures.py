@@ -21,19 +21,19 @@ _SAMPLES = 1500
 
 
 def overview(diagnosis: Diagnosis) -> Figure:
-    """Loops of the runs that the simulation reproduced worst, before and after."""
+    """Loops of the runs with the largest errors, before and after."""
     return _by_run(diagnosis, _loop, across=3, height=2.3)
 
 
 def residuals(diagnosis: Diagnosis) -> Figure:
-    """Residuals in time of the runs that the simulation reproduced worst, before and after."""
+    """Time histories of the residuals of the runs with the largest errors, before and after."""
     return _by_run(diagnosis, _residual, across=2, height=1.5)
 
 
 def _by_run(
     diagnosis: Diagnosis, draw: Callable[[Axes, Trace], None], across: int, height: float
 ) -> Figure:
-    """A panel, so many inches high, for each of the runs that were reproduced worst."""
+    """One panel of a height in inches for each of the runs with the largest errors."""
     traces = diagnosis.traces[:_SHOWN]
     across = min(across, len(traces))
     down = -(-len(traces) // across)
@@ -53,7 +53,7 @@ def _by_run(
 
 
 def _loop(panel: Axes, trace: Trace) -> None:
-    # the end of a run, where what builds up has built up
+    # the end of a run, where slow effects are fully developed
     shown = slice(-min(len(trace.time), _SAMPLES), None)
     x = trace.across[shown]
     panel.plot(x, trace.measured[shown], color="0.7", lw=1.6, label="measured")
@@ -94,12 +94,12 @@ def errors_by_run(diagnosis: Diagnosis) -> Figure:
         panel.tick_params(axis="y", labelsize=6)
         panel.set_xscale("log")
         panel.xaxis.set_major_formatter("{x:g}")
-        panel.set_xlabel("Residual over measured value, RMS (%)")
+        panel.set_xlabel("Residual over measured signal, RMS (%); * held out")
         legend(figure, panel, "outside upper center")
     return figure
 
 
 def heading(label: str) -> str:
-    """Write a trace's label as an axis's title."""
+    """Format a trace's label as an axis title."""
     name, _, unit = label.partition(", ")
     return f"{name.capitalize()} ({unit})"

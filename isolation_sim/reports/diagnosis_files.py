@@ -19,7 +19,7 @@ LAW_FILE = "extended_law.py"
 
 
 def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
-    """Write report, JSON, text, figures and extended law into a folder; return the files."""
+    """Write report, JSON, text, figures and extended law to a folder; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
     section = ""

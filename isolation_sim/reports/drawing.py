@@ -1,4 +1,4 @@
-"""A drawing of an isolated structure: from the side; in plan and 3-D where positions are known."""
+"""Drawing of an isolated structure: elevation, and plan and 3-D view if positions are known."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from ..structures import IsolatedStructure, Structure
 
 _STOREY = 3.0
-"""Height of a storey in the drawing where it is not known, m."""
+"""Storey height in the drawing if the structure has none, m."""
 _WIDTH = 10.0
-"""Width of the building in the drawing from the side, m: it is not to scale along x."""
+"""Width of the building in the elevation, m; the elevation is not to scale along x."""
 
 
 def structure_drawing(isolated: IsolatedStructure) -> Figure:
-    """Draw a structure with its isolators, walls and soil springs."""
+    """Draw a structure with its isolators, moat walls and soil springs."""
     places = isolated.structure.isolator_positions
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.6 if places is None else 7.0)
@@ -42,9 +42,9 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
     rows = storey_rows(structure)[:, 0]
     z, tall = _levels(structure)
     half, thick = _WIDTH / 2, 0.08 * tall
-    told = {element.name: element.device.name for element in isolated.elements}
+    device_names = {element.name: element.device.name for element in isolated.elements}
     for low, high, row in zip(z[:-1], z[1:], rows, strict=False):
-        yields = told.get(f"{structure.storeys[row]}_hysteresis", "").partition(",")[0]
+        yields = device_names.get(f"{structure.storeys[row]}_hysteresis", "").partition(",")[0]
         color, dash = ("#D55E00", "--") if yields else ("0.2", "-")
         axes.text(half + 1.2, (low + high) / 2, yields, va="center", fontsize=7, color=color)
         for x in (-0.9 * half, 0.9 * half):
@@ -60,7 +60,7 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
         for x in np.linspace(-0.8 * half, 0.8 * half, 4):
             axes.fill_between([x - 0.5, x + 0.5], below, -thick, color="#0072B2", linewidth=0)
         axes.text(half + 1.2, (below - thick) / 2, _isolators(isolated), va="center", fontsize=7)
-    wall = next((text for name, text in told.items() if name.startswith("moat_wall")), "")
+    wall = next((text for name, text in device_names.items() if name.startswith("moat_wall")), "")
     if wall:
         for sign in (-1, 1):
             edge = sign * (half + 0.35)
@@ -86,14 +86,15 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
                       facecolor="white", edgecolor="0.6", linewidth=0)  # fmt: skip
     axes.set_xlim(-2.4 * half, 3.0 * half)
     axes.set_title(
-        "from the side" + "; dashed: storeys that yield" * any("_hysteresis" in n for n in told),
+        "from the side"
+        + "; dashed: storeys that yield" * any("_hysteresis" in n for n in device_names),
         loc="left",
     )
     axes.set_axis_off()
 
 
 def _levels(structure: Structure) -> tuple[np.ndarray, float]:
-    """Height of every level over the base and mean height of a storey, m."""
+    """Height of every level above the base and mean storey height, m."""
     rows = storey_rows(structure)[:, 0]
     heights = np.full(len(rows), _STOREY)
     if structure.heights is not None:
@@ -125,7 +126,7 @@ def _in_space(axes: Any, structure: Structure) -> None:
 
 
 def _isolators(isolated: IsolatedStructure) -> str:
-    """Short description of the elements below the base."""
+    """Short description of the isolators."""
     laws = []
     for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
         name = isolated.element_names[group[0]]
@@ -153,11 +154,11 @@ def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:
 
 
 def _centre_of_mass(structure: Structure) -> tuple[float, float]:
-    """Centre of the whole mass from the momentum of a slow rotation of all floors."""
+    """Centre of the total mass from the momentum of a slow rotation of all floors."""
     _, _, rotation = structure.plan_dofs()
     turning = np.zeros(structure.n_dofs)
     turning[rotation] = 1.0
-    # floors stand on the base: they turn with it where the stiffness resists nothing
+    # floors rotate with the base in a rotation without elastic forces
     inner = list(structure.superstructure)
     if inner:
         block = structure.stiffness[np.ix_(inner, inner)]

@@ -1,4 +1,4 @@
-"""Figure of the energy ledger: where the energy came from and where it went."""
+"""Figure of the energy ledger: supplied, stored and dissipated energies."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ SINKS = (
     ("strain_J", "strain", "#A6CEE3", "\\\\\\\\"),
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )
-"""Energy terms from the bottom of the stack: attribute, label, shade, hatch."""
+"""Stored and dissipated energies from the bottom of the stack: attribute, label, shade, hatch."""
 
 INSTANTS = 900
-"""As many as a page's width shows; filled areas are not thinned out when they are drawn."""
+"""Points per area: the resolution of a page's width. matplotlib does not simplify areas."""
 
 
 @checked
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
-    """Energy ledgers over time, one panel per run, with their closure errors below.
+    """Energy ledgers over time, one panel per run, above a panel of their closure errors.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     """
     by_name = named(runs)
     if not by_name:
-        raise InputError("a figure needs one run or more; none given")
+        raise InputError("a figure has no runs; expected: one run or more")
     across = min(len(by_name), 2 if len(by_name) < 5 else 3)
     down = -(-len(by_name) // across)
     with style():
@@ -79,12 +79,12 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
 
 
 def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
-    """Stack the energy terms over time, under lines of the supplied energy."""
+    """Stack the stored and dissipated energies over time, under lines of the supplied energy."""
     drawn = instants_of(ledger, instants)
     time = ledger.time[drawn]
     tops = 1e-3 * np.cumsum([getattr(ledger, name)[drawn] for name, *_ in SINKS], axis=0)
     for layer, (top, (_, label, shade, hatch)) in enumerate(zip(tops, SINKS, strict=True)):
-        # each layer down to zero, behind those below it: an outline of half as many points
+        # each layer extends to zero behind the layers below it, which halves the outline's points
         axes.fill(
             [time[0], *time, time[-1]],
             [0.0, *top, 0.0],
@@ -123,10 +123,10 @@ def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
 
 
 def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:
-    """Pick the instants to draw."""
+    """Choose the instants to draw."""
     return slice(None, None, len(ledger.time) // instants + 1)
 
 
 def supply(ledger: Ledger) -> NDArray:
-    """Energy that the ledger has to account for."""
+    """Supplied energy: input and field work."""
     return ledger.input_J + ledger.field_work_J

@@ -1,6 +1,6 @@
-"""Figures of runs, for publication: legible in grey, units on every axis, one or two columns wide.
+"""Figures of runs for publication: legible in grey, units on every axis, one or two columns wide.
 
-Figures are made without pyplot: nothing has to be closed, and no window opens. `save` writes them.
+Figures are made without pyplot: they need not be closed, and no window opens. `save` writes them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ __all__ = [
 def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     """Ground acceleration, base displacement, roof acceleration and current over time.
 
-    The current is that of the first coil; without coils there is no such panel.
+    The current is that of the first coil; without coils this panel is missing.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     names = isolated.element_names
     pairs = {names[g[0]]: [names[e] for e in g[:2]] for g in isolated.groups if len(g) > 1}
     if not pairs:
-        raise InputError(f"{isolated.structure.name} has no biaxial device to draw in plan")
+        raise InputError(f"{isolated.structure.name} has no biaxial device; expected: one or more")
     if element is not None and element not in pairs:
         raise unknown_name("biaxial device", element, pairs)
     pair = pairs[element or next(iter(pairs))]
@@ -176,7 +176,7 @@ def currents(runs: Runs) -> Figure:
     """
     by_name = {name: run for name, run in _some(runs).items() if run.isolated.n_channels}
     if not by_name:
-        raise InputError("none of the runs has a coil whose current could be drawn")
+        raise InputError("no run has a coil; expected: a run with a coil current")
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.6 + 1.1 * len(by_name))
         axes = _column(figure.add_gridspec(len(by_name), 1), sharex=True, sharey=True)
@@ -233,7 +233,7 @@ def floor_envelopes(runs: Runs) -> Figure:
 
 @checked
 def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
-    """Draw one run on one page: histories, loop, envelopes over the height, energies.
+    """Draw one run on one page: time histories, loop, peaks over the height, energies.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
     """
     by_name = {run.controller: run}
     number = panels.direction_number(run, direction)
-    # a structure without elements has no loop to draw
+    # a structure without elements has no loop
     elements = [_element(run, element, number)] if run.isolated.elements or element else []
     with style():
         figure = new_figure(DOUBLE_COLUMN, 9.0)
@@ -283,7 +283,7 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
 def _histories(axes: list[Axes], runs: Mapping[str, Run], direction: int) -> None:
     panels.ground_acceleration(axes[0], next(iter(runs.values())), direction)
     drawn = [*chart.base_and_roof(runs, direction), chart.coil_current(runs, 0)]
-    # without coils there is no panel of the current
+    # without coils the panel of the current is missing
     for panel, what in zip(axes[1:], drawn, strict=False):
         panels.over_time(panel, what, list(runs))
     axes[-1].set_xlabel("Time (s)")
@@ -299,7 +299,7 @@ def _column(cells: GridSpecBase, sharex: bool = False, sharey: bool = False) -> 
 
 
 def _mark_peak(axes: Axes, unit: str) -> None:
-    """Write the largest absolute value of the only line above its panel."""
+    """Write the largest absolute value of a single line above its panel."""
     peak = np.max(np.abs(np.asarray(axes.lines[0].get_ydata())))
     axes.set_title(f"peak {peak:.3g} {unit}", loc="right", fontsize=7, pad=2)
 
@@ -308,7 +308,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     isolated = run.isolated
     names = isolated.element_names
     if not names:
-        raise InputError(f"{isolated.structure.name} has no element whose loop could be drawn")
+        raise InputError(f"{isolated.structure.name} has no element; expected: one or more")
     if name is None:
         return chart.element_along(run, direction)
     if name not in names:
@@ -319,5 +319,5 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
 def _some(runs: Runs) -> dict[str, Run]:
     by_name = panels.named(runs)
     if not by_name:
-        raise InputError("a figure needs one run or more; none given")
+        raise InputError("a figure has no runs; expected: one run or more")
     return by_name

@@ -1,4 +1,4 @@
-"""Figure of a fit: force-deformation loops measured and modelled."""
+"""Figure of a fit: measured and modelled force-deformation loops."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST_PANELS = 18
 
 
 def fitted_loops(fit: LawEvaluation) -> Figure:
-    """Loops of the runs of a fit or an evaluation, measured and modelled, one panel per run."""
+    """Measured and modelled loops of the runs of a fit or an evaluation, one panel per run."""
     errors = fit.errors[:: -(-len(fit.errors) // _MOST_PANELS)]
     across = min(len(errors), 4 if len(errors) > 9 else 3)
     down = -(-len(errors) // across)
@@ -25,7 +25,7 @@ def fitted_loops(fit: LawEvaluation) -> Figure:
     unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.5 + DOUBLE_COLUMN / across * down)
-        # each on its own axes: small loops may err most
+        # each on its own axes, since small loops may have the largest relative errors
         panels = figure.subplots(down, across, squeeze=False).ravel()
         for panel, error in zip(panels, errors, strict=False):
             _draw(panel, error, scale)
@@ -40,7 +40,7 @@ def fitted_loops(fit: LawEvaluation) -> Figure:
 
 def _draw(panel, error: RunError, scale: float) -> None:
     run = error.run
-    # a few cycles tell as much as many, and the file stays small
+    # a few cycles are enough to see, and the file stays small
     shown = slice(-min(len(run.time), 1500), None)
     x = 1e3 * run.displacement[shown]
     panel.plot(x, scale * run.force[shown], color="0.65", lw=2.5, label="measured")

@@ -1,4 +1,4 @@
-"""Panels that the figures are made of: each draws runs into given axes."""
+"""Panels of the figures: each function draws runs on existing axes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from ..simulation.result import Run
 
 MARKS_A_LINE = 14
-"""Markers of a line over time."""
+"""Number of markers of a line over time."""
 
 LABELS_A_HEIGHT = 12
-"""Most names of levels beside a panel."""
+"""Largest number of level names beside a panel."""
 
 
 def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
-    """Name runs for printing."""
+    """Runs by the names to print."""
     if isinstance(runs, Mapping):
         return {as_written(name): run for name, run in runs.items()}
     result: dict[str, Run] = {}
@@ -60,12 +60,12 @@ def ground_acceleration(axes: Axes, run: Run, direction: int = 0) -> None:
 
 
 def over_time(axes: Axes, panel: Panel, names: Sequence[str]) -> None:
-    """Draw lines over time; a name looks the same in every panel of these names."""
+    """Draw lines over time; a name has the same look in every panel with these names."""
     styles = dict(zip(names, line_styles(len(names)), strict=True))
     drawstyle = "steps-post" if panel.steps else "default"
     for k, (name, (time, values)) in enumerate(panel.lines.items()):
         every = max(len(time) // MARKS_A_LINE, 1)
-        # side by side, so that lines on top of each other still show
+        # markers at different times, so that coinciding lines still show
         marks = (k * every // max(len(panel.lines), 1), every)
         look = {"linewidth": 0.8, "markevery": marks, **styles[name]}
         axes.plot(time, values, label=name, drawstyle=drawstyle, **look)
@@ -76,7 +76,7 @@ def over_time(axes: Axes, panel: Panel, names: Sequence[str]) -> None:
 
 
 def from_zero(axes: Axes) -> None:
-    """Widen the vertical axis so that it shows zero."""
+    """Extend the vertical axis to zero."""
     axes.update_datalim([(axes.get_xlim()[0], 0.0)])
     axes.autoscale_view(scalex=False)
 
@@ -90,7 +90,7 @@ def loop(axes: Axes, run: Run, element: str) -> None:
 
 
 def orbit(axes: Axes, run: Run, elements: Sequence[str], quantity: str) -> None:
-    """Draw a device's motion and force along y over those along x."""
+    """Draw the deformation and force of a device along y over those along x."""
     factor, label = {
         "deformation_m": (1e3, "Deformation along {} (mm)"),
         "force_N": (1e-3, "Force along {} (kN)"),
@@ -105,7 +105,7 @@ def orbit(axes: Axes, run: Run, elements: Sequence[str], quantity: str) -> None:
 def envelopes(left: Axes, right: Axes, runs: Mapping[str, Run]) -> None:
     """Draw the peak absolute acceleration over the levels and the peak drift over the storeys."""
     acceleration, drift = chart.envelopes(runs)
-    # a storey lies between the levels that it ties
+    # a storey lies between its two levels
     for axes, panel, what, shift in ((left, acceleration, "Level", 0.0),
                                      (right, drift, "Storey", 0.5)):  # fmt: skip
         styles = line_styles(len(panel.lines), markers=True)

@@ -1,4 +1,4 @@
-"""Publications by the short name that a law, controller or record gives as its source."""
+"""Publications by the short name in the ``source`` of a law, controller or record."""
 
 from __future__ import annotations
 
@@ -205,4 +205,4 @@ PUBLICATIONS = {
         "of the Second Workshop on the LLVM Compiler Infrastructure in HPC, 2015."
     ),
 }
-"""References by the short name that stands in a ``source``."""
+"""References by the short name in a ``source``."""

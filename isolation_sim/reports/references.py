@@ -1,7 +1,7 @@
-"""References of the methods that a result used, to cite beside the software itself.
+"""References of the methods behind a result, to cite beside the software.
 
-Laws, parameter sets, controllers and records say where they come from in a short ``source``;
-``publications.py`` says what the short names in it mean. A source without one is told as it is.
+Laws, parameter sets, controllers and records have a short ``source``. ``publications.py`` has the
+full references of the short names. A source that it does not know is printed unchanged.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ ENGINE = (
     ("derivatives and code of the laws", "Andersson et al. 2019; Lam et al. 2015"),
     ("criteria J1 to J9", "Narasimhan et al. 2006"),
 )
-"""Methods that every run uses, with their source."""
+"""Methods of every run, and their sources."""
 
 
 class Citation(NamedTuple):
-    """A publication and its use in a result."""
+    """A publication and its uses."""
 
     text: str  # The publication
-    uses: tuple[str, ...]  # What it was used for
+    uses: tuple[str, ...]  # Methods, parameters or records from it
 
     @property
     def line(self) -> str:
-        """Both in a line."""
+        """Publication and uses in one line."""
         return f"{self.text.rstrip('.')}. Used for: {', '.join(self.uses)}."
 
 
 def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
-    """References of the methods that scenarios use."""
+    """References of scenarios."""
     used: list[tuple[str, str]] = []
     for scenario in scenarios:
         job = scenario.build()
@@ -52,14 +52,14 @@ def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
-    """References of the methods that runs used."""
+    """References of runs."""
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
     return cited(_used(first.isolated, first.records, sources))
 
 
 def of_device(device: Device) -> list[Citation]:
-    """References of a device's law and effects, such as a fit or a diagnosis leaves it."""
+    """References of a device's law and effects, for fits and diagnoses."""
     base, applied = separate(device)
     used = [(f"law {base.law.name}", base.law.source)]
     used += [(f"effect {effect.cause}", effect.source) for effect, _ in applied]

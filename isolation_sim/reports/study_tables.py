@@ -11,13 +11,13 @@ from .tables import TextTable
 from .units import unit_of
 
 Records = Sequence[Mapping[str, Any]]
-"""A row per case; a heading ends in the SI unit; None where there is no value."""
+"""One row per case; headings end in the SI unit; None for a missing number."""
 
 
 def layout(records: Records, title: str) -> TextTable:
-    """Lay out a study's table for the terminal, in engineering units."""
+    """Format a study's table for the terminal, in engineering units."""
     words = [any(isinstance(record.get(key), str) for record in records) for key in _keys(records)]
-    # the words that a row begins with say which case it is
+    # the words at the beginning of a row identify the case
     keys = max(1, next((k for k, word in enumerate(words) if not word), len(words)))
     return TextTable(title, *texts(records), keys=keys)
 

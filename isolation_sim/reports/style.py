@@ -1,4 +1,4 @@
-"""How the figures look: sizes, lines that stay apart in grey, and files."""
+"""Style of the figures: sizes, lines that differ in grey, and files."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DOUBLE_COLUMN = 7.2
-"""Width of a figure across both columns, in."""
+"""Width of a figure across both columns, inches."""
 
-# Okabe and Ito's colours, which the colour-blind tell apart, from dark to light
+# colours of Okabe and Ito, for colour-blind readers, from dark to light
 _COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 _DASHES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -59,7 +59,7 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Use the figures' style inside a ``with`` block, and the user's own again after it."""
+    """Use the figures' style inside a ``with`` block, then the user's style again."""
     import matplotlib
 
     with matplotlib.rc_context():
@@ -69,14 +69,14 @@ def style() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Empty figure that no window manager holds."""
+    """Empty figure outside pyplot."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def light_shades() -> Colormap:
-    """Colours for maps: light, so that black numbers and lines can be read, in grey too."""
+    """Colours for maps: light, so that black numbers and lines are legible, also in grey."""
     import numpy as np
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
@@ -85,7 +85,7 @@ def light_shades() -> Colormap:
 
 
 def label_outer(axes: Sequence[Axes], across: int, ticks: bool = True) -> None:
-    """Keep labels of panels in rows at the left and where no panel is below."""
+    """Keep the axis labels only at the left and at the bottom of a grid of panels."""
     for k, panel in enumerate(axes):
         left, bottom = k % across == 0, k + across >= len(axes)
         if ticks:
@@ -97,20 +97,20 @@ def label_outer(axes: Sequence[Axes], across: int, ticks: bool = True) -> None:
 def contour_lines(
     axes: Axes, x: Any, y: Any, values: Any, levels: Any, fmt: str | None = None, **look: Any
 ) -> None:
-    """Draw lines of equal value, with the values on them."""
+    """Draw contour lines with their values."""
     lines = axes.contour(x, y, values, levels, **{"colors": "black", "linewidths": 0.6, **look})
     in_panel = axes.transData - axes.transAxes
     for label in axes.clabel(lines, fmt=fmt, fontsize=6):
-        # a number that the panel's edge cuts would be misread
+        # a number cut by the panel's edge would be misread
         label.set_visible(bool(abs(in_panel.transform(label.get_position()) - 0.5).max() < 0.46))
 
 
 def legend(
     figure: Figure, axes: Axes, place: Literal["outside upper center", "outside lower center"]
 ) -> None:
-    """One legend for all panels, made from one of them."""
+    """Draw the legend of one panel for all panels."""
     handles, labels = axes.get_legend_handles_labels()
-    # a letter takes about a 140th of the width, and the line beside it ten letters
+    # a letter takes about 1/140 of the width, and the line beside it ten letters
     fitting = int(140 / (10 + max(map(len, labels))))
     ncols = max(1, min(len(labels), fitting, 4))
     figure.legend(handles, labels, loc=place, ncols=ncols)
@@ -131,21 +131,21 @@ def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
 
 @checked
 def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
-    """Write a figure as SVG and as PNG (200 dots an inch).
+    """Write a figure as SVG and as PNG (200 dots per inch).
 
     Parameters
     ----------
     figure : matplotlib.figure.Figure
         A figure.
     folder : str or pathlib.Path
-        Where to; made where it is missing.
+        Folder; created if it is missing.
     stem : str
-        File name without its ending.
+        File name without suffix.
 
     Returns
     -------
     tuple of pathlib.Path
-        SVG and PNG. Each appears whole or not at all, and the same figure gives the same bytes.
+        SVG and PNG. Each file is written completely or not at all. Equal figures give equal bytes.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
 
 
 def svg_text(figure: Figure) -> str:
-    """Return a figure as the text of an SVG file, as ``save`` writes it."""
+    """Return a figure as the text of the SVG file of ``save``."""
     text = io.StringIO()
     with style():
         figure.savefig(text, format="svg", metadata={"Date": None})
@@ -174,7 +174,7 @@ def svg_text(figure: Figure) -> str:
 
 
 def _rounded(svg: str) -> str:
-    """Cut coordinates to a hundredth of a point; Matplotlib writes a millionth."""
+    """Round coordinates to 0.01 points; Matplotlib writes 1e-6 points."""
 
     def cut(path: re.Match[str]) -> str:
         return re.sub(r"(\.\d\d)\d+", r"\1", path[0])

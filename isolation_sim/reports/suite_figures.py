@@ -1,4 +1,4 @@
-"""Figure of a suite of records: its spectra against the target."""
+"""Figure of a suite of records: its spectra and the target."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ COMBINATIONS = {
     "mean": "mean of the components",
     "larger": "larger component",
 }
-"""How the components' spectra are combined, in words."""
+"""Combination of the components' spectra, in words."""
 
 
 def spectra(suite: Suite) -> Figure:
-    """Spectra of the records as they run, their mean, and the target with the rule's floor."""
+    """Spectra of the scaled records, their mean, the target and the rule's least mean."""
     result = suite.index["spectra"]
     periods = np.array(result["plotted"]["period_s"])
     rows = np.array(list(result["plotted"]["psa_m_s2"].values()))

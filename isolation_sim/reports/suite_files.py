@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def write_suite(suite: Suite) -> None:
-    """Write tables, figure and report into a suite's folder."""
+    """Write tables, figure and report to a suite's folder."""
     plotted = suite.index["spectra"]["plotted"]
     tables = {
         "runs": suite.table.set_index("motion"),

@@ -20,7 +20,7 @@ HEADINGS = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs",
 
 
 def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
-    """Statistics of every criterion under a controller, as text."""
+    """Statistics of every criterion with a controller, as text."""
     rows = []
     for name, row in suite.statistics.loc[controller].iterrows():
         unit, factor = unit_of(str(name))
@@ -35,13 +35,13 @@ def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
 
 
 def statistics_table(suite: Suite, controller: str) -> TextTable:
-    """Statistics of every criterion under a controller."""
+    """Statistics of every criterion with a controller."""
     title = f"{as_written(controller)}: {motions_text(suite)}"
     return TextTable(title, HEADINGS, statistics_rows(suite, controller), keys=2)
 
 
 def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
-    """A criterion of every motion under every controller; an asterisk marks the largest."""
+    """A criterion for every motion and controller; an asterisk marks the governing value."""
     suite.check(criterion)
     _, factor = unit_of(criterion)
     result = suite.table.set_index(["motion", "controller"])
@@ -63,7 +63,7 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
 
 
 def records_table(suite: Suite, criterion: str) -> TextTable:
-    """A criterion of every motion under every controller."""
+    """Table of a criterion for every motion and controller."""
     title = f"{heading(criterion)}, one row per motion"
     headings = ("motion", *map(as_written, suite.controllers))
     rows = records_rows(suite, criterion)
@@ -71,7 +71,7 @@ def records_table(suite: Suite, criterion: str) -> TextTable:
 
 
 def motions_text(suite: Suite) -> str:
-    """How many motions the statistics are over."""
+    """Numbers of motions and records."""
     motions, records = len(suite.index["motions"]), suite.index["n_records"]
     return f"{motions} motions of {records} record{'s' * (records != 1)}"
 
@@ -93,7 +93,7 @@ def verdict(suite: Suite) -> list[str]:
         )
         if suite.index["inputs"]["section"]["isolated_period_s"] is None:
             sentences.append(
-                "The isolated period is that of small vibrations. Give isolated_period_s, the "
+                "The isolated period is that of small vibrations. Set isolated_period_s, the "
                 "effective period at the design displacement, for isolators that soften."
             )
     records = suite.index["n_records"]
@@ -101,7 +101,7 @@ def verdict(suite: Suite) -> list[str]:
         needed = rule.mean_from if rule.maximum_from is None else rule.maximum_from
         sentences.append(
             f"{rule.response_clause}: {needed} records or more are required; the suite has "
-            f"{records}, so that no design value is given."
+            f"{records} and has no design value."
         )
     else:
         sentences.append(
@@ -111,7 +111,7 @@ def verdict(suite: Suite) -> list[str]:
     failed = len(suite.sweep.failed)
     if failed:
         sentences.append(
-            f"{failed} of {len(suite.table)} runs failed: they are in no statistic, and their "
+            f"{failed} of {len(suite.table)} runs failed. The statistics leave them out, and their "
             "controllers have no design value."
         )
     return sentences

@@ -1,4 +1,4 @@
-"""Figures of a sweep, legible in grey: controllers side by side, maps, sensitivities."""
+"""Figures of a sweep, legible in grey: medians, maps and sensitivities."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from ..sweeps.result import Sweep
 
 _MOST_CELLS = 24
-"""Values of a quantity that a map shows one by one; more are put into intervals."""
+"""Largest number of values on a map's axis; more values are grouped into intervals."""
 _INTERVALS = 12
 _ACROSS = 3
 
 
 def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
-    """Criteria side by side, each as a ratio, one line per controller."""
+    """Criteria as ratios, one bar per controller."""
     peaks = [name for name in sweep.criteria if name.startswith("peak_")]
     target = peaks if criteria is None else list(criteria)
     for name in target:
@@ -70,12 +70,12 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
 
 
 def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figure:
-    """A criterion over two varied quantities, one panel per controller, all on one scale."""
+    """A criterion over two varied quantities, one panel per controller, with one colour scale."""
     x, y = _two(sweep, x, y)
     sweep.check(criterion, sweep.criteria, "criterion")
     unit, factor = unit_of(criterion)
     frame = sweep.table[["controller", x, y, criterion]].copy()
-    # medians of scattered points make no lines
+    # medians of scattered points have no smooth contour lines
     binned = max(frame[x].nunique(), frame[y].nunique()) > _MOST_CELLS
     frame[x], frame[y] = _cells(frame[x]), _cells(frame[y])
     middle = frame.groupby(["controller", y, x])[criterion].median() * factor
@@ -124,7 +124,7 @@ def _two(sweep: Sweep, x: str | None, y: str | None) -> tuple[str, str]:
 
 
 def _cells(values: pandas.Series) -> pandas.Series:
-    """Return the values themselves, or the middles of intervals where there are too many."""
+    """Return the values, or the middles of intervals if there are too many."""
     if values.nunique() <= _MOST_CELLS:
         return values
     import pandas
@@ -136,7 +136,7 @@ def _cells(values: pandas.Series) -> pandas.Series:
 
 
 def _edges(middles: Sequence[float]) -> np.ndarray:
-    """Edges of cells around values that need not be equally spaced."""
+    """Edges of cells around values of any spacing."""
     at = np.asarray(middles, float)
     if len(at) == 1:
         return at[0] + np.array([-0.5, 0.5])
@@ -145,7 +145,7 @@ def _edges(middles: Sequence[float]) -> np.ndarray:
 
 
 def _print_cells(axes: Axes, cells: pandas.DataFrame, lines: bool) -> None:
-    """Print the numbers into the cells where there is room, or draw lines of equal value."""
+    """Print the numbers in the cells if they fit; otherwise draw contour lines."""
     values = cells.to_numpy()
     if values.size <= 36:
         for i, j in np.ndindex(*values.shape):
@@ -196,11 +196,11 @@ def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
 
 
 def title_of(criterion: str) -> str:
-    """Return a criterion's name without its unit, in words."""
+    """Return a criterion's name in words, without the unit."""
     parts = criterion.split("_")
     return " ".join(parts[: -_unit_parts(criterion)] if _unit_parts(criterion) else parts)
 
 
 def _unit_parts(name: str) -> int:
-    """Count the parts of a criterion's name, between underscores, that are its unit."""
+    """Count the parts of a criterion's name, between underscores, that form the unit."""
     return 2 if name.endswith(("_m_s2", "_m_s")) else 1 if unit_of(name)[0] else 0

@@ -53,7 +53,7 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
 
 
 def heading(criterion: str) -> str:
-    """A criterion in words, with the unit to print."""
+    """A criterion in words, with its printed unit."""
     unit, _ = unit_of(criterion)
     return f"{title_of(criterion)}, {unit}" if unit else title_of(criterion)
 

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from ..simulation.result import Run
 
 WIDTH = 100
-"""Columns of the terminal that the tables are laid out for."""
+"""Width of the terminal for which the tables are formatted, characters."""
 
 
 class Row(NamedTuple):
     """One row of the table."""
 
-    key: str  # Criterion or energy, with its SI unit at the end
-    label: str  # What to print
-    # Picks the best of several values; None where none is better
+    key: str  # Criterion or energy; ends in the SI unit
+    label: str  # Text to print
+    # Selects the best of several values; None if no value is better than another
     best: Callable[[list[float]], float] | None = min
 
 
@@ -54,7 +54,7 @@ _GROUPS = {
         Row("J8", "J8 RMS floor acceleration"),
         Row("J9", "J9 device work / input energy", max),
     ],
-    # an account, not a score: no entry is the best
+    # energies have no best value
     "Energy at the end": [
         Row("input_J", "input", None),
         Row("field_work_J", "field work", None),
@@ -78,7 +78,7 @@ def criteria_table(
 
 
 class WideTable:
-    """A table in as many parts, one below the other, as the width of the console needs."""
+    """A table that is split into parts, one below the other, to fit the console's width."""
 
     def __init__(self, names: Sequence[str], part: Callable[[Sequence[str]], Table]):
         self._names, self._part = list(names), part
@@ -104,8 +104,8 @@ class WideTable:
 class TextTable:
     """A table of texts that fits any width."""
 
-    # Numbers stay whole and headings break between words. Columns that do not fit stand in a part
-    # below, beside the key columns.
+    # Numbers are not split; headings break between words. Columns that do not fit go to a part
+    # below, together with the key columns.
 
     GAP = 2
     """Characters between columns."""
@@ -159,10 +159,10 @@ class TextTable:
 
 
 class _Column:
-    """How a column of texts is set."""
+    """Alignment and width of a column of texts."""
 
     LONGEST, NARROWEST = 24, 16
-    """Characters of a text that is never broken, and of a column whose texts are."""
+    """Longest unbroken text, and least width of a column with broken texts, characters."""
 
     def __init__(self, heading: str, place: int, cells: Sequence[str], key: bool):
         filled = [line for cell in cells for line in cell.split("\n") if line]
@@ -178,11 +178,11 @@ class _Column:
 
 
 _NUMBER = re.compile(r"[<>±+-]? ?\.?\d|nan$|-$")
-"""How the text of a number begins."""
+"""First characters of a number's text."""
 
 
 def _broken(heading: str, width: int) -> str:
-    """A heading in lines no longer than its column needs, broken between words."""
+    """A heading broken between words to fit its column."""
     lines = [""]
     for piece in re.findall(r"\S+?(?:[._](?=\w)|\s+|$)", heading):
         if lines[-1] and len((lines[-1] + piece).rstrip()) > max(width, 12):
@@ -198,7 +198,7 @@ def criteria_tables(
     baseline: Mapping[str, Mapping[str, float]] | None = None,
     optima: Collection[str] = (),
 ) -> WideTable:
-    """Table of criteria and energies in as many parts as the console's width needs."""
+    """Table of criteria and energies, split to fit the console's width."""
     beside = dict(baseline or {})
     return WideTable(
         [*criteria, *beside],
@@ -214,7 +214,7 @@ def _criteria_columns(
     optima: Collection[str],
     shown: Sequence[str],
 ) -> Table:
-    """Table of some runs, marked against all."""
+    """Table of some runs; the marks compare all runs."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text
@@ -230,7 +230,7 @@ def _criteria_columns(
     )
     table.add_column("", no_wrap=True)
     for name in shown:
-        # a word per line: left alone, rich shares the width by whole names and breaks words
+        # one word per line, since rich would break within words
         header = Text("\n".join(as_written(name).split()))
         table.add_column(header, justify="right", no_wrap=True, overflow="fold", vertical="bottom")
     for group, lines in criteria_lines(criteria, energy, baseline, optima).items():
@@ -251,7 +251,7 @@ def criteria_lines(
     baseline: Mapping[str, Mapping[str, float]] | None = None,
     optima: Collection[str] = (),
 ) -> dict[str, list[tuple[str, list[tuple[str, bool]]]]]:
-    """Text of the table of criteria and energies, however it is set."""
+    """Texts of the table of criteria and energies, for all output formats."""
     values = [{**criteria[name], **energy[name]} for name in criteria]
     bounds = [name in optima for name in criteria]
     groups = {}
@@ -306,7 +306,7 @@ def marked(
     best: Callable[[list[float]], float] | None,
     bounds: Sequence[bool] = (),
 ) -> list[tuple[str, bool]]:
-    """Write the numbers of a row, and mark the best."""
+    """Format the numbers of a row, and mark the best."""
     texts = [_text(number) for number in numbers]
     bounds = bounds or [False] * len(numbers)
     known = [
@@ -315,7 +315,7 @@ def marked(
         if number is not None and number == number and not bound
     ]
     mark = _text(best(known)) if best and known else None
-    # all alike: nothing to choose
+    # equal values: none is the best
     if len(set(texts)) == 1:
         mark = None
     return [(text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)]

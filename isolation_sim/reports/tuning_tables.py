@@ -1,4 +1,4 @@
-"""Tables of a tuning: its settings, and their benefit on each set of motions."""
+"""Tables of a tuning: settings, and gains on each set of motions."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def gains_texts(tuning: Tuning) -> Texts:
 
 
 def tuning_tables(tuning: Tuning) -> list[TextTable]:
-    """Lay the tables out for the terminal."""
+    """Format the tables for the terminal."""
     title = "Mean score, 95 % interval: J minus that of the best constant current"
     return [
         TextTable(f"Settings of {as_written(tuning.controller)}", *settings_texts(tuning)),

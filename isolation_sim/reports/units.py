@@ -1,4 +1,4 @@
-"""Engineering units that tables and figures print, by the ending of an SI name."""
+"""Engineering units of tables and figures, by the unit at the end of an SI name."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ UNITS = {
     "J": ("kJ", 1e-3),
     "A": ("A", 1.0),
 }
-"""Unit to print and factor from SI."""
+"""Printed unit and its factor from SI."""
 
 
 def unit_of(name: str) -> tuple[str, float]:
-    """Find the unit to print for a quantity."""
+    """Find the printed unit of a quantity."""
     for ending, unit in UNITS.items():
         if name.endswith(f"_{ending}"):
             return unit

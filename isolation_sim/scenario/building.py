@@ -37,13 +37,14 @@ class ShearBuilding(Section):
     storey_stiffnesses_N_per_m: Annotated[_Row, Field(description="from below")]
     base_mass_kg: Annotated[Positive, Field(description="base slab")]
     damping: Annotated[
-        Literal["rayleigh", "modal"], Field(description="rayleigh, modal; on a held base")
+        Literal["rayleigh", "modal"], Field(description="rayleigh, modal; with the base fixed")
     ] = "rayleigh"
     damping_ratio: Annotated[
-        _Ratio | list[_Ratio], Field(description="with modal damping also one per mode")
+        _Ratio | list[_Ratio], Field(description="one number; with modal also one per mode")
     ] = 0.02
     rayleigh_modes: Annotated[
-        list[int], Field(min_length=2, max_length=2, description="the two with the ratio, from 1")
+        list[int],
+        Field(min_length=2, max_length=2, description="two modes with this ratio, from 1"),
     ] = Field(default_factory=lambda: [1, 2])
     storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
     name: Annotated[str, Field(min_length=1, description="name in reports")] = "shear building"
@@ -76,13 +77,13 @@ class PlanBuilding(Section):
     ]
     isolator_positions_m: Annotated[
         list[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None,
-        Field(min_length=1, description="x, y from the plan's centre; its corners if left out"),
+        Field(min_length=1, description="x, y from the plan's centre; the corners if left out"),
     ] = None
     eccentricity_m: Annotated[
         list[Number],
-        Field(min_length=2, max_length=2, description="centre of mass from that of the plan"),
+        Field(min_length=2, max_length=2, description="centre of mass from the plan's centre"),
     ] = Field(default_factory=lambda: [0.0, 0.0])
-    damping_ratio: Annotated[_Ratio, Field(description="of every mode on a held base")] = 0.02
+    damping_ratio: Annotated[_Ratio, Field(description="of every mode with the base fixed")] = 0.02
     storey_heights_m: Annotated[_Row | None, Field(description="from below")] = None
     name: Annotated[str, Field(min_length=1, description="to print")] = "plan building"
 
@@ -119,7 +120,9 @@ class MatricesFile(Section):
     directions: Annotated[
         list[str] | None, Field(description="directions of ground motion; one [[ground]] each")
     ] = None
-    name: Annotated[str | None, Field(min_length=1, description="to print; the file's")] = None
+    name: Annotated[
+        str | None, Field(min_length=1, description="name in reports; the file's by default")
+    ] = None
 
     def build(self) -> Structure:
         """Return the structure."""

@@ -1,4 +1,4 @@
-"""The ``[check]`` section: input of ``isolation-sim check``."""
+"""The ``[check]`` section: settings of ``isolation-sim check``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Check(Section):
     """Code checks of an isolated building."""
 
     S_M1_g: Annotated[
-        Positive, Field(description="maximum considered earthquake's spectral acceleration at 1 s")
+        Positive, Field(description="spectral acceleration at 1 s, maximum considered earthquake")
     ]
     upper_factors: Annotated[
         _Factors, Field(description="on the isolators' force, or { parameter = factor }")
@@ -52,10 +52,10 @@ class Check(Section):
 
 
 def simulator(job: Job) -> Callable[..., Run]:
-    """Return a function that runs a plant under the scenario's motion, then under still ground."""
+    """Return a function that runs a plant under the motion, followed by still ground."""
     from ..simulation.run import simulate
 
-    # controllers reason with the nominal properties, whatever the plant's
+    # controllers use the nominal properties for every plant
     options = {"nominal": job.isolated, **job.options}
 
     def run(plant: IsolatedStructure, controller: Any, quiet: float) -> Run:

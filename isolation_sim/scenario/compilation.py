@@ -1,4 +1,4 @@
-"""Controllers are compiled by a second process while the first one runs the others."""
+"""Compile controllers in a second process while the first one runs other controllers."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Compilation:
-    """Work of the second process."""
+    """Task of the second process."""
 
     scenario: str  # Text of a scenario file
-    label: str  # Of the controller
+    label: str  # Label of the controller
 
     def run(self) -> None:
-        """Compile the controller into the cache folder."""
+        """Compile the controller to the cache folder."""
         with redirect_stderr(StringIO()):
             Scenario.from_toml(self.scenario).build().compile(self.label)
 
 
 @contextmanager
 def compiled_meanwhile(scenario: Scenario, job: Job) -> Iterator[Callable[[str], Run]]:
-    """``job.run``; on the first use of a device law, the last controllers are compiled meanwhile.
+    """``job.run``; on first use of a device law a second process compiles the last controllers.
 
-    The second process begins with the last controller and the first one with the first, so that
-    neither waits long. It is not started where the machine has no processor to spare.
+    The second process starts with the last controller and the first process with the first, so
+    that neither waits long. It is started only if the machine has an idle processor.
     """
     if not _is_first_use(job) or not _has_idle_processor():
         yield job.run
@@ -63,7 +63,7 @@ def compiled_meanwhile(scenario: Scenario, job: Job) -> Iterator[Callable[[str],
 
 
 def _is_first_use(job: Job) -> bool:
-    """Whether the kernel is yet to be compiled; a unit outside is nobody else's to start."""
+    """Whether the kernel is not compiled yet; False with an FMU, which only one process starts."""
     from ..simulation.inputs import traceable
     from ..simulation.kernel import is_compiled
     from ..simulation.plan import kernel_for

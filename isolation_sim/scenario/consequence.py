@@ -1,4 +1,4 @@
-"""Run a scenario with the law that a diagnosis judged, and with the one that it found."""
+"""Run a scenario with the evaluated law of a diagnosis, and with its extended law."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def with_consequence(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] | None = None
 ) -> Diagnosis:
-    """Add to a diagnosis the consequence of the error in a scenario."""
+    """Add the consequence of the law's error in a scenario to a diagnosis."""
     if not diagnosis.causes:
         return diagnosis
     job = scenario.build()
@@ -37,7 +37,7 @@ def with_consequence(
         assert diagnosis.judged is not None and diagnosis.extended is not None
         try:
             old, new = _alike(diagnosis.judged, _without_instruments(diagnosis.extended))
-            scale = _given(scenario) or carrying(new, job.isolated.structure, job.records)
+            scale = _explicit_scale(scenario) or carrying(new, job.isolated.structure, job.records)
         except InputError as error:
             reason = f"Not run: {error}."
             nothing = Consequence(job.isolated.structure.name, "", reason, {})
@@ -55,7 +55,7 @@ def with_consequence(
 
 
 def _without_instruments(device: Device) -> Device:
-    """A device without the effects of the measuring instruments."""
+    """A device without the effects in the measuring instruments."""
     base, applied = separate(device)
     own = [(effect, numbers) for effect, numbers in applied if effect.of_device]
     if len(own) == len(applied):
@@ -64,21 +64,21 @@ def _without_instruments(device: Device) -> Device:
 
 
 def _alike(old: Device, new: Device) -> tuple[Device, Device]:
-    """Both devices with the currents for which both are meaningful."""
+    """Both devices with the current range that is valid for both."""
     low, high = (old.current_range, new.current_range)
     both = (max(low[0], high[0]), min(low[1], high[1]))
     return replace(old, current_range=both), replace(new, current_range=both)
 
 
-def _given(scenario: Scenario) -> Scale | None:
+def _explicit_scale(scenario: Scenario) -> Scale | None:
     section = scenario.isolator
     if section.length_scale is None or section.force_scale is None:
         return None
     force = section.count * section.force_scale
     return Scale(
         section.length_scale, force,
-        f"The device was scaled as the scenario says: its deformation {section.length_scale:g} "
-        f"times, its force {force:g} times.",
+        f"The scenario scales the device: deformation by {section.length_scale:g}, force by "
+        f"{force:g}.",
     )  # fmt: skip
 
 
@@ -89,7 +89,7 @@ def _carried(isolated: IsolatedStructure, device: Device) -> IsolatedStructure:
 
 
 def _controllers(job: Job, isolated: IsolatedStructure) -> dict:
-    """The scenario's controllers, those without current first; alone where there is no coil."""
+    """The scenario's controllers, those without current first; only these without a coil."""
     off = {UNCONTROLLED: controller(UNCONTROLLED)}
     if not any(element.device.depends_on_current for element in isolated.elements):
         return off

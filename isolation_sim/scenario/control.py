@@ -18,13 +18,15 @@ class ControllerEntry(Section):
     name: Annotated[
         Registered, Field(description="isolation-sim list controllers, file.py:CLASS or unit.fmu")
     ]
-    label: Annotated[str | None, Field(min_length=1, description="to print; the name")] = None
+    label: Annotated[
+        str | None, Field(min_length=1, description="name in reports; name by default")
+    ] = None
     settings: dict[str, Any] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any, info: ValidationInfo) -> Any:
-        # which settings there are is the controller's to say, when it is built
+        # the controller checks the names of its settings when it is built
         if not isinstance(data, dict):
             return data
         own = {key: data[key] for key in ("name", "label") if key in data}
@@ -33,7 +35,7 @@ class ControllerEntry(Section):
 
     @property
     def shown(self) -> str:
-        """The label, or the name without the path of its file."""
+        """The label; by default the name without the path of its file."""
         inside = self.name.rpartition(":")[2]
         return self.label or (Path(inside).stem if inside.endswith(".fmu") else inside)
 
@@ -43,7 +45,7 @@ class ControllerEntry(Section):
 
 
 def _with_place(settings: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-    """Make the paths of files absolute; the names of such settings end in ``file``."""
+    """Make file paths absolute; the names of these settings end in ``file``."""
     paths = {
         key: str(absolute(value, info))
         for key, value in settings.items()
@@ -77,7 +79,7 @@ class Driver(Section):
 
 
 class SensorSet(Section):
-    """Model of the building that controllers use."""
+    """Sensors of the controllers."""
 
     delay_s: Annotated[NonNegative, Field(description="age of a measurement")] = 0.0
     sampling_s: Annotated[
@@ -104,7 +106,7 @@ class SensorSet(Section):
 
 
 class Simulation(Section):
-    """How the runs are made."""
+    """Options of the runs."""
 
     tolerance: Annotated[
         float, Field(ge=1e-12, le=1e-2, description="accuracy, relative to each quantity's peak")
@@ -114,8 +116,8 @@ class Simulation(Section):
         Field(description="commands outside the limits: refuse, or clamp and count"),
     ] = "refuse"
     computation_delay_s: Annotated[
-        NonNegative, Field(description="from a decision to its command")
+        NonNegative, Field(description="delay from a decision to its command")
     ] = 0.0
     fixed_base: Annotated[
-        bool, Field(description="also simulate the building without isolation, to compare with")
+        bool, Field(description="also simulate the building with a fixed base, for comparison")
     ] = False

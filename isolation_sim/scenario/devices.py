@@ -51,7 +51,7 @@ class AppliedEffect(Section):
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        # which parameters there are is the effect's to say, when it is put around the law
+        # the effect checks the names of its parameters when it is applied to the law
         if not isinstance(data, dict):
             return data
         own = {key: data[key] for key in ("name", "form") if key in data}
@@ -64,7 +64,7 @@ class AppliedEffect(Section):
 
 
 _Effects = Annotated[
-    list[AppliedEffect] | None, Field(description="effects on the law, in this order")
+    list[AppliedEffect] | None, Field(description="effects applied to the law, in this order")
 ]
 
 
@@ -92,7 +92,7 @@ class _Device(Section):
         Positive | None,
         Field(description="force relative to the tested device; reference building: 3014.69"),
     ] = None
-    count: Annotated[Positive, Field(description="devices side by side")] = 1.0
+    count: Annotated[Positive, Field(description="number of parallel devices")] = 1.0
     switching: Annotated[
         Literal["instantaneous", "passive"],
         _OLD_SWITCHING,
@@ -102,14 +102,12 @@ class _Device(Section):
 
     def device(self, length_scale: float = 1.0, force_scale: float = 1.0) -> Device:
         """Return the device."""
-        current_range = self.current_range_A
-        limits = None if current_range is None else (current_range[0], current_range[1])
+        valid_range = self.current_range_A
+        limits = None if valid_range is None else (valid_range[0], valid_range[1])
         device = law(self.law, self.parameters, limits)
         if self.variables is not None:
             if not device.law.unit:
-                raise InputError(
-                    "variables are given, and law is no unit; expected: law = unit.fmu"
-                )
+                raise InputError("variables is set, but law is no FMU; expected: law = unit.fmu")
             own = replace(device.law, unit_variables=self.variables)
             device = replace(device, law=own)
         if self.tested_deformation_m is not None:
@@ -124,7 +122,7 @@ class _Device(Section):
             device = passive(device)
         if self.effect:
             device = extend(device, [one.build() for one in self.effect])
-        if device.law.unit:  # it is a part of this building, at its scale
+        if device.law.unit:  # a unit already has the building's scale
             length_scale = force_scale = 1.0
         return device.scaled(
             length_scale if self.length_scale is None else self.length_scale,
@@ -133,11 +131,11 @@ class _Device(Section):
 
 
 class Isolator(_Device):
-    """The isolators between the ground and the base, all alike."""
+    """Equal isolators between the ground and the base."""
 
     target_period_s: Annotated[
         Positive | None,
-        Field(description="first period at the middle current; in place of both scales and count"),
+        Field(description="first period at the middle current; replaces scales and count"),
     ] = None
     design_displacement_m: Annotated[
         Positive | None,
@@ -151,7 +149,7 @@ class Isolator(_Device):
     ] = None
     biaxial: Annotated[
         bool,
-        Field(description="both directions act on each other; one device a known position"),
+        Field(description="coupled directions; one device per known position"),
     ] = False
     overturning: Annotated[
         bool, Field(description="overturning changes each device's vertical load; with biaxial")
@@ -164,7 +162,7 @@ class Isolator(_Device):
         ),
     ] = None
     p_delta_height_m: Annotated[
-        Positive | None, Field(description="of the bearings, for P-delta: stiffness -W / h")
+        Positive | None, Field(description="height of the bearings for P-delta: stiffness -W / h")
     ] = None
 
     def put_under(self, structure: Structure, device: Device) -> IsolatedStructure:
@@ -186,12 +184,14 @@ class Isolator(_Device):
         if self.target_period_s is None:
             if self.design_displacement_m is not None:
                 raise InputError(
-                    "design_displacement_m needs target_period_s; expected: both or none"
+                    "design_displacement_m needs target_period_s; expected: both keys or none"
                 )
             return self
         for key, default in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
             if getattr(self, key) != default:
-                raise InputError(f"{key} is given beside target_period_s; expected: one of the two")
+                raise InputError(
+                    f"{key} and target_period_s are both set; expected: one of the two"
+                )
         device = sized(
             structure, self.device(), self.target_period_s, self.design_displacement_m, self.biaxial
         )
@@ -202,16 +202,16 @@ class Isolator(_Device):
         return self.model_copy(update=result)
 
     def on_reference(self) -> Device:
-        """Return the device at the reference building's scale where the section gives none."""
+        """Return the device; scales that the section leaves out are the reference building's."""
         return self.device(LENGTH_SCALE, FORCE_SCALE)
 
     def scaled(self) -> Device:
-        """Return the device; its scales must be given, since no building is like another."""
+        """Return the device; the section must contain its scales."""
         for key in ("length_scale", "force_scale"):
             if getattr(self, key) is None and not self.law.endswith(".fmu"):
                 raise InputError(
-                    f"{key} is missing; expected: a number above 0, which has a default for the "
-                    "reference building alone, or target_period_s in place of both scales"
+                    f"{key} is missing; expected: a number above 0 (only the reference building "
+                    "has a default), or target_period_s in place of both scales"
                 )
         return self.device()
 
@@ -244,18 +244,18 @@ class NominalModel(Section):
     switching: Annotated[
         Literal["instantaneous", "passive"],
         _OLD_SWITCHING,
-        Field(description="as in [isolator]; instantaneous: the force responds to the current"),
+        Field(description="as in [isolator]; instantaneous: deformed springs stiffen"),
     ] = "instantaneous"
     effect: Annotated[
         list[AppliedEffect] | None,
-        Field(description="in place of the isolator's effects; effect = [] for none"),
+        Field(description="replaces the isolator's effects; effect = [] for none"),
     ] = None
 
     def of(self, isolator: Isolator) -> Isolator:
         """Return the nominal isolator before its scales are changed."""
         changes: dict[str, Any] = {"switching": self.switching}
         if self.law is not None and self.law != isolator.law:
-            # another law brings its own numbers, their range and what acts around it
+            # another law has its own parameters, current range and effects
             changes |= {"law": self.law, "parameters": self.parameters, "effect": None}
             changes |= {"current_range_A": None, "tested_deformation_m": None}
             changes |= {"tested_current_A": None, "variables": None}

@@ -1,4 +1,4 @@
-"""Field types of the sections of a scenario: strict values, unknown keys refused by name."""
+"""Base of the scenario's sections: strict types, and errors that name unknown keys."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .problems import one_line
 
 
 class Section(BaseModel):
-    """A table of a scenario file: strict about types, refusing unknown keys."""
+    """A table of a scenario file with strict types and no unknown keys."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -40,7 +40,7 @@ class Section(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        # before anything else: a misspelt key is the cause of the key that is then missing
+        # checked first, since a misspelt key is the reason for a missing key
         if isinstance(data, dict):
             for key in data:
                 if key not in cls.model_fields:
@@ -49,7 +49,7 @@ class Section(BaseModel):
 
 
 def kind_by_keys(kinds: Mapping[str, type[Section]]) -> Callable[[Any], str | None]:
-    """Return a function that tells which kind of section a table is."""
+    """Return a function that determines the kind of a section."""
 
     def kind(data: Any) -> str | None:
         if isinstance(data, Section):

@@ -60,11 +60,9 @@ class _Ground(Section):
     def _keys_that_go_together(self) -> Self:
         scales = [key for key in _SCALES if getattr(self, key) is not None]
         if len(scales) > 1:
-            raise InputError(f"{' and '.join(scales)} are given; expected: one of them at most")
+            raise InputError(f"{' and '.join(scales)} are set; expected: at most one of them")
         if (self.scale_to_sa_g is None) != (self.sa_period_s is None):
-            raise InputError(
-                "scale_to_sa_g and sa_period_s belong together; one of them is missing"
-            )
+            raise InputError("scale_to_sa_g or sa_period_s is missing; expected: both or none")
         if self.highpass_Hz is not None and self.baseline_order is None:
             raise InputError("highpass_Hz needs baseline_order; expected: 0 to 10")
         return self
@@ -74,7 +72,7 @@ class _Ground(Section):
         raise NotImplementedError
 
     def record(self) -> Record:
-        """Return the motion that shakes the structure."""
+        """Return the processed motion."""
         record = self.motion()
         if self.start_s is not None or self.stop_s is not None:
             record = record.cut(self.start_s or 0.0, self.stop_s)
@@ -109,7 +107,7 @@ class RecordFile(_Ground):
     """A record in a file of your own."""
 
     kind: Literal["record_file"] = "record_file"
-    file: Annotated[InputPath, Field(description=".at2, .csv, .txt, .dat, or what reader reads")]
+    file: Annotated[InputPath, Field(description=".at2, .csv, .txt, .dat, or a file of reader")]
     column: Annotated[
         str | None, Field(description="CSV: column, such as ground_acceleration_m_s2")
     ] = None
@@ -117,7 +115,7 @@ class RecordFile(_Ground):
     dt_s: Annotated[Positive | None, Field(description="one-column text: sampling step")] = None
     reader: Annotated[
         Registered | None,
-        Field(description="isolation-sim list readers, or file.py:FUNCTION; the suffix's"),
+        Field(description="isolation-sim list readers, or file.py:FUNCTION; by suffix"),
     ] = None
 
     def motion(self) -> Record:
@@ -202,7 +200,7 @@ class _Pulse(_Ground):
 
     @property
     def _still(self) -> dict[str, float]:
-        # the closed forms need a step of rest on both sides; quiet_ keys can only lengthen it
+        # the closed forms need one step at rest on both sides; quiet_ keys can only lengthen it
         return {"dt": self.dt_s, "before": 0.5, "after": 0.5}
 
 

@@ -1,4 +1,4 @@
-"""A scenario made ready to run: the plant, the motion, the controllers and the options."""
+"""A scenario ready to run: plant, ground motion, controllers and options."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Job:
     Attributes
     ----------
     source : str
-        Scenario file, for errors; empty for a scenario made in Python.
+        Scenario file, for error messages; empty for a scenario made in Python.
     isolated : IsolatedStructure
         The plant.
     records : tuple of Record
@@ -32,7 +32,7 @@ class Job:
     options : dict of str to object
         Keyword arguments of ``isolation_sim.simulation.run.simulate``.
     fixed_base : bool
-        Whether the building without isolation is simulated too.
+        Whether the building without isolation is simulated, too.
     """
 
     source: str
@@ -43,7 +43,7 @@ class Job:
     fixed_base: bool = False
 
     def run_fixed_base(self) -> Run | None:
-        """Simulate the building without isolation, where the scenario asks for it.
+        """Simulate the building without isolation, if ``fixed_base`` is set.
 
         Returns
         -------
@@ -52,7 +52,7 @@ class Job:
         Raises
         ------
         InputError
-            If the superstructure is not held by its stiffness.
+            If the stiffness of the superstructure is singular.
         """
         from ..simulation.run import fixed_base_run
 
@@ -64,7 +64,7 @@ class Job:
             raise with_place(error, self.source, "fixed base") from None
 
     def compile(self, label: str) -> None:
-        """Compile a controller's decision, if this needs no run.
+        """Compile a controller's decision code without a run.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class Job:
         Raises
         ------
         InputError
-            If an option does not suit the controller, or it learns from runs.
+            If an option does not fit the controller, or the controller learns from runs.
         """
         from ..simulation.control import CoilDriver
         from ..simulation.run import prepared
@@ -103,9 +103,9 @@ class Job:
         Raises
         ------
         InputError
-            If a current is refused or an option does not suit the controller.
+            If a current is refused or an option does not fit the controller.
         Diverged
-            If the response leaves the range of numbers or of the law.
+            If the response leaves the range of floating-point numbers or of the law.
         """
         from ..simulation.run import simulate
 
@@ -117,6 +117,6 @@ class Job:
 
 
 def with_place(error: Exception, *places: str) -> Exception:
-    """Put places before an error's text."""
+    """Insert places before an error's text."""
     text = ": ".join([place for place in places if place] + [str(error)])
     return Diverged(text) if isinstance(error, Diverged) else InputError(text)

@@ -1,4 +1,4 @@
-"""Sections ``[yielding]``, ``[moat_wall]``, ``[soil]``: a building not elastic, free or fixed."""
+"""The ``[yielding]``, ``[moat_wall]`` and ``[soil]`` sections."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .fields import NonNegative, Positive, Section
 
 
 class Yielding(Section):
-    """Storeys that yield, of a shear building."""
+    """Yielding storeys of a shear building."""
 
     yield_shear_N: Annotated[
         Positive | Annotated[list[Positive], Field(min_length=1)],
         Field(description="storey shear at yield; one for all, or one per storey from below"),
     ]
     hardening_ratio: Annotated[
-        float, Field(ge=0, lt=1, description="stiffness after yielding over that before")
+        float, Field(ge=0, lt=1, description="stiffness after yielding over elastic stiffness")
     ] = 0.05
     smoothness: Annotated[
         float,
@@ -35,11 +35,11 @@ class Yielding(Section):
 
 
 class MoatWall(Section):
-    """A wall around the base, on both sides in every direction; elastic, without friction."""
+    """An elastic wall without friction around the base, on both sides in every direction."""
 
     gap_m: Annotated[Positive, Field(description="between base and wall, at rest")]
     stiffness_N_per_m: Annotated[
-        Positive, Field(description="of the wall; secant stiffness at gap / 10 if not linear")
+        Positive, Field(description="of the wall; if exponent is not 1, the secant at gap / 10")
     ]
     exponent: Annotated[
         float,
@@ -50,15 +50,15 @@ class MoatWall(Section):
         """Return the structure within the wall."""
         stop = {"gap": self.gap_m, "stiffness": self.stiffness_N_per_m, "exponent": self.exponent}
         device = extend(law("linear", {"k": 0.0}), [(effect("end_stop", "power"), stop)])
-        told = f"gap {1e3 * self.gap_m:.4g} mm, stiffness {1e-6 * self.stiffness_N_per_m:.4g} kN/mm"
-        device = replace(device, name=told)
+        size = f"gap {1e3 * self.gap_m:.4g} mm, stiffness {1e-6 * self.stiffness_N_per_m:.4g} kN/mm"
+        device = replace(device, name=size)
         for name, row in rows_of_base(isolated.structure, "moat_wall").items():
             isolated = isolated.with_element(device, row, name=name)
         return isolated
 
 
 class Soil(Section):
-    """Soil under the foundation of the isolators: Wolf's cones, whatever the frequency."""
+    """Soil under the foundation of the isolators: cone models of Wolf, frequency-independent."""
 
     radius_m: Annotated[Positive, Field(description="of a disk with the foundation's area")]
     shear_wave_velocity_m_s: Annotated[Positive, Field(description="at the earthquake's strains")]
@@ -66,7 +66,7 @@ class Soil(Section):
     poisson_ratio: Annotated[float, Field(ge=0, le=0.5, description="of the soil")] = 0.33
     foundation_mass_kg: Annotated[Positive, Field(description="below the isolators")]
     foundation_inertia_kg_m2: Annotated[
-        NonNegative, Field(description="about a horizontal axis; needed with storey heights")
+        NonNegative, Field(description="about a horizontal axis; required with storey heights")
     ] = 0.0
 
     def added(self, isolated: IsolatedStructure) -> IsolatedStructure:

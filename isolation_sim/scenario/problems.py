@@ -1,4 +1,4 @@
-"""A validation error as one line: key, value, expected values."""
+"""A validation error as one line: key, value and expected value."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ _ACCEPTED = {
 
 
 def one_line(error: ValidationError, data: Any) -> str:
-    """Describe an invalid scenario."""
-    # a union reports once for every kind of value it would take: one problem a place
+    """Describe the problems of a scenario in one line."""
+    # a union reports once per kind of value; they are one problem per place
     problems: dict[str, list[ErrorDetails]] = {}
     for details in error.errors():
         problems.setdefault(_place(details, data), []).append(details)
-    # the deepest place is where a list or table, right in itself, holds something wrong
+    # the deepest place is the wrong item of a valid list or table
     inner = [place for place in problems if not any(_is_within(other, place) for other in problems)]
     text = _message(inner[0], problems[inner[0]])
     more = len(inner) - 1
@@ -53,15 +53,15 @@ def _is_within(inner: str, outer: str) -> bool:
 
 
 def _place(details: ErrorDetails, data: Any) -> str:
-    """Path of keys in the file, without pydantic's names of the members of a union."""
+    """Path of keys in the file, without pydantic's names of a union's members."""
     place = ""
     for step in details["loc"]:
         if isinstance(step, int):
-            # one ground motion may stand without a list around it
+            # a single ground motion needs no list
             if isinstance(data, list):
                 place += f"[{step}]"
                 data = data[step]
-        # the names of a union's members are in no table: no kind is called like a key
+        # the names of a union's members are no keys of the file: no kind has the name of a key
         elif isinstance(data, Mapping) and step in data:
             place += f".{step}"
             data = data[step]

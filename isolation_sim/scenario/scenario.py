@@ -27,10 +27,10 @@ from .problems import one_line
 T = TypeVar("T")
 
 MAIN_CONTROLLERS = ("passive_off", "passive_on", "best_constant", "on_off", "clipped_lqr")
-"""Controllers of a scenario that names none."""
+"""Default controllers of a scenario."""
 
 _CONTROLLERS = (
-    "controllers to compare; label is the name in reports, every other key is a setting "
+    "controllers to compare; label is the name in reports, other keys are settings "
     "(isolation-sim list controllers)"
 )
 
@@ -44,10 +44,10 @@ def _one_or_more(value: Any) -> Any:
 
 
 class Scenario(Section):
-    """Everything that decides a comparison of controllers.
+    """All settings of a comparison of controllers.
 
-    Sections that are left out keep their default: the reference building on strain-stiffening
-    isolators under El Centro 1940, with five controllers. ``main_job`` adds predictive control.
+    Sections that are left out have defaults: the reference building on strain-stiffening isolators
+    under El Centro 1940, with five controllers. ``main_job`` adds predictive control.
     """
 
     name: Annotated[str, Field(min_length=1, description="names the results folder")] = "main_job"
@@ -83,7 +83,7 @@ class Scenario(Section):
         Field(description="nominal isolators of the controllers; those of the plant if left out"),
     ] = None
 
-    check: Annotated[Check | None, Field(description="input of isolation-sim check")] = None
+    check: Annotated[Check | None, Field(description="settings of isolation-sim check")] = None
 
     _source: str = PrivateAttr(default="")
 
@@ -98,12 +98,12 @@ class Scenario(Section):
         for label in labels:
             if labels.count(label) > 1:
                 raise InputError(
-                    f"two controllers are called {label!r}; expected: a different label each"
+                    f"two controllers have the label {label!r}; expected: different labels"
                 )
         return self
 
     def __eq__(self, other: object) -> bool:
-        # where it was read from is no part of it
+        # the file's place is not compared
         return isinstance(other, Scenario) and self.model_dump() == other.model_dump()
 
     @classmethod
@@ -113,7 +113,7 @@ class Scenario(Section):
         Parameters
         ----------
         path : str or pathlib.Path
-            TOML. Paths in it are relative to its folder; the scenario keeps them absolute.
+            TOML file. Paths in it are relative to its folder; the scenario stores absolute paths.
 
         Returns
         -------
@@ -122,7 +122,7 @@ class Scenario(Section):
         Raises
         ------
         InputError
-            Names the file, the key, the value and the expected values.
+            With the file, the key, its value and the expected value.
         """
         path = Path(path)
         data = read_toml(path, "a scenario, such as isolation-sim new writes")
@@ -137,9 +137,9 @@ class Scenario(Section):
         text : str
             TOML.
         folder : str or pathlib.Path
-            Folder that relative paths start from.
+            Base folder of relative paths in the text.
         source : str
-            Where the text comes from, for errors.
+            Name of the text's source, for error messages.
 
         Returns
         -------
@@ -148,13 +148,13 @@ class Scenario(Section):
         Raises
         ------
         InputError
-            Names the source, the key, the value and the expected values.
+            With the source, the key, its value and the expected value.
         """
         return cls._of(parse_toml(text, source), folder, source)
 
     @classmethod
     def _of(cls, data: dict[str, Any], folder: str | Path, source: str) -> Scenario:
-        # without a name of its own a scenario is called after its file
+        # the default name of a scenario is that of its file
         if source:
             data = {"name": Path(source).stem} | data
         try:
@@ -170,7 +170,7 @@ class Scenario(Section):
         Parameters
         ----------
         comments : bool, default False
-            Whether to explain every key and to name those that are left out.
+            Whether to add a description of every key, and the keys that are left out.
 
         Returns
         -------
@@ -182,13 +182,13 @@ class Scenario(Section):
         return written(self, comments)
 
     def build(self, cache: dict[tuple[str, ...], Any] | None = None) -> Job:
-        """Make the scenario ready to run.
+        """Build the plant, ground motion and controllers of the scenario.
 
         Parameters
         ----------
         cache : dict, optional
-            Structures and motions that other scenarios built; what has the same sections is taken
-            from it, and what is new is added.
+            Structures and motions of other scenarios. Those of equal sections are reused; new
+            ones are added.
 
         Returns
         -------
@@ -197,7 +197,7 @@ class Scenario(Section):
         Raises
         ------
         InputError
-            Names the section and the value that cannot be used.
+            With the section and the unusable value.
         """
         at = self._at
         known = {} if cache is None else cache
@@ -261,7 +261,7 @@ class Scenario(Section):
         isolated : IsolatedStructure
             The building that is checked.
         rows : iterator of CheckRow
-            Lines of the table, as they are computed.
+            Lines of the table, each computed on request.
 
         Raises
         ------
@@ -307,7 +307,7 @@ def _check_rotation(isolated: IsolatedStructure) -> None:
     rotation = isolated.structure.plan_dofs()[2]
     if not isolated.element_rows[:, rotation].any():
         raise InputError(
-            "isolators that are not biaxial act at the centre of the plan, and nothing holds the "
+            "isolators that are not biaxial act at the centre of the plan, and nothing resists "
             "rotation; expected: biaxial = true, or an [[element]] along base_rotation"
         )
 
@@ -318,7 +318,7 @@ def main_job() -> Scenario:
     Returns
     -------
     Scenario
-        The default one, with ``mpc`` without and with 0.8 s of preview beside its controllers.
+        The default scenario, plus ``mpc`` without preview and with 0.8 s of preview.
     """
     default = Scenario()
     predictive = [

@@ -1,4 +1,4 @@
-"""The ``[ground]`` section of a suite of records."""
+"""The ``[ground]`` section for a suite of records."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from .targets import Target
 
 
 class RecordSuite(Section):
-    """Many records, run one after another by ``isolation-sim suite``."""
+    """A set of records for ``isolation-sim suite``."""
 
     kind: Literal["suite"] = "suite"
     folder: Annotated[
-        InputPath | None, Field(description="of records, or an unpacked PEER download")
+        InputPath | None, Field(description="folder of records, or an unpacked PEER download")
     ] = None
     files: Annotated[
         list[str | list[str]] | None,
         Field(
             min_length=1,
-            description="one file per record, or its components in brackets: two horizontal ones, "
+            description="one file per record, or its components in brackets: two horizontal ones "
             "and the vertical one",
         ),
     ] = None
     peer: Annotated[InputPath | None, Field(description="PEER NGA-West2 download, .zip")] = None
     components: Annotated[
         Literal["both", "first", "second"],
-        Field(description="of a pair, for a structure with one direction: both one by one"),
+        Field(description="of a pair, for one direction of motion: both, one after the other"),
     ] = "both"
     target: Annotated[
         Target | None, Field(description='such as { kind = "nzs1170_5", Z = 0.4, ... }')
@@ -42,19 +42,19 @@ class RecordSuite(Section):
     ] = next(iter(SUITE_RULES))
     scaling: Annotated[
         Literal["amplitude", "matched", "peer", "none"] | None,
-        Field(description="amplitude, matched, peer (the search's factors), none"),
+        Field(description="amplitude, matched, peer (factors of the download), none"),
     ] = None
     isolated_period_s: Annotated[
-        Positive | None, Field(description="T of the range; of small vibrations if left out")
+        Positive | None, Field(description="T of the period range; of small vibrations if left out")
     ] = None
     scale_limits: Annotated[
-        list[Positive], Field(min_length=2, max_length=2, description="least and largest factor")
+        list[Positive], Field(min_length=2, max_length=2, description="smallest and largest factor")
     ] = Field(default_factory=lambda: [0.25, 4.0])
     select: Annotated[
-        int | None, Field(ge=1, description="take the records that fit the target best")
+        int | None, Field(ge=1, description="number of records with the best fit to the target")
     ] = None
     match_tolerance: Annotated[
-        float, Field(ge=1e-3, le=0.5, description="with matched: share of the target")
+        float, Field(ge=1e-3, le=0.5, description="tolerance of matched, relative to the target")
     ] = 0.05
     quiet_after_s: Annotated[
         NonNegative, Field(description="duration of zeros after the record")
@@ -88,21 +88,21 @@ class RecordSuite(Section):
             )
         low, high = self.scale_limits
         if low > high:
-            raise InputError(f"scale_limits are {low:g} and {high:g}; expected: the least first")
+            raise InputError(f"scale_limits are {low:g} and {high:g}; expected: the smallest first")
         return self
 
     @property
     def scaled_by(self) -> str:
-        """How the records are scaled: to the target's amplitude where there is a target."""
+        """Scaling of the records; amplitude by default if there is a target."""
         return self.scaling or ("none" if self.target is None else "amplitude")
 
     @property
     def suite_rule(self) -> SuiteRule:
-        """Requirements of the design code on these records."""
+        """Requirements of the code on these records."""
         return SUITE_RULES[self.rule].under(self.scaling)
 
     def records(self) -> list[SuiteRecord]:
-        """Return the records, as they are in their files."""
+        """Return the unprocessed records."""
         if self.peer is not None:
             return read_peer(self.peer)
         if self.folder is not None:
@@ -110,7 +110,7 @@ class RecordSuite(Section):
         return read_files(self.files or [])
 
     def sources(self) -> list[Path]:
-        """Return the files that the suite depends on."""
+        """Return the input files of the suite."""
         if self.folder is not None:
             return sorted(path for path in self.folder.glob("*") if path.is_file())
         files = [self.peer] if self.peer is not None else []
@@ -119,5 +119,5 @@ class RecordSuite(Section):
         return files
 
     def record(self) -> NoReturn:
-        """Refuse to be one motion."""
-        raise InputError("a suite of records; expected: isolation-sim suite, which runs them all")
+        """Raise, since a suite is more than one motion."""
+        raise InputError("[ground] is a suite of records; expected: isolation-sim suite")

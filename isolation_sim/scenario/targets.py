@@ -1,4 +1,4 @@
-"""The ``target`` of a suite of records: a design spectrum by its code."""
+"""The ``target`` of a suite of records: the design spectrum of a code."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..io.csv_table import read_csv_table
 from .fields import InputPath, NonNegative, Positive, Section, kind_by_keys
 
 _Level = Annotated[
-    Literal["design", "mce_r"], Field(description="design, mce_r: isolation is designed with it")
+    Literal["design", "mce_r"], Field(description="design, or mce_r for the design of isolation")
 ]
 _PSA = {"psa_g": STANDARD_GRAVITY, "psa_m_s2": 1.0}
 
@@ -56,7 +56,7 @@ class EN1998Of2004(Section):
     """EN 1998-1:2004, 3.2.2.2."""
 
     kind: Literal["en1998_1_2004"] = "en1998_1_2004"
-    a_g_m_s2: Annotated[Positive, Field(description="on ground A, importance factor included")]
+    a_g_m_s2: Annotated[Positive, Field(description="on ground type A, with the importance factor")]
     ground: Annotated[Literal["A", "B", "C", "D", "E"], Field(description="A, B, C, D, E")]
     type: Annotated[Literal[1, 2], Field(description="1, 2")] = 1
 
@@ -99,7 +99,7 @@ class NZS1170(Section):
 
 
 class TableTarget(Section):
-    """A spectrum of your own."""
+    """A user's spectrum."""
 
     kind: Literal["table"] = "table"
     file: Annotated[InputPath, Field(description="CSV: period_s and psa_g or psa_m_s2")]

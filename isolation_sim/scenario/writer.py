@@ -1,4 +1,4 @@
-"""A scenario as TOML text; the comments are the fields' own descriptions."""
+"""A scenario as TOML text, with the descriptions of the fields as comments."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _COMMENT_COLUMN = 40
 _HEADER = """\
 # A scenario of isolation-sim: one building, one ground motion, controllers compared.
 # SI units; a key ends in its unit. Relative paths are relative to this file's folder.
-# Keys behind a # are not set. A section that is left out is the main job's.
+# A key after # is not set. A section that is left out is that of the main job.
 """
 
 
@@ -51,11 +51,11 @@ def written(scenario: Section, comments: bool) -> str:
 
 def _body(section: Section, comments: bool) -> list[str]:
     if isinstance(section, ControllerEntry):
-        keys = {"name": section.name, "label": section.label} | section.settings
-        return [_line(key, value) for key, value in keys.items() if value is not None]
+        entries = {"name": section.name, "label": section.label} | section.settings
+        return [_line(key, value) for key, value in entries.items() if value is not None]
     if isinstance(section, AppliedEffect):
-        keys = {"name": section.name, "form": section.form} | section.parameters
-        return [_line(key, value) for key, value in keys.items() if value is not None]
+        entries = {"name": section.name, "form": section.form} | section.parameters
+        return [_line(key, value) for key, value in entries.items() if value is not None]
     return [
         _line(key, getattr(section, key), field.description, comments)
         for key, field in _own_first(type(section))
@@ -65,7 +65,7 @@ def _body(section: Section, comments: bool) -> list[str]:
 
 
 def _tables_within(title: str, section: Section) -> list[list[str]]:
-    """Lists of tables that a section holds, behind its other keys."""
+    """Lists of tables in a section, after its other keys."""
     return [
         [f"[[{title}.{key}]]", *_body(one, False), ""]
         for key in type(section).model_fields
@@ -79,12 +79,12 @@ def _is_tables(value: Any) -> bool:
 
 
 def _absent(title: str, field: FieldInfo, present: list) -> list[str]:
-    """Comments on the kinds of a section that are not used."""
+    """Comments on the other kinds of a section."""
     kinds = list(dict.fromkeys(_section_types(field)))
     used = {type(section) for section in present if section is not None}
     if len(kinds) == 1:
         return [] if used else [f"# {title}", *_template(kinds[0]), ""]
-    lines = [f"# other kinds of {title}, with the keys that each needs or (takes):"]
+    lines = [f"# other kinds of {title}, with required and (optional) keys:"]
     for kind in kinds:
         if kind not in used:
             literal = kind.model_fields["kind"].annotation
@@ -137,7 +137,7 @@ def _toml(value: Any) -> str:
 
 
 def _own_first(kind: type[Section]) -> Iterator[tuple[str, FieldInfo]]:
-    """Fields of a section: its own before those that it shares with other kinds."""
+    """Fields of a section: specific fields first, then those in common with other kinds."""
     for cls in kind.__mro__:
         if issubclass(cls, Section) and cls is not Section:
             inherited = getattr(cls.__mro__[1], "model_fields", {})
@@ -145,7 +145,7 @@ def _own_first(kind: type[Section]) -> Iterator[tuple[str, FieldInfo]]:
 
 
 def _shared(kind: type[Section], used: set[type[Section]]) -> set[str]:
-    """Keys of a kind that a section above has from the same base."""
+    """Keys of a kind that another section has from the same base class."""
     bases = {cls for each in used for cls in each.__mro__[1:]}
     common = [cls for cls in kind.__mro__[1:] if cls in bases and issubclass(cls, Section)]
     return {key for cls in common for key in cls.model_fields}

@@ -83,7 +83,7 @@ def test_the_command_reads_what_was_saved(device, campaign, tmp_path, capsys):
     printed = json.loads(capsys.readouterr().out)
     assert [run["name"] for run in printed["runs"]] == ["run0", "run1", "run2"]
     assert printed["error"] == pytest.approx(0.2, rel=1e-6)
-    assert "misses the measured force by 20" in (tmp_path / "r.html").read_text()
+    assert "has an RMS force error of 20" in (tmp_path / "r.html").read_text()
 
 
 @pytest.mark.parametrize("name", [n for n in LAWS if LAWS[n].sets])

@@ -17,7 +17,7 @@ from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS, law
-from isolation_sim.reports.diagnosis import cause_rows, evidence_text
+from isolation_sim.reports.diagnosis import cause_rows, cause_text
 
 RATE, STIFFNESS, DAMPING = 128, 3e4, 200.0
 GIVEN = law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}, (0.0, 2.0))
@@ -77,7 +77,7 @@ def test_a_clear_cause_is_named_again_from_other_runs():
     again = json.loads(found.to_json())["causes"][0]["stability"]
     assert again == cause.stability
     assert "Named again in 100 % of the fits without the runs of one condition and" in (
-        evidence_text(cause)
+        cause_text(cause)
     )
     assert cause_rows(cause)[0][4].startswith("100, ")
 

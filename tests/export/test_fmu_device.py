@@ -117,7 +117,7 @@ def test_what_cannot_be_used_is_said_in_a_line(folder):
     with pytest.raises(iso.InputError, match="limits of the current are missing"):
         text = SCENARIO.format(more=NOMINAL).replace("current_range_A = [0.0, 3.0]", "")
         scenario(text)
-    with pytest.raises(iso.InputError, match="variables are given, and law is no unit"):
+    with pytest.raises(iso.InputError, match="variables is set, but law is no FMU"):
         scenario(SCENARIO.format(more=NOMINAL).replace("theirs.fmu", "strain_stiffening"))
     with pytest.raises(iso.InputError, match="no delays"):
         scenario(SCENARIO.format(more=NOMINAL + "[sensors]\ndelay_s = 0.005\n"))

@@ -127,7 +127,7 @@ def test_two_directions_without_coils(passive_biaxial):
     assert deformation == pytest.approx(expected)
     levels = [label.get_text() for label in figure.axes[4].get_yticklabels()]
     assert levels == ["base", "floor1"]
-    with pytest.raises(iso.InputError, match="none of the runs has a coil"):
+    with pytest.raises(iso.InputError, match="no run has a coil"):
         figures.currents(passive_biaxial)
 
 

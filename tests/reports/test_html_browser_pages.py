@@ -22,8 +22,8 @@ name = "passive_on"
 """
 SECTIONS = {
     "suite": ["Verdict", "Spectra", "Statistics over the suite", "Record by record"],
-    "tuning": ["Verdict", "Gain", "Settings", "Search", "Sensitivity", "Data and settings"],
-    "study": ["Finding", "Numbers", "Figures", "Data and settings"],
+    "tuning": ["Verdict", "Gain", "Settings", "Search", "Sensitivity", "Inputs and versions"],
+    "study": ["Finding", "Numbers", "Figures", "Inputs and versions"],
 }
 
 

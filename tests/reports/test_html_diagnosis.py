@@ -62,24 +62,23 @@ def diagnosis():
 def test_the_story_is_told_in_order(diagnosis):
     page = diagnosis_report(diagnosis, "law = 'kelvin_voigt'")
     assert [section.title for section in page.sections] == [
-        "Verdict", "Measured against simulated", "Where it is wrong", "Evidence", "Causes",
-        "Extended law", "Gain", "Next test", "Consequence for control", "Data and settings",
-        "References",
+        "Verdict", "Measured against simulated", "Errors by run", "Steps of the diagnosis",
+        "Causes", "Extended law", "Gain", "Next test", "Consequence for control",
+        "Inputs and versions", "References",
     ]  # fmt: skip
     text = page.html().replace("\u00a0", " ")
     for told in (
-        "Kelvin-Voigt misses the measurement by 25 % (RMS) on data held out; noise alone leaves "
-        "1.1 %.",
-        "Explained by Coulomb friction: with it the error is 1.3 %; 2 % of the misfit stays",
+        "Kelvin-Voigt has an RMS error of 25 % on held-out data; noise alone causes 1.1 %.",
+        "Explained by Coulomb friction: with it the error is 1.3 %; 2 % of the misfit remains",
         "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)",
-        "hardly distinguish coulomb_friction from",
+        "cannot distinguish coulomb_friction from",
         "velocity alone", "-0.19", "90 to 96", "Test at 4 mm and 2 Hz.", "12.3", "-38",
         "It chooses on_off.", "P. R. Dahl",
         "law = &#39;kelvin_voigt&#39;",
     ):  # fmt: skip
         assert told in text, told
-    wrong = next(s for s in page.sections if s.title == "Where it is wrong")
-    assert any(getattr(b, "caption", "") == "Dependence of the residual" for b in wrong.blocks)
+    wrong = next(s for s in page.sections if s.title == "Errors by run")
+    assert any(getattr(b, "caption", "") == "What the residual depends on" for b in wrong.blocks)
 
 
 def test_the_runs_are_drawn_as_they_are_the_worst_first(diagnosis, figures, unpacked):
@@ -130,9 +129,9 @@ def test_an_adequate_model_has_a_short_report(diagnosis):
     )  # fmt: skip
     page = diagnosis_report(adequate)
     titles = [section.title for section in page.sections]
-    assert titles == ["Verdict", "Evidence", "Gain", "Data and settings"]
+    assert titles == ["Verdict", "Steps of the diagnosis", "Gain", "Inputs and versions"]
     text = page.html().replace("\u00a0", " ")
-    assert "by 1.2 % (RMS) on the fitted data." in text and "no effect is missing" in text
+    assert "an RMS error of 1.2 % on the fitted data." in text and "no effect is missing" in text
     assert "nan" not in text and "Plotly, Inc." not in text
 
 

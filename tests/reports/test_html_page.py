@@ -57,7 +57,7 @@ def test_a_checkout_without_plotly_is_told_what_to_do(monkeypatch):
     page._plotly.cache_clear()
     monkeypatch.setattr(page, "_file", lambda name: (_ for _ in ()).throw(FileNotFoundError(name)))
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
-    with pytest.raises(InputError, match=r"needs plotly\.js.*pip install \."):
+    with pytest.raises(InputError, match=r"plotly\.js of the reports is missing.*pip install \."):
         page._plotly()
 
 

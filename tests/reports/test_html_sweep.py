@@ -111,7 +111,7 @@ def test_a_sweep_without_a_good_run_still_has_a_report(swept):
     bad = Sweep(swept.folder)
     vars(bad)["table"] = swept.failed
     titles = [section.title for section in sweep_report(bad, FLOOR).sections]
-    assert titles == ["Verdict", "Failed runs", "Data and settings"]
+    assert titles == ["Verdict", "Failed runs", "Inputs and versions"]
     assert "nothing to compare" in sweep_report(bad, FLOOR).html()
 
 

@@ -74,7 +74,7 @@ def test_a_folder_without_a_scenario_is_refused(tmp_path):
         citations_of(tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "scenario.toml").write_text("")
-    with pytest.raises(InputError, match=r"results, such as .*mine"):
+    with pytest.raises(InputError, match=r"results folder, such as .*mine"):
         citations_of(tmp_path)
 
 

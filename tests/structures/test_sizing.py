@@ -82,7 +82,7 @@ def test_a_scenario_takes_a_target_period():
     true, believed = (each.elements[0].device for each in (job.isolated, job.options["nominal"]))
     assert believed.force_scale == pytest.approx(2 * true.force_scale)
     assert job.fixed_base
-    with pytest.raises(InputError, match="force_scale is given beside target_period_s"):
+    with pytest.raises(InputError, match="force_scale and target_period_s are both set"):
         iso.Scenario.from_toml("[isolator]\ntarget_period_s = 2.0\nforce_scale = 9.0\n").build()
 
 

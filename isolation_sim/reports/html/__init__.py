@@ -1,4 +1,4 @@
-"""Reports as one HTML file each: `page` and `charts` are the parts of every report.
+"""Reports as single HTML files, made with `page` and `charts`.
 
-Jinja2 and Plotly are imported when a page is written.
+Jinja2 and Plotly are imported when a report is written.
 """

@@ -20,7 +20,7 @@ _FRAMES_A_SECOND = 25
 _MOST_NUMBERS = 40_000
 _MOST_LEVELS = 30
 _STEPS = 32767
-# of the drawing's width, to either side
+# share of the drawing's width, to either side
 _SWAY, _LEAN = 0.2, 0.06
 
 
@@ -70,15 +70,15 @@ def animation(runs: Mapping[str, Run], left: str, right: str) -> Animation:
 def _note(some: bool) -> str:
     left_out = " Some floors are left out." if some else ""
     return (
-        "Motion relative to the ground; below, the ground's acceleration. The base's displacement "
-        "and the building's lean above it are each drawn to a scale of their own, the same on both "
-        f"sides; the darker an isolator, the larger its current.{left_out} Nothing moves until you "
-        "press Play; the slider and the arrow keys move through time."
+        "Motion relative to the ground, above the ground acceleration. The base displacement and "
+        "the drift of the building have different scales, which are equal in both drawings. A "
+        f"darker isolator has a larger current.{left_out} Press Play to start; the slider and the "
+        "arrow keys set the time."
     )
 
 
 def _packed(rows: NDArray) -> dict[str, Any]:
-    """Numbers as integers of 16 bits in base64, with the value of one unit."""
+    """Numbers as 16-bit integers in base64, with the value of the integer 1."""
     peak = float(np.abs(rows).max(initial=0.0)) or 1.0
     data = np.round(rows / peak * _STEPS).astype("<i2").tobytes()
     return {"unit": peak / _STEPS, "data": base64.b64encode(data).decode("ascii")}

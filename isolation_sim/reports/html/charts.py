@@ -1,4 +1,4 @@
-"""Parts of charts: lines that differ in grey too, axes with units, compact numbers."""
+"""Parts of charts: lines that differ in grey, axes with units, compact numbers."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _MARKS_A_LINE = 12
 
 @dataclass(frozen=True)
 class Look:
-    """How a line looks in charts and in the legend: as in the figures for print."""
+    """Look of a line in charts and in the legend, equal to the figures for print."""
 
     colour: str  # Colour, as HTML writes it
     dashes: str  # Lengths of dashes and gaps, px; empty for a solid line
-    # symbol, glyph: Marker, in plotly's words and as a letter
+    # symbol, glyph: Marker, as plotly's name and as a character
     symbol: str
     glyph: str
 
     def line(self, **more: Any) -> dict[str, Any]:
-        """Keys of a trace that is drawn this way."""
+        """Plotly keys of a trace with this look."""
         return {
             "type": "scatter",
             "mode": "lines+markers",
@@ -41,7 +41,7 @@ class Look:
 
 
 def looks(names: Sequence[str]) -> dict[str, Look]:
-    """Give each name a look that differs from the others by more than colour."""
+    """Assign each name a look; looks differ by more than the colour."""
     result = {}
     for name, style in zip(names, line_styles(len(names), markers=True), strict=True):
         dashes = style["linestyle"]
@@ -66,13 +66,13 @@ def points(rows: Sequence[str], x: ArrayLike, y: ArrayLike, look: Look) -> dict[
 
 
 def numbers(values: ArrayLike) -> dict[str, str]:
-    """Numbers as plotly.js reads them without parsing: base64 of single precision."""
+    """Numbers in the binary form of plotly.js: base64 of single precision."""
     packed = np.asarray(values, dtype="<f4").tobytes()
     return {"dtype": "f4", "bdata": base64.b64encode(packed).decode("ascii")}
 
 
 def over(x: NDArray, y: NDArray) -> dict[str, Any]:
-    """Abscissa and ordinate of a trace; an even abscissa takes no room."""
+    """Abscissa and ordinate of a trace; an evenly spaced abscissa is stored as start and step."""
     steps = np.diff(x)
     if len(steps) and np.ptp(steps) < 1e-6 * abs(steps[0]):
         return {"x0": float(x[0]), "dx": float(steps.mean()), "y": numbers(y)}
@@ -80,7 +80,7 @@ def over(x: NDArray, y: NDArray) -> dict[str, Any]:
 
 
 def thinned(most: int, *series: NDArray) -> NDArray:
-    """Pick samples to draw so that no peak is lost."""
+    """Choose samples to draw so that no peak is lost."""
     n = len(series[0])
     if n <= most:
         return np.arange(n)
@@ -88,7 +88,7 @@ def thinned(most: int, *series: NDArray) -> NDArray:
     starts = np.arange(0, n, size)
     keep = [np.array([0, n - 1])]
     for values in series:
-        # the last piece is filled up with its own last value
+        # the last piece is padded with its last value
         pieces = np.pad(values, (0, len(starts) * size - n), mode="edge").reshape(-1, size)
         keep += [starts + pieces.argmin(axis=1), starts + pieces.argmax(axis=1)]
     return np.unique(np.minimum(np.concatenate(keep), n - 1))
@@ -112,7 +112,7 @@ def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
 
 
 def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:
-    """Interval that holds all values, for axes that have to be alike."""
+    """Interval that contains all values, for axes with equal limits."""
     arrays = [np.asarray(each) for each in values]
     low = min(float(np.nanmin(each)) for each in arrays)
     high = max(float(np.nanmax(each)) for each in arrays)
@@ -121,7 +121,7 @@ def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:
 
 
 def peaks(values: Mapping[str, ArrayLike], unit: str) -> str:
-    """Largest absolute value of each line, in words."""
+    """Largest absolute value of each line, as a sentence."""
     peaks = [
         f"{name} {np.max(np.abs(np.asarray(each)), initial=0.0):.3g} {unit}"
         for name, each in values.items()

@@ -1,4 +1,4 @@
-"""Charts of a diagnosis: runs measured and simulated, before and after, and their errors."""
+"""Charts of a diagnosis: measured and simulated runs before and after, and their errors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LOOKS = {
 }
 """Looks of the lines, by name."""
 _LOOPS, _HISTORIES = 6, 3
-# the end of a run, where what builds up has built up
+# the end of a run, where slow effects are fully developed
 _POINTS_OF_LOOP, _POINTS_OVER_TIME = 1200, 4000
 
 
@@ -95,8 +95,8 @@ def errors_by_run(traces: Sequence[Trace], floor: float) -> tuple[Block, ...]:
         margin={"l": 20},
     )  # fmt: skip
     chart = Chart(
-        "Residual over measured value, RMS, of each run (%)", {"data": drawn, "layout": axes},
-        f"The worst run is {names[0]}; the table below gives the numbers.",
+        "Residual over measured signal, RMS, of each run (%)", {"data": drawn, "layout": axes},
+        f"{names[0]} has the largest error; the table below gives the numbers.",
         height=90 + 20 * len(rows),
     )  # fmt: skip
     return Key({}, marks), chart
@@ -112,7 +112,7 @@ def runs_table(traces: Sequence[Trace]) -> Table:
         for trace in traces
     )  # fmt: skip
     return Table(
-        caption="Residual over measured value, both RMS",
+        caption="Residual over measured signal, both RMS",
         headings=("Run", "Used as", "Error before, %", "After, %"),
         rows=rows,
         filters=("Used as",) if len({trace.held_out for trace in traces}) > 1 else (),
@@ -120,7 +120,7 @@ def runs_table(traces: Sequence[Trace]) -> Table:
 
 
 def _line(name: str) -> dict[str, Any]:
-    # what was measured shows on both sides of what is drawn on it
+    # the measured line is wider, so that it shows on both sides of the simulated line
     wide = {"width": 3.5} if name == "measured" else {}
     return {**LOOKS[name].line(**wide), "mode": "lines", "name": name, "meta": name}
 
@@ -137,4 +137,7 @@ def _title(trace: Trace) -> str:
 
 def _summary(trace: Trace) -> str:
     before, after = (100 * relative_error(trace, f) for f in (trace.before, trace.after))
-    return f"The error of the simulation is {before:.2g} % before and by {after:.2g} % after, RMS."
+    return (
+        f"RMS error of the simulation: {before:.2g} % of the measured signal before, {after:.2g} % "
+        "after."
+    )

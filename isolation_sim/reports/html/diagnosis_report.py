@@ -1,4 +1,4 @@
-"""The report of a diagnosis, which tells its story in order."""
+"""The report of a diagnosis, in the order of its steps."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ..diagnosis import (
     LADDER,
     LADDER_HEADINGS,
     cause_rows,
+    cause_text,
     consequence_text,
     error_rows,
-    evidence_text,
     ladder_rows,
     ladder_text,
 )
@@ -56,15 +56,15 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
         ("Measured against simulated", [*_measured(traces)]),
-        ("Where it is wrong", [*_where(diagnosis, traces)]),
-        ("Evidence", [*_evidence(diagnosis)]),
+        ("Errors by run", [*_where(diagnosis, traces)]),
+        ("Steps of the diagnosis", [*_steps(diagnosis)]),
         ("Causes", [*_causes(diagnosis)]),
         ("Tiers", [*_tiers(diagnosis)]),
         ("Extended law", [*_extended(diagnosis, section)]),
         ("Gain", [*_gain(diagnosis)]),
         ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
         ("Consequence for control", [*_consequence(diagnosis)]),
-        ("Data and settings", [
+        ("Inputs and versions", [
             Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, **code,
                    "Versions": versions()})
         ]),
@@ -72,13 +72,13 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     ]  # fmt: skip
     return Page(
         f"Diagnosis: {diagnosis.data}",
-        f"{capital(diagnosis.model)} against the measurement",
+        f"{capital(diagnosis.model)} against measured data",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
 
 
 def step_blocks(step: Step) -> list[Block]:
-    """A step in words, with its table."""
+    """A step as text, with its table."""
     if not step.rows:
         return [Facts({step.title: step.text})]
     return [Prose((step.text,)), Table(step.title, step.headings, text_rows(step.rows))]
@@ -86,26 +86,26 @@ def step_blocks(step: Step) -> list[Block]:
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     before, after = (
-        (errors.held_out, "on data held out") if np.isfinite(errors.held_out)
+        (errors.held_out, "on held-out data") if np.isfinite(errors.held_out)
         else (errors.fit, "on the fitted data")
         for errors in (diagnosis.error_before, diagnosis.error_after)
     )  # fmt: skip
     floor = diagnosis.noise_floor
-    alone = f"; noise alone leaves {100 * floor:.2g} %" if np.isfinite(floor) else ""
+    alone = f"; noise alone causes {100 * floor:.2g} %" if np.isfinite(floor) else ""
     first = (
-        f"{capital(diagnosis.model)} misses the measurement by "
-        f"{100 * before[0]:.3g} % (RMS) {before[1]}{alone}."
+        f"{capital(diagnosis.model)} has an RMS error of {100 * before[0]:.3g} % "
+        f"{before[1]}{alone}."
     )
     if not diagnosis.causes:
         return first, MEANINGS[diagnosis.verdict]
     names = ", ".join(
-        ("something that acts like " if cause.acts_like else "")
+        ("a cause that acts like " if cause.acts_like else "")
         + in_sentence(cause.name)
         + (f" ({cause.form})" if cause.form and cause.name.startswith("outside") else "")
         for cause in diagnosis.causes
     )
     left = diagnosis.unexplained_share
-    rest = f"; {100 * left:.0f} % of the misfit stays unexplained" if left > 0.005 else ""
+    rest = f"; {100 * left:.0f} % of the misfit remains unexplained" if left > 0.005 else ""
     return first, (
         f"{diagnosis.verdict.replace('_', ' ').capitalize()} by {names}: with "
         f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {100 * after[0]:.3g} %"
@@ -119,7 +119,7 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
     charts = loops(traces)
     yield Prose((
         f"The {len(charts)} of {len(traces)} runs with the largest errors before, each on its own "
-        "axes; titles give the error before and after.",
+        "axes. Titles give the error before and after.",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(charts)
@@ -140,12 +140,12 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
         yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
 
 
-def _evidence(diagnosis: Diagnosis) -> Iterator[Block]:
+def _steps(diagnosis: Diagnosis) -> Iterator[Block]:
     before = ""
     for step in diagnosis.steps:
         if step.title == _DEPENDENCE:
             continue
-        # rounds of a search begin alike, and differ in their tables
+        # rounds of a search have equal texts and different tables
         yield from step_blocks(step)[bool(step.rows) and step.text == before :]
         before = step.text
 
@@ -154,16 +154,16 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     if not diagnosis.causes:
         return
     yield Table(
-        caption="Causes, those that remove most first, with 95 % intervals of their parameters",
+        caption="Causes by their share of the misfit, with 95 % intervals of their parameters",
         headings=("Cause", "Form", "Share of the misfit, %", "p", "Named again, %", "Parameter",
                   "Value (95 %)", "Unit"),
         rows=text_rows(row for cause in diagnosis.causes for row in cause_rows(cause)),
-        note="p: the chance of such an improvement if the cause were absent. Named again: in the "
-        "fits without the runs of one condition, and in the resamplings of the runs.",
+        note="p: probability of such an improvement without the cause. Named again: share of the "
+        "fits without the runs of one condition, and of the fits to resampled runs, that name it.",
     )  # fmt: skip
-    yield Facts({cause.label: evidence_text(cause) for cause in diagnosis.causes})
+    yield Facts({cause.label: cause_text(cause) for cause in diagnosis.causes})
     rivals = tuple(
-        f"These data hardly distinguish {cause.name} from {', '.join(cause.confusable_with)}."
+        f"These data cannot distinguish {cause.name} from {', '.join(cause.confusable_with)}."
         for cause in diagnosis.causes
         if cause.confusable_with
     )
@@ -176,7 +176,7 @@ def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
         return
     yield Table(
         LADDER, LADDER_HEADINGS, text_rows(ladder_rows(diagnosis)),
-        note="Every condition left out is predicted by a model fitted without it.",
+        note="Conditions left out: each condition is predicted by a model fitted without it.",
     )  # fmt: skip
     yield Prose(tuple(ladder_text(diagnosis)))
     if diagnosis.ladder.law_text:
@@ -191,22 +191,22 @@ def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
         "Law": f"{base.title} ({base.name}); {base.source}",
         **{
             f"Effect {effect.cause}": f"{effect.title} ({effect.form})"
-            + ("" if effect.of_device else "; in the instruments, not in the law below")
+            + ("" if effect.of_device else "; in the instruments, therefore not in the law below")
             for effect in applied
         },
     })  # fmt: skip
-    yield Listing(f"Equations of {base.name}, as they are computed", equations(base))
+    yield Listing(f"Equations of {base.name}, from its file", equations(base))
     for effect in applied:
-        yield Listing(f"Equations of {effect.cause}, as they are computed", equations(effect))
+        yield Listing(f"Equations of {effect.cause}, from its file", equations(effect))
     if section:
         yield Listing("The extended law, as a scenario's [isolator] section", section)
 
 
 def equations(part: Law | Effect) -> str:
-    """Description of a law or an effect: that of its file, and its functions."""
+    """Equations of a law or an effect: the description in its file, and its functions."""
     functions = [f for name in _FUNCTIONS if (f := getattr(part, name, None)) is not None]
     module = sys.modules[functions[0].__module__]
-    # what all laws or all effects share, such as having no states, says nothing
+    # inherited functions, such as that for no states, carry no information
     own = [f for f in functions if f.__module__ == module.__name__]
     return "\n\n\n".join(
         [inspect.cleandoc(module.__doc__ or ""), *(inspect.getsource(f).rstrip() for f in own)]
@@ -215,9 +215,9 @@ def equations(part: Law | Effect) -> str:
 
 def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
     yield Table(
-        "Residual over measured value (RMS)", ("", "Before, %", "After, %"),
+        "Residual over measured signal (RMS)", ("", "Before, %", "After, %"),
         text_rows(error_rows(diagnosis)),
-        note="Nothing was fitted to the data held out." * bool(diagnosis.gain),
+        note="The held-out data were not used in any fit." * bool(diagnosis.gain),
     )  # fmt: skip
 
 

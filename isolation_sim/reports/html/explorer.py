@@ -1,4 +1,4 @@
-"""Data of the charts of a sweep's report that the reader selects; ``explorer.js`` draws them."""
+"""Interactive charts of a sweep's runs; ``explorer.js`` draws them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ...sweeps.result import Sweep
 
-# what keeps a report of tens of thousands of runs small
+# limit that keeps the report of tens of thousands of runs small
 _MOST_NUMBERS = 150_000
 _MOST_LINES = 150
 _MOST_VALUES, _INTERVALS = 12, 8
@@ -31,19 +31,19 @@ _AGAINST = "peak_base_displacement_m"
 
 
 def explorer(sweep: Sweep, criterion: str) -> Explorer:
-    """Runs of a sweep by their varied quantities: paths, a trade-off, a map and the best."""
+    """Runs of a sweep over the varied quantities: parallel axes, trade-off, map and best runs."""
     names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]
-    shown, every = _kept(sweep, runs, criterion, len(names))
+    shown, every = _selected(sweep, runs, criterion, len(names))
     fields = ["controller", *sweep.parameters]
     described = [_field(shown[name]) for name in fields]
     look = looks(described[0]["groups"])
-    # a map over what varies most finely; the controllers only where nothing else varies
+    # a map over the quantities with most values; over controllers only if nothing else varies
     order = [k for k in range(1, len(fields)) if len(described[k]["groups"]) > 1]
     pair = [*order, 0][:2] if order else []
     against = names.index(_AGAINST) if _AGAINST in names else 0
-    # the floors above the base are mostly those of all levels
+    # the peak over the floors is mostly the peak over all levels
     paths = [name for name in names if name.startswith("peak_") and "superstructure" not in name]
     data = {
         "fields": described,
@@ -69,10 +69,10 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
     return Explorer(data, _charts(n_charts, len(pair) > 1))
 
 
-def _kept(
+def _selected(
     sweep: Sweep, runs: pandas.DataFrame, criterion: str, n_criteria: int
 ) -> tuple[pandas.DataFrame, int]:
-    """Rows to show, and of how many cases one is among them."""
+    """Rows to show, and the number n if only every n-th case is shown."""
     most = _MOST_NUMBERS // (n_criteria + len(sweep.parameters) + 1)
     every = -(-len(runs) // most)
     chosen = runs["case"] % every == 0
@@ -84,7 +84,7 @@ def _kept(
 
 
 def _field(column: pandas.Series) -> dict[str, Any]:
-    """Values of a varied quantity to choose from, and which of them each run has."""
+    """Values of a varied quantity for the selection, and the index of each run's value."""
     number = column.dtype.kind in "if"
     values = column.unique().tolist()
     if number:
@@ -120,14 +120,14 @@ def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
         Chart(
             "Runs over all quantities, one line per run, the best one bold",
             {"data": [], "layout": paths},
-            "Each axis lies across the page, its least value at the left; the table names the "
+            "Each axis is horizontal, with its smallest value at the left; the table lists the "
             "best runs.",
             height=50 * axes + 40,
         ),
         Chart(
             "One criterion against another, one point per run",
             {"data": [], "layout": layout("", "", hovermode="closest")},
-            "The table names the best runs.", height=400,
+            "The table lists the best runs.", height=400,
         ),
     ]  # fmt: skip
     if mapped:
@@ -135,14 +135,14 @@ def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
             Chart(
                 "Median over two quantities",
                 {"data": [], "layout": layout("", "", hovermode="closest")},
-                "One cell per pair of values, over all other quantities.", height=400,
+                "One cell per pair of values; median over all other quantities.", height=400,
             )
         )  # fmt: skip
     return tuple(charts)
 
 
 def _shades() -> list[list[Any]]:
-    """The figures' colours for maps, as Plotly takes them."""
+    """Colours of the printed maps, as a Plotly colour scale."""
     from matplotlib.colors import to_hex
 
     shades = light_shades()
@@ -153,6 +153,6 @@ def _note(every: int, total: int, shown: int) -> str:
     if every == 1:
         return f"All {total:,} successful runs."
     return (
-        f"{shown:,} of the {total:,} successful runs: one of {every} cases, and the {_BEST} "
-        "best of each controller."
+        f"{shown:,} of the {total:,} successful runs: one of every {every} cases, and the "
+        f"{_BEST} best of each controller."
     )

@@ -1,4 +1,4 @@
-"""A page of sections made of blocks, written as one HTML file that needs no network."""
+"""A page of sections and blocks, written as one HTML file that works without a network."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Prose:
 
     kind: ClassVar[str] = "prose"
     paragraphs: tuple[str, ...]  # Plain text
-    role: str = ""  # {"", "verdict", "warning"}: How it is set off from the rest
+    role: str = ""  # {"", "verdict", "warning"}: Style
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Pairs of a name and its value."""
+    """Pairs of a heading and a text."""
 
     kind: ClassVar[str] = "facts"
     items: Mapping[str, str]  # Text by its heading
@@ -45,10 +45,10 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Listing:
-    """Text shown as it stands, folded away until it is asked for."""
+    """Preformatted text, folded until the reader opens it."""
 
     kind: ClassVar[str] = "listing"
-    # title, text: What it is, and the text
+    # title, text: Heading and text
     title: str
     text: str
 
@@ -57,20 +57,20 @@ class Listing:
 class Cell:
     """Cell of a table."""
 
-    text: str  # What to print
-    mark: str = ""  # Why it stands out, such as ``"best"``; empty if it does not
+    text: str  # Text to print
+    mark: str = ""  # Reason for emphasis, such as ``"best"``; empty without emphasis
 
 
 @dataclass(frozen=True)
 class Row:
     """Row of a table."""
 
-    label: str  # Its heading
-    cells: tuple[Cell, ...] = ()  # One per column; none for a heading of the rows that follow
+    label: str  # Heading of the row
+    cells: tuple[Cell, ...] = ()  # One per column; empty for a heading above other rows
 
 
 def text_rows(rows: Iterable[Sequence[str]]) -> tuple[Row, ...]:
-    """Rows of plain texts, each with its label first."""
+    """Rows from plain texts; the first text of each is its label."""
     return tuple(Row(label, tuple(map(Cell, texts))) for label, *texts in rows)
 
 
@@ -79,17 +79,17 @@ class Table:
     """A table."""
 
     kind: ClassVar[str] = "table"
-    caption: str  # What it shows
-    headings: tuple[str, ...]  # Columns, that of the row labels first
+    caption: str  # Contents
+    headings: tuple[str, ...]  # Column headings, that of the row labels first
     rows: tuple[Row, ...]  # Rows
-    note: str = ""  # What a mark means
-    # Headings of columns by whose values the reader can choose rows; points of charts that name a
-    # row (`isolation_sim.reports.html.charts.points`) follow
+    note: str = ""  # Explanation of the marks
+    # Headings of columns with a filter; chart points that belong to a row
+    # (`isolation_sim.reports.html.charts.points`) follow the filters
     filters: tuple[str, ...] = ()
 
     @property
     def numeric(self) -> tuple[bool, ...]:
-        """Whether each column holds numbers more than words; the row labels' does not."""
+        """Whether each column holds mainly numbers; False for the row labels."""
         result = [False]
         for column in zip(*(row.cells for row in self.rows if row.cells), strict=True):
             texts = [cell.text for cell in column if cell.text]
@@ -112,28 +112,27 @@ class Chart:
     """A Plotly figure."""
 
     kind: ClassVar[str] = "chart"
-    title: str  # What it shows, with units; printed above it
+    title: str  # Contents with units, printed above the chart
     # ``data`` and ``layout`` of plotly.js; see `isolation_sim.reports.html.charts`
     figure: Mapping[str, Any]
-    summary: str  # What it shows, in words, for those who cannot see it
-    # Charts with the same link follow each other's zoom: ``"time"`` along x, ``"loop"`` along both
-    # axes; others do not
+    summary: str  # Contents in words, for readers who cannot see the chart
+    # Charts with the same link zoom together: ``"time"`` along x, ``"loop"`` along both axes
     link: str = ""
     height: int = 230  # Pixels
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure for publication, as it was saved."""
+    """A saved figure for publication."""
 
     kind: ClassVar[str] = "picture"
-    title: str  # What it shows
-    path: Path | None = None  # SVG or PNG file, read when the page is made
-    svg: str = ""  # Text of the SVG in place of a file
+    title: str  # Contents
+    path: Path | None = None  # SVG or PNG file, read when the page is written
+    svg: str = ""  # SVG as text, in place of a file
 
     @property
     def address(self) -> str:
-        """The file itself, as an address."""
+        """The file as a data URI."""
         content, form = self.svg.encode(), "svg+xml"
         if self.path is not None:
             content = self.path.read_bytes()
@@ -144,7 +143,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Charts side by side, as many as the width of the page allows."""
+    """Charts side by side, as many as fit the width of the page."""
 
     kind: ClassVar[str] = "gallery"
     charts: tuple[Chart, ...]  # The charts
@@ -152,26 +151,26 @@ class Gallery:
 
 @dataclass(frozen=True)
 class LineChoice:
-    """Legend of all charts of the page, whose lines it shows and hides by name."""
+    """Legend of all charts of the page; it shows and hides their lines by name."""
 
     kind: ClassVar[str] = "choice"
-    lines: Mapping[str, Look]  # Look of each line by its name, which is its trace's ``meta``
-    what: str  # What the names are, such as ``"Controllers"``
+    lines: Mapping[str, Look]  # Look of each line by its name, the trace's ``meta``
+    what: str  # Heading of the names, such as ``"Controllers"``
 
 
 @dataclass(frozen=True)
 class Key:
-    """Meaning of filled areas and lines of charts."""
+    """Key to the filled areas and lines of charts."""
 
     kind: ClassVar[str] = "key"
-    # Colour and hatch, as plotly names it or empty, by what the area is
+    # Colour and hatch (plotly's name, or empty) by the meaning of the area
     areas: Mapping[str, tuple[str, str]]
-    lines: Mapping[str, Look]  # Look by what the line is
+    lines: Mapping[str, Look]  # Look by the meaning of the line
 
 
 @dataclass(frozen=True)
 class TimeRange:
-    """Fields that set the interval that all charts over time show."""
+    """Input fields for the time interval of all charts over time."""
 
     kind: ClassVar[str] = "timerange"
     # start, stop: Whole interval, s
@@ -184,15 +183,15 @@ class Animation:
     """Two runs of a building side by side; see `isolation_sim.reports.html.animation`."""
 
     kind: ClassVar[str] = "animation"
-    data: Mapping[str, Any]  # What ``animation.js`` draws
+    data: Mapping[str, Any]  # Input of ``animation.js``
 
 
 @dataclass(frozen=True)
 class Explorer:
-    """Runs of a sweep that the reader chooses from; see `isolation_sim.reports.html.explorer`."""
+    """Interactive charts of a sweep; see `isolation_sim.reports.html.explorer`."""
 
     kind: ClassVar[str] = "explorer"
-    # data, charts: What ``explorer.js`` draws, and into which charts
+    # data, charts: Input of ``explorer.js``, and its charts
     data: Mapping[str, Any]
     charts: tuple[Chart, ...]
 
@@ -207,12 +206,12 @@ Block: TypeAlias = (
 class Section:
     """Part of a page under a heading."""
 
-    title: str  # Heading, different from the others of its page
-    blocks: Sequence[Block]  # What it holds
+    title: str  # Heading, unique on its page
+    blocks: Sequence[Block]  # Contents
 
     @property
     def anchor(self) -> str:
-        """Name of the section in an address."""
+        """Anchor of the section."""
         return re.sub(r"\W+", "-", self.title.lower()).strip("-")
 
 
@@ -220,10 +219,10 @@ class Section:
 class Page:
     """A report."""
 
-    # title, subtitle: What it is about
+    # title, subtitle: Subject of the page
     title: str
     subtitle: str
-    sections: Sequence[Section]  # What it says
+    sections: Sequence[Section]  # Contents
 
     def html(self) -> str:
         """The whole page."""
@@ -242,7 +241,7 @@ class Page:
 
 @cache
 def _plotly() -> str:
-    """The script of plotly.js: an installed package has it, a checkout takes it from plotly."""
+    """The script of plotly.js, from the installed package, or from plotly in a checkout."""
     try:
         return _file("plotly.min.js")
     except FileNotFoundError:
@@ -251,8 +250,8 @@ def _plotly() -> str:
         from plotly.offline import get_plotlyjs
     except ModuleNotFoundError:
         raise InputError(
-            "a report needs plotly.js, which this checkout does not have; expected: pip install ., "
-            "or pip install plotly"
+            "plotly.js of the reports is missing in this checkout; expected: pip install ., or pip "
+            "install plotly"
         ) from None
     return get_plotlyjs()
 
@@ -278,7 +277,7 @@ def _template() -> Any:
 
 
 def _breaking(text: str) -> Any:
-    """A text whose long names may break behind an underscore."""
+    """A text with possible line breaks after the underscores of long names."""
     from markupsafe import Markup, escape
 
     return Markup(str(escape(tied(text))).replace("_", "_<wbr>"))

@@ -1,4 +1,4 @@
-"""Charts of runs: time histories, loops coloured by current, envelopes, energies."""
+"""Charts of runs: time histories, loops coloured by current, peaks over the height, energies."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from .page import Chart, Gallery, Key
 if TYPE_CHECKING:
     from ...simulation.result import Run
 
-# points of all lines together: what keeps a report of many runs of a long record small
+# limit for the points of all lines together, which keeps reports of many long runs small
 _POINTS_OVER_TIME = 30_000
 _POINTS_OF_LOOPS = 15_000
-# light to dark, so that the order survives without colour
+# light to dark, so that the order shows without colour
 _BY_CURRENT = [[0, "#e8a33d"], [0.5, "#b5367a"], [1, "#1b0c42"]]
 
 
@@ -31,7 +31,7 @@ def trade_off(
     looks: Mapping[str, Look],
     optima: Collection[str] = (),
 ) -> tuple[Chart, Key]:
-    """Peak floor acceleration over peak base displacement, one named point per run."""
+    """Peak floor acceleration over peak base displacement, one point per run, and their legend."""
     traces, lines = [], {}
     values = {
         name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])
@@ -39,7 +39,7 @@ def trade_off(
     }
     widest, highest = (max(each[k] for each in values.values()) for k in (0, 1))
     for name, (x, y) in values.items():
-        # a run without a line in the other charts is the building on a fixed base
+        # a run that has no line in the other charts is the building with a fixed base
         look = looks.get(name, Look("#666666", "", "star", "★"))
         optimum = name in optima
         shown = f"{name}{' (full-information optimum)' * optimum}"
@@ -72,11 +72,11 @@ def trade_off(
 
 
 _OPEN = dict(zip("●■▲◆▼✚✖★", "○□△◇▽✛✕☆", strict=True))
-"""Outline of each marker, for an optimum that is no controller."""
+"""Outline of each marker; an optimum, which is no controller, has its own."""
 
 
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:
-    """Ground, base and roof in each direction and the coils' currents, over time."""
+    """Time histories of ground, base and roof in each direction and of the coil currents."""
     first = next(iter(runs.values()))
     structure = first.isolated.structure
     directions, horizontal = range(len(structure.directions)), range(len(structure.horizontal))
@@ -122,7 +122,7 @@ def _over_time(
 
 
 def loops(runs: Mapping[str, Run]) -> list[Gallery]:
-    """Force over deformation of the isolators, coloured by their coil's current."""
+    """Force over deformation of the isolators, coloured by the coil current."""
     first = next(iter(runs.values()))
     names = [element_along(first, k) for k in range(len(first.isolated.structure.horizontal))]
     most = _POINTS_OF_LOOPS // (len(names) * len(runs))
@@ -198,7 +198,7 @@ def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
 
 
 def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
-    """Energy ledgers over time, a chart a run on the same axes."""
+    """Energy ledgers over time, one chart per run with equal axes."""
     supplied = {name: 1e-3 * supply(run.energy) for name, run in runs.items()}
     inputs = {name: 1e-3 * run.energy.input_J for name, run in runs.items()}
     limits = span([[0.0], *supplied.values(), *inputs.values()])
@@ -244,7 +244,7 @@ def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
 
 
 def _shade(shade: str) -> str:
-    """Colour as HTML writes it; matplotlib writes a grey as a number."""
+    """Colour in HTML's notation; matplotlib writes greys as numbers."""
     try:
         return f"rgb{(round(255 * float(shade)),) * 3}"
     except ValueError:

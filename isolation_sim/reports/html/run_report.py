@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
-    """Report of a comparison: verdict, tables, charts, an animation, and the input."""
+    """Report of a comparison: verdict, tables, charts, animation and inputs."""
     comparison = _in_words(comparison)
     runs = comparison.runs
     first = next(iter(runs.values()))
@@ -54,7 +54,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
         Section("Verdict", [
             *(trade_off(points, look, comparison.optima) if len(points) > 1 else ()),
             Prose(verdict(comparison), "verdict"),
-            *([Prose(tuple(f"Read with care: {each}." for each in warnings), "warning")]
+            *([Prose(tuple(f"Warning: {each}." for each in warnings), "warning")]
               if warnings else []),
         ]),
         Section("Criteria", [criteria_table(comparison)]),
@@ -65,22 +65,22 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
             *time_histories(runs, look),
         ]),
         Section("Isolator loops", [
-            Prose(("Force of the isolators over their deformation; the darker, the larger the "
+            Prose(("Force of the isolators over their deformation; darker colours mean a larger "
                    "coil current.",)),
             *loops(runs),
         ]),
         Section("Floor envelopes", [envelopes(runs, look)]),
         Section("Energy", [
-            Prose(("The ground's input and the work of changing the current must equal the stored "
-                   "and dissipated energy. The closure error is the largest mismatch over the "
-                   "peak of the input.",)),
+            Prose(("The input energy of the ground plus the work of the magnetic field equals the "
+                   "stored plus the dissipated energy. The closure error is the largest mismatch "
+                   "over the peak input energy.",)),
             key, ledgers,
         ]),
         Section("Structure", [Picture(
-            "The structure: storeys, isolators, and the walls and soil around them",
+            "The structure: storeys, isolators, moat wall and soil springs",
             svg=svg_text(structure_drawing(first.isolated)),
         )]),
-        Section("Data and settings", [*_input(comparison, scenario)]),
+        Section("Inputs and versions", [*_inputs(comparison, scenario)]),
         Section("References", [Bullets(tuple(
             citation.line for citation in of_runs(runs)
         ))]),
@@ -89,7 +89,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
 
 
 def _in_words(comparison: Comparison) -> Comparison:
-    """The same runs, their controllers named in words."""
+    """The same runs, with controller names in words."""
     from ...comparison import Comparison
 
     reference = comparison.reference
@@ -103,7 +103,7 @@ def _in_words(comparison: Comparison) -> Comparison:
 
 
 def criteria_table(comparison: Comparison) -> Table:
-    """Criteria and energies, one column per controller, with the best of each row marked."""
+    """Criteria and energies, one column per controller; the best of each row is marked."""
     rows = []
     baseline = comparison.baseline
     for group, lines in _lines(comparison):
@@ -128,7 +128,7 @@ def _lines(comparison: Comparison) -> Iterable[tuple[str, list[Any]]]:
 
 
 def _sides(comparison: Comparison) -> tuple[str, str]:
-    """Runs that the animation begins with: uncontrolled, and the one that moves the base least."""
+    """Initial runs of the animation: uncontrolled, and the smallest base displacement."""
     values = comparison.criteria
     left = comparison.reference or next(iter(values))
     others = [name for name in values if name != left] or [left]
@@ -145,7 +145,7 @@ def _subtitle(comparison: Comparison) -> str:
     return f"{count} controller{'s' * (count > 1)}; ground motion {motion}"
 
 
-def _input(comparison: Comparison, scenario: str) -> Iterator[Block]:
+def _inputs(comparison: Comparison, scenario: str) -> Iterator[Block]:
     first = next(iter(comparison.runs.values()))
     isolated, settings = first.isolated, tomllib.loads(scenario)
     facts = {}
@@ -176,21 +176,21 @@ def _input(comparison: Comparison, scenario: str) -> Iterator[Block]:
         for name, run in comparison.runs.items()
     )
     seeds = [f"{where}.seed = {seed}" for where, seed in _seeds(settings)]
-    facts["Random seeds"] = ", ".join(seeds) or "those of the Python program that made the runs"
+    facts["Random seeds"] = ", ".join(seeds) or "set by the Python program of the runs"
     facts["Versions"] = versions()
     yield Facts(facts)
     if scenario:
-        yield Listing("The scenario, to run it again", scenario)
+        yield Listing("The scenario file", scenario)
 
 
 def code_facts(files: Mapping[str, str]) -> dict[str, str]:
-    """Files of one's own that were run, each with its digest."""
+    """The user's code files, with their SHA-256 digests."""
     said = "; ".join(f"{path}, SHA-256 {digest}" for path, digest in files.items())
     return {"Code": said} if said else {}
 
 
 def versions() -> str:
-    """Versions of the packages that a result depends on."""
+    """Versions of the software."""
     packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba")]
     return ", ".join(
         [f"isolation-sim {__version__}", f"Python {platform.python_version()}", *packages]

@@ -1,4 +1,4 @@
-"""The report of a study: its finding, table and figures."""
+"""The report of a study: finding, tables and figures."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ def study_report(
         ("Finding", [Prose(tuple(finding), "verdict")]),
         ("Numbers", [_table(caption, *each) for caption, each in tables.items()]),
         ("Figures", pictures),
-        ("Data and settings", [Facts({heading: text for heading, text in run.items() if text})]),
+        ("Inputs and versions", [Facts({heading: text for heading, text in run.items() if text})]),
     ]
     return Page(title, capital(about), [Section(name, blocks) for name, blocks in parts if blocks])
 
 
 def _table(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    """A table whose rows the reader chooses by the words in it, where they repeat."""
+    """A table with filters for the columns of repeated words."""
     words = [
         heading
         for heading, column in zip(headings, zip(*rows, strict=True), strict=False)

@@ -21,7 +21,7 @@ _SHOWN = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drif
 _CHANGES = {
     "scale_factor": "Scale factor",
     "largest_misfit": "Largest distance from the target",
-    "arias_ratio": "Arias intensity over the scaled original's",
+    "arias_ratio": "Arias intensity over that of the scaled original",
     "duration_change_s": "Change of the 5-95 % duration, s",
 }
 
@@ -33,11 +33,11 @@ def suite_report(suite: Suite, picture: Path) -> Page:
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(verdict(suite)), "verdict")]),
-        ("Spectra", [Picture(f"Spectra of the records as they run: {combined}", picture)]),
+        ("Spectra", [Picture(f"Spectra of the scaled records: {combined}", picture)]),
         ("Statistics over the suite", statistics),
-        ("Record by record", [_records(suite, name) for name in shown]),
-        ("Processing of the records", [_changes(suite)]),
-        ("Data and settings", [
+        ("Results by record", [_records(suite, name) for name in shown]),
+        ("Changes to the records", [_changes(suite)]),
+        ("Inputs and versions", [
             Facts({
                 "Suite": suite.name,
                 "Motions": motions_text(suite),

@@ -1,4 +1,4 @@
-"""The report of a sweep, whose runs the reader chooses."""
+"""The report of a sweep, with interactive charts of its runs."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(_verdict(sweep, criterion), "verdict")]),
         ("Controllers side by side", [_medians(sweep)] if any_good else []),
-        ("Runs to choose from", chosen),
+        ("Explore the runs", chosen),
         ("Sensitivity", [*_sensitivity(sweep, criterion)]),
         ("Failed runs", [*_failed(sweep)]),
-        ("Data and settings", [
+        ("Inputs and versions", [
             Facts({
                 "Sweep": sweep.plan.name + ("" if sweep.finished else ", unfinished"),
                 "Varied": ", ".join(sweep.parameters) or "nothing",
@@ -63,7 +63,7 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     )
     good = table[table["status"] == "ok"]
     if good.empty:
-        return first, "No run succeeded: there is nothing to compare."
+        return first, "No run was successful; there is nothing to compare."
     place = good[criterion].idxmax() if is_gain(criterion) else good[criterion].idxmin()
     best = good.loc[place]
     unit, factor = unit_of(criterion)
@@ -101,7 +101,7 @@ def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
         try:
             result = sweep.sensitivity(criterion, label)
         except InputError as error:
-            # the rest of the report is as good without
+            # the rest of the report does not depend on it
             yield Prose((f"No sensitivity of {as_written(label)}: {error}.",), "warning")
             continue
         rows = text_rows(

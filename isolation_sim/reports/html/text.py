@@ -1,10 +1,10 @@
-"""How text is set: numbers stay with their units, sentences begin with a capital."""
+"""Typesetting of text: numbers and units on one line, capitals at the start of sentences."""
 
 from __future__ import annotations
 
 import re
 
-# alone, or before words, as in 5.9 (5.7 to 6.1)
+# a number alone, or with words after it, as in 5.9 (5.7 to 6.1)
 _NUMBER = re.compile(r"[<>±+\-]? ?\d[\d.,e+\-]*( |$)")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m/s²|[mk]?m|m?s|[gtAVJNW]|k[NJ]|k?Hz|°C)(?!\w))")
 
@@ -20,5 +20,5 @@ def tied(text: str) -> str:
 
 
 def capital(text: str) -> str:
-    """Begin a sentence with a text."""
+    """A text with a capital first letter."""
     return f"{text[:1].upper()}{text[1:]}"

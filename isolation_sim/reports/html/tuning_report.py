@@ -51,15 +51,15 @@ def tuning_report(tuning: Tuning) -> Page:
         ("Settings", [_texts("Settings before and after", *settings_texts(tuning))]),
         ("Search", [Key({}, _LOOKS), _progress(tuning)]),
         ("Sensitivity", [
-            Prose(("Each setting over its range, the others as tuned, under the motions that were "
-                   "tuned on.",)),
+            Prose(("Each setting over its range, with tuned values of the other settings, on the "
+                   "motions of the tuning.",)),
             Gallery(tuple(_sensitivity(tuning, name) for name in tuning.sensitivity)),
         ]),
-        ("Data and settings", [
+        ("Inputs and versions", [
             Facts({
                 "Controller": f"{as_written(tuning.controller)} ({tuning.controller})",
-                "Score": f"{criteria}, each over its value without current, minus the least such "
-                         "sum of any constant current under the same motion",
+                "Score": f"{criteria}, each over its value without current, minus the smallest "
+                         "such sum of any constant current on the same motion",
                 "Seeds": f"{content['seed']} of the search and the intervals, "
                          f"{2 * content['seed']} of a mixture tuned on, "
                          f"{2 * content['seed'] + 1} of an unseen one",
@@ -101,7 +101,7 @@ def _progress(tuning: Tuning) -> Chart:
     line = _LOOKS["best so far"].line(shape="hv") | {
         "mode": "lines", "name": "best so far", "x": numbers(at), "y": numbers(best),
     }  # fmt: skip
-    # candidates that failed would flatten what is to be seen
+    # failed candidates have large scores, which would flatten the rest of the chart
     gain = float(best[0] - best[-1]) or 1.0
     shown = [best[-1] - 0.1 * gain, best[0] + 1.1 * gain]
     axes = layout("Trial", _SCORE, yaxis={"range": shown})
