@@ -1,4 +1,4 @@
-"""The verdict on a comparison: two sentences made from its numbers."""
+"""The verdict on a comparison, in two sentences made of its numbers."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 _BASE, _FLOOR, _DRIFT = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
 _NOTICED = 0.005
-"""Relative changes smaller than this count as no change."""
+"""Changes smaller than this share are none."""
 
 
 def verdict(comparison: Comparison) -> tuple[str, str]:
-    """State the gain of control, its price, and any controller that is better in all criteria."""
+    """Name the controllers that improve every peak, and the smallest displacement and its price."""
     values, reference = comparison.criteria, comparison.reference
-    # an optimum with full information of the motion is a bound, not a controller
+    # an optimum that knows the whole motion is a bound and no controller
     values = {name: values[name] for name in values if name not in comparison.optima} or values
     best = min(values, key=lambda name: values[name][_BASE])
     others = [name for name in values if name != reference]
@@ -33,7 +33,7 @@ def _gain(values: dict[str, dict[str, float]], reference: str, others: list[str]
     before, after = values[reference], values[best]
     if not _change(before[_BASE], after[_BASE]) < -_NOTICED:
         return (
-            f"No controller has a smaller peak base displacement than {reference}, "
+            f"No controller has a smaller peak base displacement than {_noun(reference)}, "
             f"{_quantity(_BASE, before[_BASE])}."
         )
     change = _change(before[_FLOOR], after[_FLOOR])
@@ -65,7 +65,7 @@ def _together(values: dict[str, dict[str, float]], reference: str, others: list[
             + (f"; {also} {_listed(rest)}." if rest else ".")
         )
     calm = min(values, key=lambda name: values[name][_FLOOR])
-    # controllers that change nothing have the same value as the reference
+    # those that do nothing are as calm as the reference
     if _change(values[reference][_FLOOR], values[calm][_FLOOR]) >= -_NOTICED:
         calm = reference
     subject = (
@@ -82,14 +82,14 @@ def _peaks(comparison: Comparison, name: str) -> tuple[str, str]:
     values, energy = comparison.criteria[name], comparison.energy[name]
     alone = "" if len(comparison.runs) == 1 else ", which has the smallest base displacement"
     peaks = (
-        f"With {name}{alone}, the peak base displacement is {_quantity(_BASE, values[_BASE])}, the "
-        f"peak floor acceleration {_quantity(_FLOOR, values[_FLOOR])} and the peak storey drift "
-        f"{_quantity(_DRIFT, values[_DRIFT])}."
+        f"With {_noun(name)}{alone}, the peaks are {_quantity(_BASE, values[_BASE])} of base "
+        f"displacement, {_quantity(_FLOOR, values[_FLOOR])} of floor acceleration and "
+        f"{_quantity(_DRIFT, values[_DRIFT])} of storey drift."
     )
     share = energy["device_dissipation_J"] / energy["input_J"] if energy["input_J"] else 0.0
     spent = (
         f"The devices dissipated {100 * share:.0f} % of the input energy of "
-        f"{_quantity('input_J', energy['input_J'])}. The closure error of the energy balance is "
+        f"{_quantity('input_J', energy['input_J'])}; the energy balance closes within "
         f"{energy['closure_error']:.0e} of the peak input."
     )
     return peaks, spent

@@ -78,7 +78,7 @@ def test_the_story_is_told_in_order(diagnosis):
     ):  # fmt: skip
         assert told in text, told
     wrong = next(s for s in page.sections if s.title == "Errors by run")
-    assert any(getattr(b, "caption", "") == "What the residual depends on" for b in wrong.blocks)
+    assert any(getattr(b, "caption", "") == "Dependence of the residual" for b in wrong.blocks)
 
 
 def test_the_runs_are_drawn_as_they_are_the_worst_first(diagnosis, figures, unpacked):
