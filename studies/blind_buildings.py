@@ -1,4 +1,4 @@
-"""How often the diagnosis of a building record finds what an independent generator has hidden.
+"""How often the diagnosis of a building record finds the faults that a generator has hidden.
 
 Run it with ``python -m studies.blind_buildings [SHARE]``, as ``studies.blind``, which asks the
 same of device tests. It writes ``results/blind/building_confusion.md`` and ``building_rates.md``.

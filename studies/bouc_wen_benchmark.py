@@ -172,7 +172,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 
 def finding(rows: list[dict[str, Any]], named: str) -> str:
-    """Say what the table says."""
+    """Describe the results of the table."""
     multisine, sweep = TESTS.values()
     own = [row for row in rows if sweep in row]
     first, last = own[0], own[-1]

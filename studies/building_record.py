@@ -1,4 +1,4 @@
-"""A real building on rubber isolators: what a linear isolation layer gets wrong, and why.
+"""A real building on rubber isolators: errors of a linear isolation layer, and their causes.
 
 A five-storey building on high-damping rubber was shaken on a table (``bncs`` of the shared data).
 Floors of equal mass are assumed. The superstructure is identified from the base's accelerations,
@@ -34,7 +34,7 @@ from .study import Outcome, Step, data_folder
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TITLE = "A real building on rubber isolators: what a linear isolation layer gets wrong"
+TITLE = "A real building on rubber isolators: errors of a linear isolation layer"
 RECORDS = {"ICA50": "ICA 50 %", "ICA100": "ICA 100 %", "CNP100": "Canoga Park 100 %"}
 FIRST = "ICA50"
 SHOWN = (("ICA50",), ("ICA50", "ICA100"))

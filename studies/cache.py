@@ -18,7 +18,7 @@ from isolation_sim.io.atomic_write import atomic_write
 
 
 def cached_result(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what was found before, or find and keep it."""
+    """Return a stored result, or compute and store it."""
     digest = hashlib.sha256(_sources() + content).hexdigest()[:32]
     path = cache_folder() / name / f"{digest}.json"
     try:

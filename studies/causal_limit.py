@@ -1,4 +1,4 @@
-"""What no controller without preview can do: near-fault pulses that are equal until they are cut.
+"""Limit of control without preview: near-fault pulses that are equal until they are cut.
 
 A controller that measures the same gives the same commands. A long pulse, for which the highest
 current is best, is cut at several moments: the ground velocity returns to zero at once, and no
@@ -120,7 +120,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 
 def finding(rows: Rows, difference: float) -> str:
-    """Say what the table says."""
+    """Describe the results of the table."""
     worst = max(row["limit"] for row in rows)
     others = "; ".join(
         f"{name}: mean {np.mean([row[name] for row in rows]):+.2f}, "

@@ -1,4 +1,4 @@
-"""Runs of controllers on one plant: what each makes of a motion, beside what constants make of it.
+"""Runs of controllers on one plant, beside runs with constant currents.
 
 A motion's score is J, the peak base displacement and the peak floor acceleration, each over its
 value without current, added.

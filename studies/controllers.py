@@ -1,4 +1,4 @@
-"""All controllers: how much of what is physically possible each achieves.
+"""All controllers: the share of the possible benefit that each achieves.
 
 Every registered controller runs under El Centro and under random motions that no setting was tuned
 on: as it should be, with noise, delay and a wrong nominal model, and on isolators that switch by
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from ground_motions import Record
 
-TITLE = "Controllers: how much of what is possible each achieves"
+TITLE = "Controllers: the share of the possible benefit that each achieves"
 FIRST_SEED, COUNT = 200, 20
 """Random motions."""
 PREVIEW = 0.8

@@ -1,4 +1,4 @@
-"""Laws fitted to a real MR fluid damper, judged by tests that the fit has not seen.
+"""Laws fitted to a measured MR fluid damper, evaluated on held-out tests.
 
 Run it with ``python -m studies.damper [FOLDER]``; the folder is the campaign ``mr_damper`` of the
 shared data. Each law is fitted jointly to all currents, its parameters polynomials of the current;

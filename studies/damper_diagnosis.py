@@ -1,4 +1,4 @@
-"""What the conventional Bouc-Wen law lacks to reproduce a real MR damper.
+"""Effects of a measured MR damper that the conventional Bouc-Wen law lacks.
 
 Eighteen sinusoidal tests (``mr_damper`` of the shared data): six conditions of amplitude and
 frequency at three currents. The law's parameters follow the current linearly. The diagnosis is made
@@ -26,7 +26,7 @@ from .study import Outcome, Step, data_folder
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TITLE = "What the Bouc-Wen law lacks to reproduce an MR damper"
+TITLE = "Effects of an MR damper that the Bouc-Wen law lacks"
 LAW = "bouc_wen"
 LEFT_OUT = {"10mm_1Hz": "10 mm, 1 Hz", "0.5 A": "0.5 A"}
 """A condition and a current, each left out once."""

@@ -1,4 +1,4 @@
-"""How large the isolators should be, and how many.
+"""Size and number of the isolators.
 
 An isolator ``s`` times as large as the tested one carries ``s`` times the deformation and ``s²``
 times the force at the same strain and stress; ``n`` of them stand under the reference building.

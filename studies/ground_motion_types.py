@@ -180,7 +180,7 @@ def table(result: Rows) -> Rows:
 
 
 def finding(rows: Rows) -> str:
-    """Say what the table says."""
+    """Describe the results of the table."""
     lines = [
         "J less that of the best constant current, which knows the motion: mean with 95 % bounds, "
         f"and motions with more than {HARM:g}."

@@ -1,4 +1,4 @@
-"""Current level and isolation period: what each pair costs in displacement and acceleration.
+"""Current level and isolation period: displacement and acceleration of each pair.
 
 The reference building, its isolators more or fewer, holds one current through a far-field and a
 near-fault motion.

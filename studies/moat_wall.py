@@ -1,4 +1,4 @@
-"""Moat wall: what the building pays when the base meets the wall around it.
+"""Moat wall: response of the building when the base hits the wall around it.
 
 The wall is an element between ground and base that has a gap and no force within it: a spring of
 no stiffness with an end stop around it. It is elastic: it is not crushed, and an impact costs no

@@ -1,4 +1,4 @@
-"""What each part of the predictive controller contributes.
+"""Ablations of the predictive controller: the contribution of each part.
 
 Each is removed alone, without preview and with a preview time, on random motions that no
 setting was tuned on; the difference in J, the peak base displacement and the peak floor
@@ -103,7 +103,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 
 def finding(rows: Rows, n_motions: int) -> str:
-    """Say what the table says."""
+    """Describe the results of the table."""
     sentences = [
         f"J is the mean over {n_motions} random motions that no setting was tuned on; intervals "
         "are 95 %, bootstrapped over the motions."

@@ -1,4 +1,4 @@
-"""Controllers whose model is wrong and whose computer is slow.
+"""Controllers with a wrong nominal model and a computation delay.
 
 Each controller believes in isolators that are softer or stiffer than the true ones, by one factor
 on the force, and its commands come late. The isolators switch either as the papers' laws say, where

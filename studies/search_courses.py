@@ -1,4 +1,4 @@
-"""A fitting problem at one current, and how a search for its parameters goes."""
+"""A fitting problem at one current, and the progress of searches for its parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the studies have in common: how one is run, what it leaves, and the motions that they use.
+"""Common parts of the studies: running one, its results, and the motions that they use.
 
 A study is a module with a ``TITLE`` and a function ``outcome(folder, short, step)``, which runs the
 study and returns what it found; its docstring's first line says what it is about. Its name is an

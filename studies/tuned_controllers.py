@@ -114,7 +114,7 @@ def _finding(
     means: dict[tuple[str, str], MeanInterval], table: list[dict[str, Any]],
     sets: dict[str, MotionSet], absent: str,
 ) -> str:  # fmt: skip
-    """Say what the table says, a paragraph a line."""
+    """Describe the results of the table, one paragraph per line."""
     sentences = [
         "The score is J minus that of the best constant current of each motion; intervals are 95 %."
     ]

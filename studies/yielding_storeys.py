@@ -1,4 +1,4 @@
-"""Storeys that yield: what isolation is worth when the building above is not elastic.
+"""Storeys that yield: benefit of isolation for a building that is not elastic.
 
 Each storey of the reference building becomes a Bouc-Wen element: elastic and as stiff as before up
 to its yield drift, nearly flat beyond it. The same building stands on a fixed base and on
