@@ -1,4 +1,4 @@
-"""How often the diagnosis finds effects that independent generators have hidden: a confusion matrix.
+"""How often the diagnosis finds the effects that independent generators hide: a confusion matrix.
 
 Run it with ``python -m studies.blind [SHARE]``. A share below 1 takes every so many cases. It
 prints the rates with Wilson's 95 % intervals. ``results/blind/confusion.md`` and ``rates.md`` count
