@@ -127,16 +127,16 @@ class CText:
     def function(self, name: str, kinds: Sequence[Kind]) -> tuple[str, Kind]:
         """Write a function for arguments of some kinds, and what it calls; its C name and kind."""
         node = self.sources[name]
-        given = [
+        own_kinds = [
             "d" if kind in ("i", "b") and _annotated(argument, "float") else kind
             for argument, kind in zip(node.args.args, kinds, strict=True)
         ]
-        key = (name, *given)
+        key = (name, *own_kinds)
         if key not in self.functions:
             same = sum(known[0] == name for known in self.functions)
             own = f"{self.prefix}_{name.lstrip('_')}{same + 1 if same else ''}"
             self.functions[key] = (own, None)  # a function that calls itself has no kind yet
-            kind, text = _Function(self, node, given, own).written()
+            kind, text = _Function(self, node, own_kinds, own).written()
             self.functions[key] = (own, kind)
             self.texts.append(text)
         return self.functions[key]
@@ -562,13 +562,13 @@ class _Function:
             text, kind = self._tuple(ast.Tuple(node.args, ast.Load()))
             return text, Fields(self.module.records[name], kind)
         if name in self.module.sources:
-            given = [self._expression(argument) for argument in node.args]
-            own, kind = self.module.function(name, [kind for _, kind in given])
+            arguments = [self._expression(argument) for argument in node.args]
+            own, kind = self.module.function(name, [kind for _, kind in arguments])
             if kind is None:
                 raise _NotYet(name)
-            return f"{own}({', '.join(_bare(text) for text, _ in given)})", kind
-        given = [self._expression(argument) for argument in node.args]
-        texts, kinds = [text for text, _ in given], [kind for _, kind in given]
+            return f"{own}({', '.join(_bare(text) for text, _ in arguments)})", kind
+        arguments = [self._expression(argument) for argument in node.args]
+        texts, kinds = [text for text, _ in arguments], [kind for _, kind in arguments]
         if name in ("max", "min"):
             whole = "d" not in kinds
             call = ("larger" if name == "max" else "smaller") + "_whole" * whole

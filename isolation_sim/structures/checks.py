@@ -1,4 +1,4 @@
-"""Checks of matrices that users give."""
+"""Checks of users' matrices."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from ..errors import InputError
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """Return the array, locked against writing."""
+    """Return the array after making it read-only."""
     array.flags.writeable = False
     return array
 
 
-def numbers(what: str, given: Any) -> np.ndarray:
+def numbers(what: str, values: Any) -> np.ndarray:
     """Turn user input into a read-only array of numbers."""
     try:
-        return read_only(np.array(given, dtype=float))
+        return read_only(np.array(values, dtype=float))
     except (TypeError, ValueError):
         raise InputError(f"{what} must be numbers in rows of one length") from None
 
 
-def matrix(what: str, given: Any, shape: tuple[int, ...]) -> np.ndarray:
+def matrix(what: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     """Turn user input into a read-only array of finite numbers."""
-    array = numbers(what, given)
+    array = numbers(what, values)
     if array.shape != shape:
         raise InputError(f"{what} has shape {array.shape}; expected: {shape}")
     bad = np.argwhere(~np.isfinite(array))
@@ -37,7 +37,7 @@ def matrix(what: str, given: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def check_matrices(mass: np.ndarray, stiffness: np.ndarray, names: Sequence[str]) -> None:
-    """Refuse a mass that is not symmetric positive definite and an asymmetric stiffness."""
+    """Refuse a mass that is not symmetric positive definite, or an asymmetric stiffness."""
     for i, name in enumerate(names):
         if not mass[i, i] > 0:
             raise InputError(f"mass of {name!r} is {mass[i, i]:g} kg; expected: above zero")
@@ -47,12 +47,12 @@ def check_matrices(mass: np.ndarray, stiffness: np.ndarray, names: Sequence[str]
             i, j = np.argwhere(skew == np.max(skew))[0].tolist()
             raise InputError(f"{what} is not symmetric between {names[i]!r} and {names[j]!r}")
     if names and np.linalg.eigvalsh(mass)[0] <= 0:
-        raise InputError("mass is not positive definite: some motion has no inertia")
+        raise InputError("mass is not positive definite; expected: inertia in every motion")
 
 
-def positive_numbers(what: str, given: Any, unit: str) -> np.ndarray:
+def positive_numbers(what: str, values: Any, unit: str) -> np.ndarray:
     """Turn user input into a read-only row of positive numbers."""
-    row = np.atleast_1d(numbers(what, given))
+    row = np.atleast_1d(numbers(what, values))
     if row.ndim != 1 or row.size == 0:
         raise InputError(f"{what} has shape {row.shape}; expected: one number per storey")
     for i, value in enumerate(row):

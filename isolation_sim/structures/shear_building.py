@@ -1,4 +1,4 @@
-"""Shear buildings: one horizontal dof a floor, on a rigid base."""
+"""Shear buildings: one horizontal dof per floor, on a rigid base."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def shear_building(
 ) -> Structure:
     """Shear building of any number of storeys on a rigid base.
 
-    Damping is that of the superstructure on a held base, in coordinates relative to the base:
-    rigid motion of the whole is undamped.
+    Damping is that of the superstructure on a fixed base, in coordinates relative to the base.
+    Rigid motion of the whole is undamped.
 
     Parameters
     ----------
@@ -62,13 +62,13 @@ def shear_building(
     Raises
     ------
     InputError
-        If a number is not usable, naming which.
+        If a number cannot be used; with its name.
     """
     m = positive_numbers("masses", masses, "kg")
     k = positive_numbers("stiffnesses", stiffnesses, "N/m")
     slab = positive_numbers("base_mass", base_mass, "kg")
     if m.size != k.size:
-        raise InputError(f"{m.size} masses, {k.size} stiffnesses; expected: one of each a storey")
+        raise InputError(f"{m.size} masses, {k.size} stiffnesses; expected: one of each per storey")
     if slab.size != 1:
         raise InputError(f"base_mass has {slab.size} values; expected: one, in kg")
     if damping not in _DAMPING:
@@ -85,16 +85,16 @@ def shear_building(
     return from_fixed_base(mass, viscous, stiffness, slab[0], heights=heights, name=name)
 
 
-def _ratios(given: Any, n: int, damping: str) -> np.ndarray:
+def _ratios(ratios: Any, n: int, damping: str) -> np.ndarray:
     try:
-        ratio = np.atleast_1d(np.array(given, dtype=float))
+        ratio = np.atleast_1d(np.array(ratios, dtype=float))
     except (TypeError, ValueError):
         ratio = np.array([np.nan])
     sizes = (1, n) if damping == "modal" else (1,)
     if ratio.ndim != 1 or ratio.size not in sizes or not np.all((ratio >= 0) & (ratio < 1)):
         accepted = "a number from 0 to 1"
         accepted += f", or {n} of them" if damping == "modal" else ' (one per mode needs "modal")'
-        raise InputError(f"damping_ratio is {given!r}; expected: {accepted}")
+        raise InputError(f"damping_ratio is {ratios!r}; expected: {accepted}")
     return np.broadcast_to(ratio, (n,))
 
 
