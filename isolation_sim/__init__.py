@@ -1,6 +1,6 @@
 """Semi-active base isolation with magnetorheological isolators: simulate, control, compare.
 
-Every exported name is loaded when it is first used.
+Every exported name is imported on first use.
 
 >>> import isolation_sim as iso
 >>> building = iso.reference_building().on(iso.reference_isolators())
@@ -79,7 +79,7 @@ from .version import __version__ as __version__
 
 
 def _check_ground_motions() -> None:
-    """Say which file hides the package ``ground_motions``, before anything imports it."""
+    """Raise an error if another file hides the package ``ground_motions``."""
     result = find_spec("ground_motions")
     beside = Path(__file__).resolve().parents[1] / "ground_motions" / "__init__.py"
     if result is None or result.origin is None or Path(result.origin).resolve() != beside:
@@ -91,7 +91,7 @@ def _check_ground_motions() -> None:
 
 _check_ground_motions()
 
-# one line per name: where it lives
+# one line per name: its module
 _HOMES = {
     "AccuracyWarning": ".errors",
     "Batch": ".simulation.batch",

@@ -1,4 +1,4 @@
-"""The verbs of the package: controllers by name, scenarios by path."""
+"""The main functions of the package; they accept controllers by name and scenarios by path."""
 
 from __future__ import annotations
 
@@ -53,21 +53,21 @@ def simulate(
     ground : Record or sequence of Record
         Ground acceleration, m/s^2, one record per direction of the structure.
     controller : str or Control, default "passive_off"
-        Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or one with
-        settings such as ``controller("constant", amperes=1.5)``, or one of your own.
+        Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or a
+        controller object such as ``controller("constant", amperes=1.5)``.
     nominal : IsolatedStructure, optional
         The nominal model of the controller; the plant itself by default.
     driver : CoilDriver, optional
         Lag, slew, limits and step of the coils; ideal by default.
     sensors : Sensors, optional
-        Noise, delay, dropout and sampling of the measurements; ideal by default.
+        Noise, delay, dropout and sampling of the controller's measurements; ideal by default.
     computation_delay : float, default 0
         Time from a decision to its command, s.
     tolerance : float, default 1e-6
         Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     current_outside : {"refuse", "clamp"}
-        Treatment of a command outside the driver's limits: end with an error, or clamp and
-        count it.
+        Treatment of a command outside the driver's limits: stop with an error, or clamp and count
+        it.
 
     Returns
     -------
@@ -83,11 +83,11 @@ def simulate(
     Warns
     -----
     TestedRangeWarning
-        If a deformation or a current is beyond those at which the devices were tested.
+        If a deformation or a current exceeds those of the device tests.
     PlausibilityWarning
-        If the structure has a period that no building has.
+        If a period of the structure is implausible for a building.
     AccuracyWarning
-        If the work allowed in a part of the run ended before the tolerance was reached.
+        If some integration steps missed the tolerance.
     """
     from .simulation.run import simulate as run
 
@@ -126,7 +126,7 @@ def compare(
     nominal, driver, sensors, computation_delay, tolerance, current_outside
         As in `simulate`.
     fixed_base : bool, default False
-        Whether to simulate the building without isolation too, to show beside the others.
+        Whether to simulate the building without isolation, too, for comparison.
 
     Returns
     -------
@@ -179,13 +179,13 @@ def compare(
 
 @checked
 def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite | Tuning | Study:
-    """Read a saved result as an object of its class.
+    """Load a saved result as an object of its class.
 
     Parameters
     ----------
     path : str or pathlib.Path
-        Folder that ``save``, ``isolation-sim run``, ``fit``, ``diagnose``, ``sweep``, ``suite``,
-        ``tune`` or ``study`` wrote, or a file ``result.npz``.
+        Results folder of ``save``, ``isolation-sim run``, ``fit``, ``diagnose``, ``sweep``,
+        ``suite``, ``tune`` or ``study``, or a file ``result.npz``.
 
     Returns
     -------
@@ -195,7 +195,7 @@ def load(path: str | Path) -> Run | Comparison | Fit | Diagnosis | Sweep | Suite
     Raises
     ------
     InputError
-        If there is no result that can be read.
+        If there is no readable result.
     """
     from .archive import FILE, load_archive
     from .sweeps.result import Sweep
@@ -235,7 +235,7 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     Raises
     ------
     InputError
-        Names the file, the key, the value and the expected values.
+        With the file, the key, its value and the expected value.
     Diverged
         If every response leaves the range of numbers or of the law; with the first controller, the
         time and the cause.
@@ -268,7 +268,7 @@ def diagnose(
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Find the errors of a simulation in measured data, and name their causes.
+    """Find the differences between a simulation and measured data, and their causes.
 
     Parameters
     ----------
@@ -277,32 +277,30 @@ def diagnose(
         CSV files of building records.
     law : str or Law, default "strain_stiffening"
         Law to evaluate, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
-        tests and loop tables. "auto" first compares all registered laws on device tests; the one
-        that predicts the held-out runs best is evaluated.
+        tests and loop tables. "auto" first compares all registered laws on device tests, and
+        evaluates the one with the smallest error on the held-out runs.
     parameters : str, pathlib.Path or Device, default "fit"
-        Its numbers: "fit", "published", or a file that ``fit --out`` writes.
+        Parameters of the law: "fit", "published", or a file of ``fit --out``.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
-        The nominal building; required for building records. For device tests, where
-        the consequence is shown: the main job by default. A scenario whose isolator section has no
-        scales leaves it to the diagnosis to scale the device.
+        The nominal building; required for building records. For device tests it is the scenario
+        of the consequence; the main job by default. If its isolator section has no scales, the
+        diagnosis scales the device.
     consequence : bool, default True
-        Whether to run the scenario's controllers with the evaluated law and with the
-        extended one, where a cause was found; of a building record only if it is a scenario that
-        describes the building.
+        Whether to run the scenario's controllers with the evaluated and with the extended law, if
+        a cause was found. For a building record this needs a scenario of the building.
     current_degree : int, optional
         Degree of the parameters' polynomials of the current; not for building records.
     significance : float, optional
         Share of the force (RMS) below which an effect is negligible, 0.002 by default; not for
         building records.
     tiers : {"causes", "equation", "learned"}, default "causes"
-        How far to go beyond named causes; for campaigns of device tests.
+        Methods beyond named causes; for campaigns of device tests.
     seed : int, default 0
-        Of the random parts of search and inference; a building record needs none.
+        Random seed of search and inference; not used for a building record.
     threads : int, optional
-        Threads of the fits; as many as there are processors by default. A building record uses
-        one.
+        Threads of the fits; one per processor by default. A building record uses one.
     progress : callable, optional
-        Called with the name of the step that begins.
+        Called with the name of each step at its beginning.
 
     Returns
     -------
@@ -313,7 +311,7 @@ def diagnose(
     ------
     InputError
         If the data cannot be read, a name is unknown, the law cannot be fitted, or
-        ``current_degree`` is given for a building record.
+        ``current_degree`` is set for a building record.
     """
     from .discrepancy.building.record import read_building_record
     from .discrepancy.diagnose import diagnose as of_device
@@ -339,7 +337,7 @@ def diagnose(
     else:
         if scenario is None:
             raise InputError(
-                f"{paths[0]}: a building record needs the building; expected: --scenario with a "
+                f"{paths[0]}: a building record needs its building; expected: --scenario with a "
                 "scenario file that describes it"
             )
         if tiers != "causes":
@@ -367,15 +365,15 @@ def diagnose(
 
 @checked
 def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEvaluation:
-    """Compute the errors of a law on measured runs; nothing is fitted.
+    """Compute the errors of a law on measured runs, without fitting.
 
     Parameters
     ----------
     law : Device, str or pathlib.Path
-        A device, or a file with an ``[isolator]`` section, as ``fit --out`` and ``diagnose`` write
-        it. Of a file the tested device itself is taken, without its scales.
+        A device, or a file with an ``[isolator]`` section from ``fit --out`` or ``diagnose``. The
+        scales in a file are ignored: the law is that of the tested device.
     campaign : Campaign, str or pathlib.Path
-        The runs, or their folder.
+        The measured runs, or their folder.
 
     Returns
     -------
@@ -385,7 +383,7 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
     Raises
     ------
     InputError
-        If a file cannot be read, or the law's numbers are given piecewise in the current.
+        If a file cannot be read, or the law's parameters are piecewise in the current.
     """
     from .discrepancy.evaluate import evaluate as errors_of
     from .laws import Device
@@ -398,12 +396,12 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
     return errors_of(law, campaign)
 
 
-def _controller(control: str | Control) -> Control:
-    return named_controller(control) if isinstance(control, str) else control
+def _controller(controller: str | Control) -> Control:
+    return named_controller(controller) if isinstance(controller, str) else controller
 
 
 def _warn(implausible: Sequence[str], beyond: Sequence[str]) -> None:
-    """Warn the caller of a verb, once for each line."""
+    """Warn the user, once for each line."""
     for lines, kind in ((implausible, PlausibilityWarning), (beyond, TestedRangeWarning)):
         for line in lines:
             warn(line, kind)

@@ -1,8 +1,8 @@
-"""Results as one file of plain data: a tree in JSON and arrays, in a NumPy ``.npz`` file.
+"""Results in one file of plain data: a NumPy ``.npz`` file with a JSON tree and arrays.
 
-Nothing in such a file is run when it is read: it names classes of this project, whose fields it
-gives, and laws and effects by their registered names. The one exception is a law that a diagnosis
-has written, whose text may hold nothing but such a law. The same reductions serve ``pickle``.
+Reading the file executes no code from it. It contains names of classes of this project with their
+fields, and registered names of laws and effects. The only exception is the law file of a diagnosis;
+its text may contain only the definition of a law. ``pickle`` uses the same reductions.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _encode(value: Any, arrays: dict[int, tuple[str, np.ndarray]]) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):
-        # one that occurs twice is written once
+        # an array that occurs twice is written once
         name, _ = arrays.setdefault(id(value), (f"array_{len(arrays)}", value))
         return {"$array": name}
     if isinstance(value, list):
@@ -150,13 +150,13 @@ def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
 
 
 def _object(place: str, state: dict[str, Any]) -> Any:
-    """An object of one of the project's classes, as it was when its state was taken."""
+    """Restore an object of one of the project's classes from its state."""
     module, _, name = place.partition(":")
     if module.partition(".")[0] not in _PACKAGES:
-        raise InputError(f"names {place}, which is none of the project's classes")
+        raise InputError(f"contains {place}, which is not a class of the project")
     kind = getattr(import_module(module), name)
     if not isinstance(kind, type):
-        raise InputError(f"names {place}, which is no class")
+        raise InputError(f"contains {place}, which is not a class")
     if hasattr(kind, "_fields"):
         return kind(**state)
     made: Any = object.__new__(kind)
@@ -169,7 +169,7 @@ def _object(place: str, state: dict[str, Any]) -> Any:
 
 
 def _law_recipe(law: Law) -> tuple:
-    """Recipe of a law: its kind, then the arguments to find or construct it."""
+    """Recipe to find or rebuild a law: its kind, then its arguments."""
     if isinstance(law, ExtendedLaw) and law.base is not None:
         n_powers = 0
         if law.breaks is not None:
@@ -186,14 +186,14 @@ def _law_recipe(law: Law) -> tuple:
         return "text", text
     if not name:
         raise InputError(
-            f"law {law.name!r} has no name by which it is found again; expected: "
+            f"law {law.name!r} cannot be saved, since it has no registered name; expected: "
             f"register('law', ...), or a place such as file.py:NAME"
         )
     return "named", name
 
 
 def law_of_recipe(kind: str, *parts: Any) -> Law:
-    """Find or construct a law by its `_law_recipe`."""
+    """Find or rebuild a law from its recipe."""
     makers: dict[str, Callable[..., Law]] = {
         "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
         "unit": of_file, "text": law_of_saved,
@@ -202,7 +202,7 @@ def law_of_recipe(kind: str, *parts: Any) -> Law:
 
 
 def law_of(text: str) -> Law:
-    """Load a law from the text of its file, which is kept in the cache folder."""
+    """Load a law from the text of its file, by a copy in the cache folder."""
     module = load_text("law", text)
     return LAWS[f"{module.__file__}:{_LAW}"]
 
@@ -215,18 +215,18 @@ def text_of(law: Law) -> str:
 
 
 def law_of_saved(text: str) -> Law:
-    """Load a law from the text in a saved result, if the text does nothing but describe a law."""
+    """Load a law from the text in a saved result, if the text contains only its definition."""
     for node in ast.walk(ast.parse(text)):
         if not _describes(node):
             raise InputError(
-                f"the text of a saved law, line {getattr(node, 'lineno', 1)}, is not as the "
-                "program writes it; expected: the law as a file of its own"
+                f"line {getattr(node, 'lineno', 1)} of a saved law is not valid; "
+                "expected: the law in a separate file"
             )
     return law_of(text)
 
 
 def _describes(node: ast.AST) -> bool:
-    """Whether a part of a text is arithmetic, or a name that laws may use."""
+    """Whether a part of a text is arithmetic or a name of a law's definition."""
     if isinstance(node, ast.Import):
         return all(one.name in _LAW_MODULES for one in node.names)
     if isinstance(node, ast.ImportFrom):
@@ -245,7 +245,7 @@ def _describes(node: ast.AST) -> bool:
 def _reduced_law(law: Law) -> tuple:
     try:
         return law_of_recipe, _law_recipe(law)
-    except InputError:  # a user's own: by its functions
+    except InputError:  # a user's law: by its functions
         return law.__reduce_ex__(2)  # type: ignore[return-value]
 
 

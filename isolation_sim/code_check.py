@@ -1,4 +1,4 @@
-"""Checks of an isolated building in the manner of ASCE 7-22, chapter 17; no certification."""
+"""Checks of an isolated building by rules like ASCE 7-22, chapter 17; this is no certification."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from .simulation.result import Run
 
 DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9}
-"""B_M by the effective damping (Table 17.5-1; equal to that in a public program of ASCE 7-16)."""
+"""B_M by the effective damping (Table 17.5-1; equal to that of a public program for ASCE 7-16)."""
 MOST_DAMPING, LONGEST_PERIOD, LEAST_LENGTHENING = 0.30, 5.0, 3.0
 """Limits of the equivalent lateral force procedure (17.4.1, from memory)."""
 LEAST_RESTORING = 0.025
-"""Share of the weight that the force gains from half of the displacement to all (17.2.4.4)."""
+"""Least increase of the force from 0.5 D_M to D_M, as a share of the weight (17.2.4.4)."""
 LEAST_OF_STATIC = {"displacement": 0.8, "shear": 0.9}
-"""Shares of the static estimate below which a response history may not lead (17.6.4)."""
+"""Least design values of a response history, as shares of the static estimate (17.6.4)."""
 SLOW = 50.0
-"""Period of the cycle in which the restoring force is read, over the effective one."""
+"""Period of the cycle for the restoring force, over the effective period."""
 _CYCLES, _POINTS, _INSTANTS = 3, 241, 8
 
 MEMORY = "clauses and limits from memory: look them up before use"
@@ -34,7 +34,7 @@ MEMORY = "clauses and limits from memory: look them up before use"
 
 @dataclass(frozen=True)
 class CheckSettings:
-    """Input of a check beside the scenario."""
+    """Settings of a check, in addition to the scenario."""
 
     # S_M1, spectral acceleration at 1 s of the maximum considered earthquake, m/s^2
     spectral_acceleration: float
@@ -42,7 +42,7 @@ class CheckSettings:
     # on some parameters of their law
     upper: float | Mapping[str, float] = 1.3
     lower: float | Mapping[str, float] = 0.85
-    # Largest displacement of the isolators, m; the gap of a moat wall or none if not given
+    # Largest displacement of the isolators, m; by default the gap of a moat wall, or no limit
     capacity: float | None = None
     quiet: float = 20.0  # Time after the ground motion until the residual displacement is read, s
 
@@ -58,7 +58,7 @@ class EffectiveProperties(NamedTuple):
     damping: float  # β_M, dimensionless
     stiffness: float  # k_M, N/m
     shear: float  # V_b = k_M D_M, N
-    # Force at D_M less that at half of it in a slow cycle, over the weight, dimensionless
+    # Force at D_M minus force at 0.5 D_M in a slow cycle, over the weight, dimensionless
     restoring: float
     softening: float  # k_M over the effective stiffness at a fifth of D_M, dimensionless
 
@@ -66,19 +66,19 @@ class EffectiveProperties(NamedTuple):
 class CheckRow(NamedTuple):
     """One line of the table."""
 
-    # group, subject, case: Which kind of check, of what, and for which properties or failure
+    # group, subject, case: Kind of check, checked quantity, and properties or failure
     group: str
     subject: str
     case: str
-    clause: str  # Where it stands; empty where no code asks for it
-    # value, limit: With units; the limit is empty where there is none
+    clause: str  # Clause of the code; empty if the code does not require it
+    # value, limit: With units; an empty limit means no limit
     value: str
     limit: str = ""
-    passes: bool | None = None  # None where nothing is required
+    passes: bool | None = None  # None without a requirement
 
 
 def isolation_elements(isolated: IsolatedStructure) -> list[int]:
-    """Numbers of the elements that isolate: those that hold the base, but for moat walls."""
+    """Indices of the isolators: the elements at the base, without moat walls."""
     return [
         e
         for e, name in enumerate(isolated.element_names)
@@ -105,7 +105,7 @@ def with_factors(
         elements[e] = replace(elements[e], device=device)
     if isinstance(factors, Mapping) and set(factors) - used:
         lacking = ", ".join(sorted(set(factors) - used))
-        raise InputError(f"no isolator's law has a parameter {lacking}; expected: one of its own")
+        raise InputError(f"no isolator's law has a parameter {lacking}; expected: an existing one")
     return replace(isolated, elements=tuple(elements))
 
 
@@ -127,7 +127,7 @@ def isolation_loop(
         device, at = element.device, current if element.channel is not None else 0.0
         states = np.zeros((0, _POINTS))
         if device.law.states:
-            # from rest, up to the amplitude over the first quarter of a cycle, and on
+            # from rest, to the amplitude in the first quarter of a cycle
             def rates(t: float, s: NDArray, device: Any = device, along: float = along) -> tuple:
                 at_x = along * amplitude * np.sin(omega * t)
                 at_v = along * amplitude * omega * np.cos(omega * t)
@@ -146,7 +146,7 @@ def isolation_loop(
 def effective_properties(
     isolated: IsolatedStructure, spectral_acceleration: float, current: float = 0.0
 ) -> EffectiveProperties:
-    """Effective period and damping at the displacement that they lead to."""
+    """Effective period and damping at the displacement D_M, by iteration."""
     rigid = isolated.structure.above_foundation[:, 0]
     mass = float(rigid @ isolated.structure.mass @ rigid)
     period, displacement = 2.0, 0.1
@@ -155,7 +155,7 @@ def effective_properties(
         stiffness = float(force[0] - force[_POINTS // 2]) / (2 * displacement)
         if not stiffness > 0:
             raise InputError(
-                f"{isolated.structure.name}: its isolators do not restore at "
+                f"{isolated.structure.name}: its isolators have no restoring force at "
                 f"{1e3 * displacement:.3g} mm; expected for a check: a stiffness above 0"
             )
         damping = loop_area(x, force) / (2 * np.pi * stiffness * displacement**2)
@@ -164,7 +164,7 @@ def effective_properties(
         displacement = (displacement * target) ** 0.5
         if abs(target - before) < 1e-6 * target:
             break
-    # loading from the far side, slowly: forces that follow the speed do not bring the base back
+    # slow loading from the other side, since viscous forces do not recentre the base
     slow, at_rest = isolation_loop(isolated, before, SLOW * period, current)
     half = np.interp(before / 2, slow[_POINTS // 2 :], at_rest[_POINTS // 2 :])
     _, small = isolation_loop(isolated, 0.2 * before, period, current)
@@ -283,11 +283,11 @@ def _history_rows(
             )  # fmt: skip
         needed = max(*peaks, least["displacement"])
         yield _against_capacity(
-            group, "displacement to design for: the largest, at least 0.8 D_M", label, "17.6.4.1",
+            group, "design displacement: the largest, at least 0.8 D_M", label, "17.6.4.1",
             needed, settings.capacity,
         )  # fmt: skip
         yield CheckRow(
-            group, "shear to design for: the largest, at least 0.9 V_b", label, "17.6.4.1",
+            group, "design shear: the largest, at least 0.9 V_b", label, "17.6.4.1",
             f"{1e-3 * max(*shears, least['shear']):.4g} kN",
         )  # fmt: skip
 
@@ -322,7 +322,7 @@ def _failure_rows(
                 worst, instant = peak, lost
         yield _against_capacity(
             group, "largest isolator displacement",
-            f"power lost at {instant:.3g} s, the worst instant found, {label}", "", worst,
+            f"power lost at {instant:.3g} s, the worst of the instants tried, {label}", "", worst,
             settings.capacity,
         )  # fmt: skip
 
@@ -347,8 +347,8 @@ def peak_displacement(run: Run) -> float:
 
 
 def residual_displacement(run: Run) -> float:
-    """Displacement of the isolators about which the end of a run moves, m."""
-    # The mean over the last quarter of the still time, or of the run where there is none.
+    """Mean displacement of the isolators at the end of a run, m."""
+    # The mean is over the last quarter of the time without ground motion, or of the run without it.
     moving = np.flatnonzero(np.any([r.acceleration != 0 for r in run.records], axis=0))
     motion = base_motion(run)
     still = len(motion) - moving[-1] if moving.size else len(motion)
@@ -357,7 +357,7 @@ def residual_displacement(run: Run) -> float:
 
 
 def instants_of_large_motion(run: Run) -> NDArray:
-    """Instants at which the isolators' displacement or speed peaks: the largest few of each, s."""
+    """Instants of the largest peaks of the isolators' displacement and speed, s."""
     motion = base_motion(run)[:, 0]
     speed = np.gradient(motion, run.time, axis=0)
     result = []
@@ -368,10 +368,10 @@ def instants_of_large_motion(run: Run) -> NDArray:
 
 
 def commands_until(run: Run, lost: float, off: float) -> tuple[tuple, tuple]:
-    """Commands of a run up to an instant, and no current after it, as instants and amperes."""
+    """Instants and currents of a run's commands up to an instant, and the off current after it."""
     command = run.history.command.values
-    kept = np.flatnonzero(run.time < lost)
-    changed = kept[np.any(np.diff(command[kept], axis=0, prepend=np.nan) != 0, axis=1)]
+    before = np.flatnonzero(run.time < lost)
+    changed = before[np.any(np.diff(command[before], axis=0, prepend=np.nan) != 0, axis=1)]
     time = [*run.time[changed].tolist(), float(lost)]
     rows = [*command[changed].tolist(), [off] * command.shape[1]]
     return tuple(time), tuple(map(tuple, rows))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .simulation.result import Run
 
 UNCONTROLLED = "passive_off"
-"""Name of the run that J1 to J9 refer to unless another is given."""
+"""Default name of the reference run of J1 to J9."""
 
 OPTIMUM = "clairvoyant"
 """Registered name of the full-information optimum: a bound, never the best controller."""
@@ -52,12 +52,12 @@ class Comparison(Printed):
     runs : mapping of str to Run
         Runs by the name to print.
     reference : str, optional
-        Name of the run that J1 to J9 refer to; ``"passive_off"`` by default, and without such a
-        run there are no J1 to J9.
+        Name of the reference run of J1 to J9; ``"passive_off"`` by default. Without such a run
+        there are no J1 to J9.
     diverged : mapping of str to Diverged, optional
-        Errors of the runs that have no result, by the name to print.
+        Errors of the diverged runs, by the name to print.
     fixed_base : Run, optional
-        The building without isolation under the same ground motion, to show beside the others.
+        The building without isolation under the same ground motion, for comparison.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Comparison(Printed):
     diverged : dict of str to Diverged
         Time and cause of the runs that diverged.
     reference : str or None
-        Name of the run that J1 to J9 refer to.
+        Name of the reference run of J1 to J9.
 
     Raises
     ------
@@ -83,7 +83,7 @@ class Comparison(Printed):
         fixed_base: Run | None = None,
     ):
         if not runs:
-            raise InputError("a comparison needs one run or more; none given")
+            raise InputError("a comparison has no runs; expected: one run or more")
         if reference is not None and reference not in runs:
             raise unknown_name("reference run", reference, runs)
         self.runs, self.diverged = dict(runs), dict(diverged or {})
@@ -91,7 +91,7 @@ class Comparison(Printed):
         self.fixed_base = fixed_base
         (first, like), *others = self.runs.items()
         if fixed_base is not None and fixed_base.records != like.records:
-            raise InputError("the fixed-base run had another ground motion; expected: the same")
+            raise InputError("the fixed-base run has another ground motion; expected: the same")
         for name, run in others:
             for what, differ in (
                 ("dofs", run.isolated.structure.names != like.isolated.structure.names),
@@ -105,7 +105,7 @@ class Comparison(Printed):
 
     @cached_property
     def criteria(self) -> dict[str, dict[str, float]]:
-        """Criteria of each run, SI units; J1 to J9 where there is a reference."""
+        """Criteria of each run, SI units; with J1 to J9 if there is a reference."""
         if self.reference is None:
             return {name: run.criteria for name, run in self.runs.items()}
         reference = self.runs[self.reference]
@@ -128,7 +128,7 @@ class Comparison(Printed):
 
     @property
     def optima(self) -> tuple[str, ...]:
-        """Names of the runs that are no controllers but optima that know the whole motion."""
+        """Names of the runs with full information of the motion: optima, not controllers."""
         return tuple(name for name, run in self.runs.items() if run.controller == OPTIMUM)
 
     @property
@@ -144,7 +144,7 @@ class Comparison(Printed):
         Returns
         -------
         list of str
-            A line per run: its name, the time and the cause.
+            One line per run: its name, the time and the cause.
         """
         return [
             f"{as_written(name)} has no result: {error}" for name, error in self.diverged.items()
@@ -156,8 +156,8 @@ class Comparison(Printed):
         Returns
         -------
         list of str
-            Elements that deform further than their law was tested, coils with more current than
-            was tested, commands that were clamped, and periods that no building has.
+            Elements beyond the tested deformation, coils beyond the tested current, clamped
+            commands, and implausible periods.
         """
         sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
         sentences += [
@@ -173,8 +173,8 @@ class Comparison(Printed):
         Returns
         -------
         rich.console.RenderableType
-            Table for rich: a column for each controller, in several parts where they are wider
-            than the terminal. An asterisk marks the best of a row.
+            One column per controller; split into parts if wider than the terminal. An asterisk
+            marks the best of a row.
         """
         return render(
             "tables:criteria_tables",
@@ -212,7 +212,7 @@ class Comparison(Printed):
         Parameters
         ----------
         kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
-            Which figure of ``isolation_sim.reports.figures``.
+            Figure of ``isolation_sim.reports.figures``.
         direction : str, optional
             Direction of the time histories; the first by default.
         element : str, optional
@@ -240,9 +240,9 @@ class Comparison(Printed):
         Parameters
         ----------
         path : str or pathlib.Path
-            File to write, replaced whole or not at all.
+            File to write; replaced completely or not at all.
         scenario : str
-            TOML of the scenario that produced the runs, for the report.
+            TOML of the scenario of the runs, for the report.
 
         Returns
         -------
@@ -260,14 +260,14 @@ class Comparison(Printed):
 
     @checked
     def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
-        """Write everything; ``isolation_sim.load`` gives the comparison back.
+        """Write all results; ``isolation_sim.load`` loads the comparison again.
 
         Parameters
         ----------
         folder : str or pathlib.Path
             Made if it does not exist.
         scenario : str
-            TOML of the scenario that produced it, saved with it.
+            TOML of the scenario of the runs, saved with them.
         figures : bool, default False
             Whether to draw figures, each as SVG and PNG.
 
@@ -286,7 +286,7 @@ class Comparison(Printed):
         Returns
         -------
         pandas.DataFrame
-            A row for each run by its name, a column for each criterion and energy, SI units.
+            One row per run, one column per criterion and energy, SI units.
         """
         import pandas
 
@@ -321,7 +321,7 @@ def simulated(
     run: Callable[[str], Run],
     fixed_base: Callable[[], Run | None] = lambda: None,
 ) -> Comparison:
-    """Compare runs; one that diverges does not keep the others from their results."""
+    """Compare runs; a diverged run does not stop the others."""
     runs: dict[str, Run] = {}
     diverged: dict[str, Diverged] = {}
     for name in names:
@@ -336,7 +336,7 @@ def simulated(
 
 @checked
 def json_report(comparison: Comparison) -> dict[str, Any]:
-    """Report of a comparison that JSON can hold.
+    """Report of a comparison as data for JSON.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ _RATIOS = {
     "normalised_rms_base_displacement": ("rms_base_displacement_m",),
     "normalised_rms_floor_acceleration": ("rms_floor_acceleration_m_s2",),
 }
-"""Criteria whose ratio to the uncontrolled structure's is taken: the first that both have."""
+"""Criteria for the ratio to the uncontrolled structure: the first that both structures have."""
 
 QUANTITIES = {
     "base_displacement": "base_displacement_m",
@@ -79,21 +79,21 @@ QUANTITIES = {
     "isolator_displacement": "isolator_displacement_m",
     "drift_ratio": "drift_ratio",
 }
-"""Quantities by their attribute of `Response`, with their unit as criteria name them."""
+"""Quantities by their attribute of `Response`, named as in the criteria, with units."""
 
 GEOMETRIC = ("isolator_displacement_m", "drift_ratio")
-"""Quantities of a structure whose isolator positions or storey heights are known."""
+"""Quantities that need the isolator positions or storey heights."""
 
 _RESULTANTS = ("base_shear", "structural_shear", "isolator_force")
-"""Attributes of one column."""
+"""Attributes with a single column."""
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Responses for the criteria; leading axes, such as one for many runs, remain.
+    """Responses for the criteria; they may have leading axes, such as one for many runs.
 
-    With several directions of ground motion every quantity is the norm of its vector over them;
-    with one it may have its sign.
+    With several directions of ground motion every quantity is the norm of its vector over the
+    directions. With one direction it may have a sign.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Response:
     base_shear : (..., n) array
         Shear at the isolation level, N: all inertia forces.
     structural_shear : (..., n) array
-        Shear that the superstructure puts on the base, N.
+        Shear between superstructure and base, N.
     isolator_force : (..., n) array
         Resultant of the isolators' forces, N.
     isolator_displacement : (..., n, n_isolators) array, optional
@@ -138,7 +138,9 @@ class Response:
     def __post_init__(self) -> None:
         n = len(self.time)
         if n < 2:
-            raise InputError(f"criteria need two samples or more; {n} given")
+            raise InputError(
+                f"criteria have {n} sample{'s' * (n != 1)}; expected: two samples or more"
+            )
         for name in QUANTITIES:
             axis = -1 if name in _RESULTANTS else -2
             if getattr(self, name) is None:
@@ -154,7 +156,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
 
     Peaks are the largest absolute values of the continuous response: on both sides of every change
     of current, and inside the integration's steps. RMS values are roots of the mean square over the
-    record's duration, the largest of all floors, storeys or slabs.
+    record's duration; the criterion is the largest over floors, storeys or slabs.
 
     Parameters
     ----------
@@ -169,21 +171,21 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
         ``peak_`` and ``rms_`` of ``base_displacement_m``, ``floor_acceleration_m_s2`` (absolute,
         base included), ``superstructure_acceleration_m_s2`` (without the base), ``drift_m``,
         ``base_shear_N``, ``structural_shear_N`` and ``isolator_force_N``; of
-        ``isolator_displacement_m`` where the isolators' positions are known, and of
-        ``drift_ratio`` (drift over height) where the storeys' heights are. With a reference also
+        ``isolator_displacement_m`` if the isolator positions are known, and of ``drift_ratio``
+        (drift over height) if the storey heights are known. With a reference also
         ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring (dimensionless).
 
     Raises
     ------
     InputError
-        If the reference had another ground motion.
+        If the reference has another ground motion.
     """
     values = run.criteria
     if reference is None:
         return dict(values)
     if reference.records != run.records:
         raise InputError(
-            f"the reference {reference.controller!r} had another ground motion than "
+            f"the reference {reference.controller!r} has another ground motion than "
             f"{run.controller!r}: {_names(reference)} instead of {_names(run)}"
         )
     uncontrolled = values if reference is run else reference.criteria
@@ -203,8 +205,8 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
     Returns
     -------
     dict of str to array
-        Keys as in `criteria`, without the ratios; each has the leading axes' shape. A quantity
-        without columns, such as the drift of a structure without storeys, is 0.
+        Keys as in `criteria`, without the ratios; each has the shape of the leading axes. A
+        quantity without columns, such as the drift of a structure without storeys, is 0.
 
     Notes
     -----
@@ -236,16 +238,15 @@ def benchmark_criteria(
     Parameters
     ----------
     controlled, uncontrolled : mapping of str to array_like
-        Criteria of both structures, as `response_criteria` returns them; not a number where one is
-        not known.
+        Criteria of both structures, from `response_criteria`; NaN for unknown criteria.
     energy : mapping of str to array_like, optional, J
-        Energies of the controlled structure at the end, named as in ``Ledger``. Without them there
-        are no ratios of energies.
+        Energies of the controlled structure at the end, named as in ``Ledger``. Without them the
+        result has no ratios of energies.
 
     Returns
     -------
     dict of str to array
-        Dimensionless; not a number where the divisor is 0.
+        Dimensionless; NaN for a divisor of 0.
     """
     nothing = np.full(np.shape(controlled["peak_base_shear_N"]), np.nan)
     result = {}
@@ -265,7 +266,7 @@ def benchmark_criteria(
 
 @checked
 def is_gain(criterion: str) -> bool:
-    """Whether more of a criterion is better: of those of the energy that the devices take out.
+    """Whether a larger criterion is better, as for the energy dissipated by the devices.
 
     Parameters
     ----------
@@ -297,12 +298,12 @@ def response_of(run: Run) -> Response:
         name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
         for name, rows in quantity_rows(run.isolated, names).items()
     }
-    quantities = {
+    arrays = {
         name: moved[key][:, 0] if name in _RESULTANTS else moved[key]
         for name, key in QUANTITIES.items()
         if key in moved
     }
-    return Response(time=run.time, **quantities)
+    return Response(time=run.time, **arrays)
 
 
 @checked
@@ -316,19 +317,19 @@ def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     names : sequence of str
         Dofs, storeys or elements.
     quantity : str
-        Such as ``"acceleration_m_s2"``: the ending of the names of the run's outputs.
+        Part of the output's name after the dof, such as ``"acceleration_m_s2"``.
 
     Returns
     -------
     (n_samples, len(names)) array
-        At the record's samples, in the unit that ends the quantity.
+        Values at the record's samples, in the unit of the quantity.
     """
     index = {name: k for k, name in enumerate(run.outputs.names)}
     return run.values[:, [index[f"{name}_{quantity}"] for name in names]]
 
 
 def _norm(vectors: NDArray) -> NDArray:
-    # one direction keeps its sign, which figures need
+    # with one direction the sign is kept for figures
     return vectors[..., 0] if vectors.shape[-1] == 1 else np.linalg.norm(vectors, axis=-1)
 
 

@@ -1,4 +1,4 @@
-"""Gymnasium environments: an isolated building under motions drawn from a set.
+"""Gymnasium environments: an isolated building under random motions of a set.
 
 Importing this module registers ``isolation_sim/ReferenceBuilding-v0``.
 """
@@ -38,14 +38,14 @@ OBSERVATIONS = (
 """Default observations of the reference building, before the coil current."""
 
 COST = {"base_displacement_m": 0.1, "floor5_acceleration_m_s2": 1.0}
-"""Size of each output that costs 1 a second by default: about the RMS under strong motion."""
+"""Size of each output for a cost of 1 per second: about the RMS under strong motion."""
 
 PENALTY = 1000.0
-"""Cost of a response that leaves the range of the law, which ends the episode."""
+"""Cost of a response outside the range of the law, which ends the episode."""
 
 
 def training_motions() -> list[Record]:
-    """Return the default motions: 32 of Kanai and Tajimi's, firm soil, 16 s, 1.5 to 4.5 m/s^2."""
+    """Return the default motions: 32 Kanai-Tajimi motions, firm soil, 16 s, 1.5 to 4.5 m/s^2."""
     peaks = np.linspace(1.5, 4.5, 32)
     return [
         kanai_tajimi_motion("firm", duration=16.0, dt=0.02, seed=seed, pga=peak)
@@ -54,7 +54,7 @@ def training_motions() -> list[Record]:
 
 
 class _Task:
-    """Parts that both forms share: plant, motions, observations, cost."""
+    """Common parts of both environments: plant, motions, observations, cost."""
 
     def __init__(
         self,
@@ -80,25 +80,25 @@ class _Task:
         for name, size in self.cost.items():
             if not size > 0:
                 raise InputError(f"cost of {name} is {size}; expected: a size above 0")
-        # the cost's outputs stand behind those that are observed
+        # the outputs of the cost follow the observed outputs
         self.measures = tuple(dict.fromkeys([*observations, *self.cost]))
         self.n_observed = len(tuple(observations))
         unknown = set(self.measures) - set(output_names(isolated))
         if unknown:
-            # says which, and what is nearest
+            # raises an error with the unknown name and the nearest one
             Simulator(isolated, self.motions[0], measures=sorted(unknown))
         self._columns = [self.measures.index(name) for name in self.cost]
         self._sizes = np.array(list(self.cost.values()))
 
     def spaces(self, low: NDArray, high: NDArray) -> tuple[spaces.Box, spaces.Box]:
-        """Observation and action space of one building: no more current than was tested."""
+        """Observation and action space of one building; currents up to the tested one."""
         tested = [self.isolated.tested_current(c) for c in range(len(high))]
         high = np.minimum(high, tested)
         if not np.isfinite(high - low).all():
             raise InputError(
-                f"currents go from {low} to {high} A; expected: limits, as of a CoilDriver"
+                f"currents range from {low} to {high} A; expected: limits, as of a CoilDriver"
             )
-        # nothing that a law can follow is as large
+        # larger than any valid response
         most = np.full(self.n_observed + len(low), 1e9, np.float32)
         return (
             spaces.Box(-most, most, dtype=np.float32),
@@ -111,18 +111,18 @@ class _Task:
         return np.concatenate([measured[..., : self.n_observed], coils], axis=-1, dtype=np.float32)
 
     def reward(self, measured: NDArray) -> Any:
-        """Less the cost of a step: period * sum of (output / size)^2."""
+        """Negative cost of a step: period * sum of (output / size)^2."""
         return -self.period * ((measured[..., self._columns] / self._sizes) ** 2).sum(axis=-1)
 
 
 class BuildingEnv(gymnasium.Env):
-    """An isolated building whose coil currents an agent sets.
+    """An isolated building; an agent sets its coil currents.
 
-    The action is the current of each coil, A, from the supply's lowest to the highest that the
-    devices were tested at. The observation is what the sensors say at the end of the step, in SI
+    The action is the current of each coil, A, from the supply's lowest current to the highest
+    tested current. The observation is the sensors' measurements at the end of the step, in SI
     units, then the coil currents. The reward of a step is - period * sum of (output / size)^2. An
-    episode is one motion, drawn at each reset, and is truncated at its end; it is terminated, at a
-    cost of 1000, if the response leaves the range of the law.
+    episode is one motion, which is drawn at each reset; it is truncated at the end of the motion.
+    It is terminated with a cost of 1000 if the response leaves the range of the law.
 
     Parameters
     ----------
@@ -135,17 +135,17 @@ class BuildingEnv(gymnasium.Env):
     observations : sequence of str
         Outputs to observe; every displacement and velocity would be the state of the structure.
     cost : mapping of str to float, optional
-        Outputs and the size of each that costs 1 a second; 0.1 m of base displacement and 1 m/s^2
-        of roof acceleration by default.
+        Outputs, each with its size for a cost of 1 per second; 0.1 m of base displacement and
+        1 m/s^2 of roof acceleration by default.
     driver : CoilDriver, optional
         Lag, slew, limits and step of the coils; ideal by default.
     sensors : Sensors, optional
-        Noise, delay, dropout and sampling; ideal by default. Each episode draws its own noise. The
-        cost is of what the sensors say.
+        Noise, delay, dropout and sampling; ideal by default. Each episode draws new noise. The
+        cost uses the measurements.
     computation_delay : float, default 0, s
         Time from an observation to the beginning of its action, s.
     render_mode : None
-        There is nothing to render.
+        Rendering is not available.
 
     Attributes
     ----------
@@ -217,17 +217,17 @@ class BuildingEnv(gymnasium.Env):
 
 
 class BuildingVectorEnv(gymnasium.vector.VectorEnv):
-    """Many isolated buildings side by side, on the batch engine.
+    """Many isolated buildings in parallel, on the batch engine.
 
-    Each is a `BuildingEnv` with ideal sensors. One that is over is put to rest in the next step,
-    whose action it ignores (``AutoresetMode.NEXT_STEP``), and draws its next motion.
+    Each is a `BuildingEnv` with ideal sensors. A finished episode is reset in the next step, which
+    ignores the action and draws the next motion (``AutoresetMode.NEXT_STEP``).
 
     Parameters
     ----------
     num_envs : int, default 1
-        Number of buildings; those of a multiple of 16 cost least.
+        Number of buildings; multiples of 16 are most efficient.
     isolated : IsolatedStructure, optional
-        The plant; see `BuildingEnv`, also for what follows.
+        The plant; see `BuildingEnv`, also for the other arguments.
     motions : sequence of Record, optional
         Motions to draw from, all with one sampling interval.
     period : float, optional, s
@@ -235,13 +235,13 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
     observations : sequence of str
         Outputs to observe.
     cost : mapping of str to float, optional
-        Outputs and the size of each that costs 1 a second.
+        Outputs, each with its size for a cost of 1 per second.
     driver : CoilDriver, optional
         Lag, slew, limits and step of the coils.
     threads : int, optional
-        Number of threads; as many as there are processors by default.
+        Number of threads; one per processor by default.
     render_mode : None
-        There is nothing to render.
+        Rendering is not available.
 
     Raises
     ------
@@ -280,7 +280,7 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
         per_step = self._simulator.samples
         counts = [-(-(len(r) - 1) // per_step) for r in self.motions]
         self._lengths = np.array(counts)
-        # the ground rests behind a motion's last sample
+        # the ground is at rest after a motion's last sample
         self._ground = np.zeros((len(self.motions), max(counts) * per_step + 1))
         for row, record in zip(self._ground, self.motions, strict=True):
             row[: len(record)] = record.acceleration
@@ -322,7 +322,7 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
         return self._task.observation(measured), rewards, lost, truncated, self._infos()
 
     def _begin(self, which: NDArray, motions: Any = None) -> NDArray:
-        """Put buildings to rest, each under a motion that is drawn or given."""
+        """Put buildings to rest, each under a random or specified motion."""
         drawn = self.np_random.integers(len(self.motions), size=self.num_envs)
         chosen = drawn if motions is None else np.broadcast_to(motions, self.num_envs)
         if not ((chosen >= 0) & (chosen < len(self.motions))).all():

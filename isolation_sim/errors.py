@@ -1,4 +1,4 @@
-"""Errors that a user can act on."""
+"""Errors and warnings for users."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from ground_motions.errors import warn as warn
 
 
 class Diverged(RuntimeError):
-    """A simulation that left the range of numbers or of the law, with the time and the cause."""
+    """A simulation left the range of floating-point numbers or of the law; with time and cause."""
 
 
 class TestedRangeWarning(UserWarning):
-    """A response leaves the deformations or currents at which the devices were tested."""
+    """A response exceeds the deformations or currents of the device tests."""
 
     __test__ = False
 
 
 class PlausibilityWarning(UserWarning):
-    """Masses, stiffnesses or scales whose periods no building has, such as in the wrong unit."""
+    """Masses, stiffnesses or scales with implausible periods, such as values in a wrong unit."""
 
 
 class AccuracyWarning(UserWarning):
-    """A run ended without reaching its tolerance everywhere, with the accuracy that it reached."""
+    """Some steps of a run missed the tolerance; with the accuracy that all steps meet."""

@@ -1,8 +1,7 @@
-"""Generated modules: named by all that decides on their text, kept in the cache folder.
+"""Generated modules in the cache folder, named by a digest of all inputs of their text.
 
-A name must change with everything that its module depends on, since a module that is found under
-its name is used as it is. The source files are found by following imports, so that a writer cannot
-forget one.
+The name must change with every input of the module, because a module with this name is used without
+a check. The source files are found by following imports, so that none can be forgotten.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ UNUSED_DAYS = 60.0
 _PACKAGE = Path(__file__).parent
 _PREFIX = "isolation_sim_"
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
-# in code and in text that a writer holds as a string alike
+# in code and in a writer's strings
 _IMPORTS = re.compile(
     r"^[ \t]*(?:from[ \t]+(\.*[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]+)|import[ \t]+([\w., ]+))",
     re.MULTILINE,
@@ -38,24 +37,24 @@ _IMPORTS = re.compile(
 
 def cache_folder() -> Path:
     """Folder of the generated modules: ISOLATION_SIM_CACHE, else the user's cache folder."""
-    specified = os.environ.get("ISOLATION_SIM_CACHE")
-    return _writable(Path(specified) if specified else None, os.environ.get("XDG_CACHE_HOME", ""))
+    setting = os.environ.get("ISOLATION_SIM_CACHE")
+    return _writable(Path(setting) if setting else None, os.environ.get("XDG_CACHE_HOME", ""))
 
 
 @lru_cache
-def _writable(specified: Path | None, cache_home: str) -> Path:
-    """The cache folder, or one for temporary files where it can be neither written nor read."""
-    folder = specified or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
+def _writable(setting: Path | None, cache_home: str) -> Path:
+    """The cache folder, or a temporary folder if it can be neither written nor read."""
+    folder = setting or (Path(cache_home) if cache_home else _home() / ".cache") / "isolation_sim"
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
     if os.access(folder, os.W_OK | os.X_OK):
         return folder
     if any(folder.glob("*.py")) if os.access(folder, os.R_OK | os.X_OK) else False:
-        return folder  # filled before, and now for reading only
-    if specified is not None:
+        return folder  # filled earlier, now read-only
+    if setting is not None:
         raise InputError(
-            f"ISOLATION_SIM_CACHE={specified}: cannot be written; expected: a folder that "
-            "you may write to"
+            f"ISOLATION_SIM_CACHE={setting}: cannot be written; expected: a folder "
+            "with write permission"
         )
     user = os.getuid() if hasattr(os, "getuid") else ""
     fallback = Path(tempfile.gettempdir()) / f"isolation_sim-{user}"
@@ -64,7 +63,7 @@ def _writable(specified: Path | None, cache_home: str) -> Path:
         fallback = Path(tempfile.mkdtemp(prefix="isolation_sim-"))
     print(
         f"isolation-sim: {folder} cannot be written; compiled code goes to {fallback} instead; "
-        "set ISOLATION_SIM_CACHE to a folder of your own",
+        "set ISOLATION_SIM_CACHE to another folder",
         file=sys.stderr,
     )
     return fallback
@@ -78,19 +77,18 @@ def _home() -> Path:
 
 
 def load_text(kind: str, text: str, notice: str = "") -> ModuleType:
-    """Load a module by its text; ``notice`` goes to stderr where it is not there yet."""
+    """Load a module by its text; ``notice`` is printed to stderr for a new module."""
     return _load(name_of_text(kind, text), lambda: text, notice)
 
 
 def load_written(kind: str, content: object, write: Callable[[], str]) -> ModuleType:
-    """Load a module by the content that determines its text; write it only if it is missing."""
-    # ``content``: what ``write`` depends on besides source files; equal contents have equal
-    # ``repr``.
+    """Load a module by the inputs of its text; the text is written only for a new module."""
+    # ``content``: inputs of ``write`` besides source files; equal contents have equal ``repr``.
     return _load(name_of_content(kind, content, write), write)
 
 
 def module_name(kind: str, text: str) -> str:
-    """Name under which Python knows a module that was loaded by its text."""
+    """Python's name of a module that was loaded by its text."""
     return f"{_PREFIX}{name_of_text(kind, text)}"
 
 
@@ -100,13 +98,13 @@ def name_of_text(kind: str, text: str) -> str:
 
 
 def name_of_content(kind: str, content: object, write: Callable[[], str]) -> str:
-    """Name by the content, by all sources of its writer, and by the CasADi that it traces with."""
+    """Name by the content, all sources of its writer, and the version of CasADi."""
     sources = map(_content, sources_of(write))
     return _name(kind, [repr(content).encode(), version("casadi").encode(), *sources])
 
 
 def sources_of(write: Callable[[], str]) -> list[Path]:
-    """Files that a writer's text depends on: its own and, of the package, all that it imports."""
+    """Source files of a writer: its own file and all files of the package that it imports."""
     return sorted(_closure({Path(write.__code__.co_filename)}))
 
 
@@ -123,7 +121,7 @@ def _content(path: Path) -> bytes:
 
 
 def _closure(result: set[Path]) -> set[Path]:
-    """These files, all of the package that they import, and the templates that they complete."""
+    """These files, all files of the package that they import, and their templates."""
     waiting = list(result)
     while waiting:
         path = waiting.pop()
@@ -165,7 +163,7 @@ def _place(module: str, path: Path | None) -> Path | None:
 
 
 def _files(module: Path, member: str) -> Iterator[Path]:
-    """File that an imported name is from: a module of that name, else the module it is in."""
+    """File of an imported name: a module of that name, otherwise the module that contains it."""
     for stem in (module / member, module) if member else (module,):
         for file in (stem.with_suffix(".py"), stem / "__init__.py"):
             if file.is_file():
@@ -174,7 +172,7 @@ def _files(module: Path, member: str) -> Iterator[Path]:
 
 
 def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
-    """Write a module into the cache folder, unless it is there, and import it."""
+    """Write a new module to the cache folder, and import it."""
     path = cache_folder() / f"{name}.py"
     if not _mark_used(path):
         if notice:
@@ -183,7 +181,7 @@ def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
         _remove_unused(path.parent)
     try:
         return _import(path)
-    except FileNotFoundError:  # another process has just removed it, as unused
+    except FileNotFoundError:  # another process has just removed it as unused
         _write(path, write())
         return _import(path)
 
@@ -204,19 +202,19 @@ def _import(path: Path) -> ModuleType:
 
 
 def _mark_used(path: Path) -> bool:
-    """Whether a file is there; then its time of access is now."""
+    """Whether a file exists; its access time is set to now."""
     try:
-        # the time of modification stays: Numba takes compiled code for stale by it
+        # the modification time must not change: Numba would compile again
         os.utime(path, ns=(time.time_ns(), path.stat().st_mtime_ns))
     except FileNotFoundError:
         return False
-    except OSError:  # a folder that may only be read
+    except OSError:  # a read-only folder
         return path.exists()
     return True
 
 
 def _remove_unused(folder: Path) -> None:
-    """Remove generated modules that no process has loaded for long, and their compiled code."""
+    """Remove generated modules without recent use, and their compiled code."""
     oldest = time.time() - 86400 * UNUSED_DAYS
     removed = set()
     for path in folder.glob("*.py"):

@@ -1,4 +1,4 @@
-"""Old names of arguments, keys and settings, accepted for one release with a note."""
+"""Old names of arguments, keys and settings, accepted for one release with a warning."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def renamed_value(what: str, value: Any, **new_names: str) -> Any:
-    """The value by its new name, where it is an old one."""
+    """The value, with the new name in place of an old one."""
     if isinstance(value, str) and value in new_names:
         _note(f"{what} = {value!r}", f"{new_names[value]!r}")
         return new_names[value]
@@ -20,7 +20,7 @@ def renamed_value(what: str, value: Any, **new_names: str) -> Any:
 
 
 def renamed_keys(data: Any, **new_names: str) -> Any:
-    """A table whose old keys have their new names."""
+    """A table with new names in place of old keys."""
     if not isinstance(data, dict):
         return data
     for old in new_names.keys() & data.keys():
@@ -31,7 +31,7 @@ def renamed_keys(data: Any, **new_names: str) -> Any:
 
 
 def renamed_arguments(**new_names: str) -> Callable[[F], F]:
-    """A decorator: the function also takes keyword arguments by their old names."""
+    """Decorate a function to accept keyword arguments by their old names, too."""
 
     def decorate(function: F) -> F:
         @functools.wraps(function)

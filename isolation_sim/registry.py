@@ -1,4 +1,4 @@
-"""Controllers, studies and commands by name, which other packages hold, and ``register``."""
+"""Controllers, studies and commands of other packages by name, and ``register``."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ COMMANDS: Registry[Any] = Registry(
     "isolation_sim.commands",
     "command",
     "a typer.Typer",
-    lambda found: found if hasattr(found, "registered_commands") else None,
+    lambda module: module if hasattr(module, "registered_commands") else None,
 )
 """Commands of ``isolation-sim`` that other packages add, each a ``typer.Typer``."""
 
@@ -71,7 +71,7 @@ def controller(name: str, **settings: Any) -> Control:
         Name of the controller, a place such as ``"my_controllers.py:Outwards"``, or a functional
         mock-up unit, ``"my.fmu"``.
     **settings : object
-        Its settings; the signature of its class shows them, and so does ``isolation-sim list
+        Its settings, listed in the signature of its class and by ``isolation-sim list
         controllers``.
 
     Returns
@@ -88,27 +88,27 @@ def controller(name: str, **settings: Any) -> Control:
 
 @checked
 def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
-    """Give a law, an effect, a controller, a study or a reader of your own a name.
+    """Register a law, an effect, a controller, a study or a reader under a name.
 
-    The name holds in this process. The worker processes of a sweep do not know it; for them name a
-    place, ``"my_laws.py:CUBIC"``, or install a package with an entry point.
+    The name is valid in this process. The worker processes of a sweep do not know it; for them use
+    a place, ``"my_laws.py:CUBIC"``, or install a package with an entry point.
 
     Parameters
     ----------
     kind : {"law", "effect", "controller", "study", "reader"}
-        The object to register.
+        Kind of object.
     thing : object
         A ``Law``; the forms of an ``Effect``; a controller's class; a study's module; a function
         that reads a file of ground motion.
     name : str, optional
-        The name that it gives itself by default; needed for a study or a reader.
+        Its own name by default; required for a study or a reader.
     replace : bool, default False
-        Whether it replaces an object that was registered under this name in this process.
+        Whether to replace an earlier registration of this name in this process.
 
     Raises
     ------
     InputError
-        If the thing cannot be used, has no name, or the name is taken.
+        If the object cannot be used, has no name, or the name is in use.
     """
     registry(kind).register(thing, name, replace=replace)
 

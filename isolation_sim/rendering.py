@@ -1,4 +1,4 @@
-"""How results call the reports: by name, since the reports stand on top of the results."""
+"""Calls of the reports by name, since the reports import the results."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def render(function: str, *arguments: Any, **options: Any) -> Any:
 
 
 class Printed:
-    """A result that prints as its tables and sentences, in a terminal and in a notebook."""
+    """Base of results: prints tables and sentences in a terminal and in a notebook."""
 
     def _shown(self) -> Iterable[Any]:
         """Tables and sentences, in the order of reading."""
@@ -33,7 +33,7 @@ class Printed:
         )
 
     def report(self) -> None:
-        """Print its tables and sentences, as wide as the terminal."""
+        """Print its tables and sentences, in the width of the terminal."""
         console = render("console:standard_console")
         for each in self._shown():
             console.print(each)

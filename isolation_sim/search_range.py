@@ -1,4 +1,4 @@
-"""Where a setting is searched: its bounds, and whether its ratios or its differences count."""
+"""Search range of a setting: bounds and scale."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from typing import Literal
 from .errors import InputError
 
 DIGITS = 4
-"""Significant digits of a tuned value: more digits would not change the result."""
+"""Significant digits of a tuned value; further digits would not change the score noticeably."""
 
 
 @dataclass(frozen=True)
 class SearchRange:
-    """Bounds and scale of a setting that may be tuned.
+    """Search range of a setting for tuning.
 
     Attributes
     ----------
     low, high : float
         Bounds, in the setting's unit.
     scale : {"log", "linear"}
-        Whether ratios or differences of the setting count; bounds of "log" are above 0.
+        Logarithmic (bounds above 0) or linear.
 
     Raises
     ------
     InputError
-        If the bounds do not increase, are not finite, or do not suit the scale.
+        If the bounds do not increase, are not finite, or do not fit the scale.
     """
 
     low: float
@@ -45,7 +45,7 @@ class SearchRange:
         return f"{self.low:g} to {self.high:g}, {self.scale}"
 
     def value(self, place: float) -> float:
-        """Return the setting at a place of its range."""
+        """Return the setting at a place of its range, 0 to 1."""
         if self.scale == "log":
             exact = self.low * (self.high / self.low) ** place
         else:

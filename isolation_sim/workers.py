@@ -1,9 +1,9 @@
-"""Who runs the chunks of a sweep: this process, processes of this machine, or a Dask cluster.
+"""Workers for the chunks of a sweep: this process, processes on this machine, or a Dask cluster.
 
-Any object that can be pickled and has a method ``run`` is run so, such as the runs of a tuning. A
-worker process is a fresh interpreter that reads tasks from its standard input and writes what
-came of them to its standard output. It needs no guard in the caller's script, and when the caller
-is killed its input ends, and so does it.
+A task is any object that can be pickled and has a method ``run``, such as the runs of a tuning. A
+worker process is a new interpreter that reads tasks from its standard input and writes their
+results to its standard output. The caller's script needs no guard. If the caller is killed, the
+worker's input ends and the worker stops.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ Result = TypeVar("Result", covariant=True)
 
 
 class Task(Protocol[Result]):
-    """Task of a worker; its text names it in errors."""
+    """Task of a worker; its text is its name in errors."""
 
     def run(self) -> Result:
-        """Do the work."""
+        """Run the task."""
 
 
 TRIES = 3
-"""Workers that may die over a task before everything stops."""
+"""Number of workers that may die at a task before the sweep stops."""
 
 _COMMAND = "from isolation_sim.workers import serve; serve()"
 
@@ -49,7 +49,7 @@ def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
 
 
 def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
-    """Run tasks in processes of this machine."""
+    """Run tasks in processes on this machine."""
     workers = [Worker() for _ in range(count)]
     idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
     for worker in workers:
@@ -72,8 +72,8 @@ def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
 
 
 @contextmanager
-def reached(address: str | None) -> Iterator[Client | None]:
-    """Reach a Dask cluster, before anything is written for it."""
+def connected(address: str | None) -> Iterator[Client | None]:
+    """Connect to a Dask cluster; called before any file is written."""
     if address is None:
         yield None
         return
@@ -94,7 +94,7 @@ def reached(address: str | None) -> Iterator[Client | None]:
 
 def on_cluster(tasks: Iterator[Task[Result]], client: Client) -> Iterator[Result]:
     """Run tasks on a Dask cluster, whose workers must have this package installed."""
-    # a worker that dies hands its tasks on
+    # other workers take over the tasks of a dead worker
     pool = client.get_executor(retries=TRIES, pure=False)
     most = 2 * max(1, sum(client.nthreads().values()))
     yield from _some_at_a_time(pool, _run, tasks, most)
@@ -106,7 +106,7 @@ def _some_at_a_time(
     tasks: Iterator[Task[Result]],
     most: int,
 ) -> Iterator[Result]:
-    """Keep a pool busy without holding more than some tasks in memory."""
+    """Keep a pool busy with a limited number of tasks in memory."""
     pending: set[Future[Result]] = set()
     more = True
     while more or pending:
@@ -126,7 +126,7 @@ def _run(task: Task[Result]) -> Result:
 
 
 class Worker:
-    """One worker process, started when it is needed, and again if it dies."""
+    """One worker process, started on demand and again after its death."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -134,7 +134,7 @@ class Worker:
         self._starting = Lock()
 
     def run(self, task: Task[Any]) -> Any:
-        """Run a task in the process; its exceptions are raised here."""
+        """Run a task in the process, and raise its exceptions here."""
         for _ in range(TRIES):
             if self._stopped:
                 break
@@ -147,7 +147,7 @@ class Worker:
                 raise answer
             return answer
         raise InputError(
-            f"{task}: {TRIES} worker processes died over them, killed or out of "
+            f"{task}: {TRIES} worker processes died, killed or out of "
             "memory; finished chunks are saved"
         )
 
@@ -164,7 +164,7 @@ class Worker:
         return pickle.load(answers)
 
     def stop(self) -> None:
-        """End the process, whatever it does."""
+        """Stop the process in any state."""
         with self._starting:
             self._stopped = True
         self._end()
@@ -177,13 +177,13 @@ class Worker:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Start a worker that finds the modules that this process finds."""
-    # what hides a package of the project goes last
+    """Start a worker with the import path of this process."""
+    # a folder that hides a package of the project goes last
     paths = sorted((path or os.getcwd() for path in sys.path), key=hides_packages)
     environment = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join(paths),
-        # as many processes as there are processors leave none for threads within one
+        # one process per processor leaves no processors for threads
         "OPENBLAS_NUM_THREADS": "1",
     }
     return subprocess.Popen(
@@ -193,11 +193,11 @@ def _started() -> subprocess.Popen[bytes]:
 
 
 def serve() -> None:
-    """Be a worker process: answer tasks until there are no more."""
-    # whoever interrupts the caller reaches this process too: the caller decides
+    """Main loop of a worker process: run tasks until the input ends."""
+    # an interrupt of the caller reaches this process, too; the caller decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     questions, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    # what is printed goes where messages go
+    # prints go to standard error
     os.dup2(2, 1)
     while True:
         try:
@@ -208,7 +208,7 @@ def serve() -> None:
             answer = task.run()
         except Exception as error:
             answer = error
-        # nobody is left to read it where the caller has been killed
+        # the caller was killed
         with suppress(BrokenPipeError):
             pickle.dump(answer, answers)
             answers.flush()

@@ -1,4 +1,4 @@
-"""Names of controllers as people write them."""
+"""Names of controllers in words."""
 
 from __future__ import annotations
 
@@ -13,4 +13,4 @@ _OTHERWISE = re.compile(rf"\b({'|'.join(_WRITTEN)})\b")
 
 def as_written(name: str) -> str:
     """A registered name in words: passive off, clipped LQR, MPC."""
-    return _OTHERWISE.sub(lambda found: _WRITTEN[found[0]], name.replace("_", " "))
+    return _OTHERWISE.sub(lambda match: _WRITTEN[match[0]], name.replace("_", " "))

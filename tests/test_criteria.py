@@ -365,5 +365,5 @@ def test_isolator_force_leaves_out_what_no_coil_drives():
 def test_a_reference_under_another_ground_motion_is_refused(runs):
     run = runs["passive_off"]
     other = Given(records=(el_centro_1940().cut(0, 5),), controller="other")
-    with pytest.raises(iso.InputError, match="the reference 'other' had another ground motion"):
+    with pytest.raises(iso.InputError, match="the reference 'other' has another ground motion"):
         criteria(run, other)

@@ -220,7 +220,7 @@ def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
     Path("other").mkdir()
     Path("other/thesis.txt").write_text("mine")
     code, _, err = command(capsys, "run", "job.toml", "--out", "other", "--overwrite")
-    assert code == 2 and "other: holds something other than results" in err
+    assert code == 2 and "other: is no results folder" in err
     assert Path("other/thesis.txt").read_text() == "mine"
     assert sorted(each.name for each in tmp_path.iterdir()) == ["job.toml", "other", "out", "out-2"]
 

@@ -165,9 +165,9 @@ def test_earlier_results_are_replaced_by_complete_ones_alone(tmp_path):
         (folder / "new.csv").write_text("3")
     assert [path.name for path in folder.iterdir()] == ["new.csv"]
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
-    with pytest.raises(InputError, match="something other than results"):
+    with pytest.raises(InputError, match="is no results folder"):
         with replaced(folder, overwrite=True, resume=False):
             pass
-    with pytest.raises(InputError, match="one of them at most"):
+    with pytest.raises(InputError, match="at most one of them"):
         with replaced(folder, overwrite=True, resume=True):
             pass

@@ -267,7 +267,7 @@ def test_every_kind_of_law_is_found_again(make, tmp_path):
 def test_a_law_without_a_name_says_what_to_do(tmp_path):
     own = Law("own", "Own", (Quantity("k", "N/m", "stiffness"),), lambda x, v, s, p: p[0] * x)
     device = iso.law(own, {"k": 1.0})
-    with pytest.raises(InputError, match=r"law 'own' has no name .*register\('law'"):
+    with pytest.raises(InputError, match=r"law 'own' cannot be saved.*register\('law'"):
         save_archive(device, tmp_path / FILE)
     assert not list(tmp_path.iterdir())
 

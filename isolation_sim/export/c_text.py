@@ -127,16 +127,16 @@ class CText:
     def function(self, name: str, kinds: Sequence[Kind]) -> tuple[str, Kind]:
         """Write a function for some kinds of arguments, and those it calls; its C name and kind."""
         node = self.sources[name]
-        arguments = [
+        own_kinds = [
             "d" if kind in ("i", "b") and _annotated(argument, "float") else kind
             for argument, kind in zip(node.args.args, kinds, strict=True)
         ]
-        key = (name, *arguments)
+        key = (name, *own_kinds)
         if key not in self.functions:
             same = sum(known[0] == name for known in self.functions)
             own = f"{self.prefix}_{name.lstrip('_')}{same + 1 if same else ''}"
             self.functions[key] = (own, None)  # a function that calls itself has no kind yet
-            kind, text = _Function(self, node, arguments, own).written()
+            kind, text = _Function(self, node, own_kinds, own).written()
             self.functions[key] = (own, kind)
             self.texts.append(text)
         return self.functions[key]

@@ -28,9 +28,9 @@ def _elastic_bilinear(x: NDArray, stiffness: float, beyond: float, knee: float) 
     return np.sign(x) * (stiffness * np.minimum(size, knee) + beyond * np.maximum(size - knee, 0.0))
 
 
-def _steel01(x: NDArray, strength: float, stiffness: float, ratio: float) -> NDArray:
+def _steel01(x: NDArray, yield_force: float, stiffness: float, ratio: float) -> NDArray:
     """Bilinear spring with kinematic hardening."""
-    knee, z, slip = strength / stiffness, 0.0, np.zeros(len(x))
+    knee, z, slip = yield_force / stiffness, 0.0, np.zeros(len(x))
     for k, dx in enumerate(np.diff(x, prepend=0.0).tolist()):
         z = min(max(z + dx, -knee), knee)
         slip[k] = z
@@ -78,7 +78,7 @@ SPRINGS = (
         _steel01,
         lambda k, a: (0.3 * k * a, 2.0 * k, 0.3),
         lambda k, a: ((1e-3 * k * a, 10 * k * a), (1e-2 * k, 1e3 * k), (1e-4, 0.999)),
-        lambda strength, k, ratio: (strength, k, ratio),
+        lambda yield_force, k, ratio: (yield_force, k, ratio),
     ),
     Spring(
         "BoucWen",
@@ -216,7 +216,7 @@ def opensees_material(
     if not 0 < scale < np.inf:
         raise InputError(f"the device's force at {current:g} A is {scale} N; expected: some force")
     stiffness = float(np.abs(force).max()) / amplitude
-    damping, found = stiffness / omega, {}
+    damping, results = stiffness / omega, {}
     for spring in SPRINGS:
         bounds = (*spring.bounds(stiffness, amplitude), (1e-9 * damping, 10 * damping))
         start = (*spring.start(stiffness, amplitude), 0.1 * damping)
@@ -237,8 +237,8 @@ def opensees_material(
             ("Parallel", 3, 1, 2),
         )
         error = float(np.sqrt(np.mean(best.fun**2)))
-        found[f"{spring.name} and Viscous"] = error, commands, model(best.x)
-    errors = {name: error for name, (error, _, _) in found.items()}
+        results[f"{spring.name} and Viscous"] = error, commands, model(best.x)
+    errors = {name: error for name, (error, _, _) in results.items()}
     name = min(errors, key=lambda each: errors[each])
-    error, commands, fitted = found[name]
+    error, commands, fitted = results[name]
     return OpenSeesMaterial(device, current, name, commands, error, errors, x, v, force, fitted)

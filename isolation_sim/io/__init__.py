@@ -1,1 +1,1 @@
-"""Files: TOML, CSV tables, netCDF, atomic writes, folders of results."""
+"""Files: TOML, CSV tables, netCDF, atomic writes, results folders."""

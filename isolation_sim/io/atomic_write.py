@@ -20,7 +20,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     except OSError as error:
         if error.errno is None:
             raise
-        # the temporary name would say nothing
+        # the temporary name would not help the user
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
         with suppress(OSError):

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InputError
 
 _DATE = (1980, 1, 1, 0, 0, 0)
-"""Of every column, so that equal tables are equal files."""
+"""Time stamp of every column, so that equal tables give equal files."""
 
 
 def columns_bytes(columns: Mapping[str, np.ndarray]) -> bytes:
@@ -25,10 +25,10 @@ def columns_bytes(columns: Mapping[str, np.ndarray]) -> bytes:
 
 
 def write_columns(columns: Iterable[tuple[str, np.ndarray]], file: IO[bytes]) -> None:
-    """Write a table, a column at a time."""
+    """Write a table, column by column."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, column in columns:
-            if column.dtype.kind == "U":  # no wider than its texts
+            if column.dtype.kind == "U":  # as wide as the longest text
                 column = column.astype(f"U{np.strings.str_len(column).max(initial=1)}")
             buffer = BytesIO()
             np.lib.format.write_array(buffer, column, allow_pickle=False)
@@ -40,7 +40,7 @@ def write_columns(columns: Iterable[tuple[str, np.ndarray]], file: IO[bytes]) ->
 def read_columns(
     source: str | Path | IO[bytes], names: Sequence[str] | None = None
 ) -> dict[str, np.ndarray]:
-    """Read some columns of a table, all of them by default; damaged files are refused."""
+    """Read some columns of a table, all by default; a damaged file is refused."""
     try:
         with np.load(source, allow_pickle=False) as archive:
             return {name: archive[name] for name in (archive.files if names is None else names)}

@@ -1,4 +1,4 @@
-"""CSV tables whose first line names the columns; errors name the cell."""
+"""CSV tables with column names in the first line; errors name the cell."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from .atomic_write import atomic_write
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Cells of a file, and where they stand in it."""
+    """Cells of a file, and their line numbers."""
 
     path: str | Path  # The file
-    names: list[str]  # Of the columns
-    rows: list[list[str]]  # What stands below them
-    lines: list[int]  # The file's line of the names, then of each row
+    names: list[str]  # Column names
+    rows: list[list[str]]  # Cells below the names
+    lines: list[int]  # Line number of the names, then of each row
 
     @property
     def head(self) -> str:
-        """Where the names stand."""
+        """Place of the column names."""
         return f"{self.path}, line {self.lines[0]}"
 
     def numbers(self, used: Sequence[int]) -> NDArray:

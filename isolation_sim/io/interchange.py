@@ -1,4 +1,4 @@
-"""Results for MATLAB and for spreadsheets: all tables and histories of a folder in one file."""
+"""Export of results to MATLAB and Excel: all tables and histories of a folder in one file."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     import pandas
 
 MOST_ROWS = 1_048_575
-"""Rows of a sheet, less its heading."""
+"""Largest number of rows of a sheet, without its heading."""
 LONGEST_FIELD, LONGEST_SHEET = 63, 31
-"""Characters that MATLAB takes in a field's name, and Excel in a sheet's."""
+"""Largest number of characters of MATLAB's field names and of Excel's sheet names."""
 
 
 @checked
 def export_results(folder: str | Path, form: str, out: str | Path | None = None) -> Path:
-    """Write all tables and histories of a folder of results to one file.
+    """Write all tables and histories of a results folder to one file.
 
     Parameters
     ----------
@@ -36,12 +36,12 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         netCDF files.
     form : {"mat", "xlsx"}
         ``"mat"``: MATLAB's format of version 5, one struct per file, whose fields are a table's
-        columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: a sheet a
-        table; a history gets a sheet for each of its first axes, a column for each place on the
-        others.
+        columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: one sheet
+        per table. A history has one sheet per first axis, and one column per index of the other
+        axes.
     out : str or pathlib.Path, optional
-        File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. One that exists
-        is replaced.
+        File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. An existing
+        file is replaced.
 
     Returns
     -------
@@ -51,8 +51,8 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
     Raises
     ------
     InputError
-        If the form is unknown, the folder holds no such files, or a table has more rows than a
-        sheet.
+        If the format is unknown, the folder has no such files, or a table has more rows than a
+        sheet can have.
     """
     check_form(form)
     folder = Path(folder)
@@ -68,7 +68,7 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
 
 
 def check_form(form: str) -> None:
-    """Refuse a form that does not exist."""
+    """Refuse an unknown format."""
     if form not in FORMS:
         raise unknown_name("form to export", form, FORMS)
 
@@ -109,13 +109,13 @@ def _write_mat(parts: dict[str, Any], path: Path) -> None:
             key: value if isinstance(value, dict) else _for_matlab(value)
             for key, value in zip(_fields(arrays), arrays.values(), strict=True)
         }
-    # an open file, since a name without .mat would be given one
+    # an open file, since SciPy adds .mat to a name without it
     with path.open("wb") as file:
         savemat(file, tree, long_field_names=True, do_compression=True, oned_as="column")
 
 
 def _for_matlab(values: np.ndarray) -> np.ndarray:
-    """Numbers as they are; texts as a cell array."""
+    """Numbers unchanged; texts as a cell array."""
     if values.dtype.kind in "fiucb":
         return values
     cells = np.empty(values.shape, object)
@@ -124,7 +124,7 @@ def _for_matlab(values: np.ndarray) -> np.ndarray:
 
 
 def _fields(names: Iterable[Any]) -> list[str]:
-    """Names that MATLAB takes, each once."""
+    """Unique names that MATLAB accepts."""
     return _each_once(
         (re.sub(r"^(?![A-Za-z])", "x", re.sub(r"\W", "_", str(name))) for name in names),
         LONGEST_FIELD,
@@ -157,7 +157,7 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
         for axis, table in _flat(part).items():
             if len(table) > MOST_ROWS:
                 raise InputError(
-                    f"{name} has {len(table)} rows; expected in a sheet: {MOST_ROWS}; export mat"
+                    f"{name} has {len(table)} rows; expected in a sheet: at most {MOST_ROWS}"
                 )
             tables[f"{name} {axis}".strip()] = table
     sheets = _each_once((re.sub(r"[][:*?/\\]", "_", name) for name in tables), LONGEST_SHEET)
@@ -167,7 +167,7 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
 
 
 def _flat(part: Any) -> dict[str, pandas.DataFrame]:
-    """A table by itself; a dataset as a table for each of its variables' first axes."""
+    """A table unchanged; a dataset as one table per first axis of its variables."""
     import pandas
 
     if not hasattr(part, "data_vars"):

@@ -11,7 +11,7 @@ from .atomic_write import atomic_write
 if TYPE_CHECKING:
     import xarray
 
-# netCDF 3: SciPy writes it, every reader of netCDF reads it
+# netCDF 3: SciPy writes it, and every netCDF reader reads it
 _ENGINE: Literal["scipy"] = "scipy"
 
 
@@ -23,7 +23,7 @@ def write_netcdf(data: xarray.Dataset, path: str | Path) -> Path:
 
 
 def read_netcdf(path: str | Path, accepted: str = "netCDF") -> xarray.Dataset:
-    """Read a dataset into memory; ``accepted`` says in the error which file is expected."""
+    """Read a dataset into memory; ``accepted`` is the expected file, for errors."""
     import xarray
 
     if not Path(path).is_file():

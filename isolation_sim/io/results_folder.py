@@ -1,4 +1,4 @@
-"""Folders of results: named once, complete or absent, with a list of their files."""
+"""Results folders: written completely or not at all, with a list of their files."""
 
 from __future__ import annotations
 
@@ -16,17 +16,19 @@ from .atomic_write import write_text
 
 
 class ResultsFolder:
-    """A fresh folder that appears when everything is in it."""
+    """A new folder that appears when it is complete."""
 
-    # Use it in a ``with`` block: files go to ``unfinished``, and without an error the folder takes
-    # its name at the end.
+    # Use it in a ``with`` block: write the files to ``unfinished``. Without an error the folder
+    # gets its name at the end.
 
     def __init__(self, target: str | Path, overwrite: bool = False):
         self._target, self._overwrite = Path(target), overwrite
         if overwrite:
             _check_replaceable(self._target)
-        self.path = self._free()  # Where everything is after the block
-        self.unfinished = self.path.with_name(f".{self.path.name}.{os.getpid()}")  # Where to write
+        self.path = self._free()  # Folder after the block
+        self.unfinished = self.path.with_name(
+            f".{self.path.name}.{os.getpid()}"
+        )  # Folder to write to
 
     def _free(self) -> Path:
         target = self._target.absolute()
@@ -43,7 +45,7 @@ class ResultsFolder:
         except OSError as error:
             raise InputError(
                 f"{self._target}: results cannot be written there ({error.strerror}); expected: a "
-                "folder that you may write to"
+                "folder with write permission"
             ) from None
         return self
 
@@ -51,7 +53,7 @@ class ResultsFolder:
         if kind is not None:
             shutil.rmtree(self.unfinished, ignore_errors=True)
             for folder in self._made:
-                with suppress(OSError):  # another run may have put its results there
+                with suppress(OSError):  # another run may have written its results there
                     folder.rmdir()
             return
         # another run may have taken the name meanwhile
@@ -65,9 +67,9 @@ class ResultsFolder:
 
 @contextmanager
 def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
-    """Keep earlier results aside while new ones are made; they come back if that fails."""
+    """Move earlier results away during the work, and restore them after an error."""
     if overwrite and resume:
-        raise InputError("--overwrite and --resume are given; expected: one of them at most")
+        raise InputError("--overwrite and --resume are both set; expected: at most one of them")
     if not overwrite or _is_free(folder):
         yield
         return
@@ -84,11 +86,11 @@ def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
 
 
 def _check_replaceable(folder: Path) -> None:
-    """Refuse to replace a folder that holds no results."""
+    """Refuse to replace a folder that contains other files than results."""
     if not _is_free(folder) and not is_results(folder):
         raise InputError(
-            f"{folder}: holds something other than results of isolation-sim; expected with "
-            "--overwrite: a folder of results"
+            f"{folder}: is no results folder of isolation-sim; expected with --overwrite: a "
+            "results folder"
         )
 
 
@@ -106,7 +108,7 @@ def _is_free(path: Path) -> bool:
 
 
 _CONTENTS = {
-    "report.html": "start here: opens in any browser, needs no network",
+    "report.html": "start here; opens in any browser without a network",
     "table.txt": "criteria and energies of each run, in engineering units",
     "criteria.csv": "the same in SI units, one line per run",
     "criteria.json": "the same as JSON",
@@ -118,34 +120,34 @@ _CONTENTS = {
     "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
     "tuning.json": "every trial of the search with its scores; --resume continues from it",
     "trials.csv": "settings and mean score of every trial",
-    "sensitivity.csv": "mean score over the range of each setting, the others as tuned",
+    "sensitivity.csv": "mean score over the range of each setting; the others are tuned",
     "scores.csv": "scores by motion, before and after",
     "errors.csv": "relative RMS errors of each run, before and after",
-    "causes.csv": "the causes that were found, with their parameters",
+    "causes.csv": "the identified causes, with their parameters",
     "table.npz": "one row per run, one array per column, in SI units; isolation_sim.load reads it",
     "result.npz": "all data; isolation_sim.load returns the object",
     "law.csv": "the fitted law: polynomials of the current, by parameter",
     "parameters.csv": "the fitted numbers with their intervals",
     "loops_*.csv": "measured motion, current and force of a run, and the fitted force",
     "fitted.toml": "the fitted law: the [isolator] section of a scenario",
-    "manifest.json": "the plan of the sweep",
+    "manifest.json": "the plan and state of the sweep",
     "statistics.csv": "mean, median, 84th percentile, maximum of every criterion, in SI units",
     "runs.csv": "every run, in SI units",
-    "suite.json": "the motions of the suite and their processing",
-    "motions": "the motions as they shake the building",
-    "sweep": "the sweep behind it; isolation-sim sweep show reads it",
+    "suite.json": "the motions of the suite and their scaling",
+    "motions": "the scaled motions",
+    "sweep": "the sweep of the suite; isolation-sim sweep show reads it",
     "figures": "figures for publication, each as SVG and PNG",
     "*.svg": "figure for publication",
     "*.png": "the same as a picture",
     "*.nc": "histories of one run (netCDF, units inside); isolation_sim.read_run reads them",
     "results.mat": "all tables and histories for MATLAB: load results.mat",
-    "results.xlsx": "all tables and histories as a workbook, a sheet each",
+    "results.xlsx": "all tables and histories as a workbook, one sheet per table",
     "*.csv": "table; its headings give the units",
 }
 
 
 def write_contents(folder: str | Path, title: str) -> Path:
-    """Write ``README.txt`` into a folder of results: a description of each file."""
+    """Write ``README.txt``, a list of the files, to a results folder."""
     folder = Path(folder)
     lines = [f"{title}, by isolation-sim {__version__}", ""]
     listed: dict[Path, str] = {}
@@ -158,5 +160,5 @@ def write_contents(folder: str | Path, title: str) -> Path:
 
 
 def file_name(name: str) -> str:
-    """Turn a name to print into one for a file."""
+    """Convert a printed name to a file name."""
     return re.sub(r"[^\w.-]+", "_", name).strip(".") or "unnamed"

@@ -1,4 +1,4 @@
-"""Reading TOML, with errors that a user can act on."""
+"""Reading TOML, with errors for users."""
 
 from __future__ import annotations
 

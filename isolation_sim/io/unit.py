@@ -1,4 +1,4 @@
-"""Functional mock-up units of other tools, stepped through FMPy."""
+"""Functional mock-up units (FMUs) of other tools, run by FMPy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ VERSIONS = ("2.0", "3.0")
 
 
 class Unit:
-    """A unit for co-simulation; ``start`` makes an instance of it."""
+    """An FMU for co-simulation; ``start`` creates an instance."""
 
     def __init__(self, file: str | Path):
         self.file = Path(file)
@@ -40,7 +40,7 @@ class Unit:
             result = fmpy.read_model_description(str(self.file))
         except Exception as error:
             words = " ".join(str(error).split()) or type(error).__name__
-            raise InputError(f"{self.file}: no functional mock-up unit: {words}") from None
+            raise InputError(f"{self.file}: is no functional mock-up unit: {words}") from None
         if result.fmiVersion not in VERSIONS or result.coSimulation is None:
             kind = "co-simulation" if result.coSimulation else "model exchange"
             raise InputError(
@@ -51,7 +51,7 @@ class Unit:
 
     @property
     def saves_state(self) -> bool:
-        """Whether its state can be read and set."""
+        """Whether the state can be read and set."""
         own = self._description.coSimulation
         return any(
             getattr(own, name, False) for name in ("canGetAndSetFMUstate", "canGetAndSetFMUState")
@@ -59,11 +59,11 @@ class Unit:
 
     @property
     def takes_any_step(self) -> bool:
-        """Whether steps may have any length."""
+        """Whether the FMU accepts steps of variable length."""
         return bool(self._description.coSimulation.canHandleVariableCommunicationStepSize)
 
     def check_has(self, inputs: Sequence[str], outputs: Sequence[str], key: str) -> None:
-        """Refuse a unit that lacks a variable, naming the key that gives its name."""
+        """Refuse an FMU without a required variable; the error names the key for its name."""
         for kind, needed, own in (
             ("input", inputs, self.inputs),
             ("output", outputs, self.outputs),
@@ -76,7 +76,7 @@ class Unit:
                     )
 
     def start(self) -> None:
-        """Make a new instance at time 0."""
+        """Create a new instance at time 0."""
         import fmpy
 
         self.stop()
@@ -112,10 +112,10 @@ class Unit:
             self._instance = None
 
     def step(
-        self, time: float, length: float, inputs: Mapping[str, float], outputs: Sequence[str]
+        self, time: float, length: float, values: Mapping[str, float], outputs: Sequence[str]
     ) -> list[float]:
-        """Set inputs at a time, step on, and read outputs."""
-        self._put([self._references[name] for name in inputs], list(inputs.values()))
+        """Set the inputs, make a step, and read the outputs."""
+        self._put([self._references[name] for name in values], list(values.values()))
         try:
             self._instance.doStep(currentCommunicationPoint=time, communicationStepSize=length)
         except Exception as error:
@@ -128,7 +128,7 @@ class Unit:
         return self._state("get")()
 
     def set_state(self, state: Any) -> None:
-        """Go back to a state."""
+        """Restore a state."""
         self._state("set")(state)
 
     def free_state(self, state: Any) -> None:

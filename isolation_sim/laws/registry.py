@@ -18,7 +18,7 @@ LAWS: Registry[Law] = Registry(
     "isolation_sim.laws",
     "law",
     "an isolation_sim.laws.Law",
-    lambda found: found if isinstance(found, Law) else None,
+    lambda value: value if isinstance(value, Law) else None,
     lambda law: law.name,
     unit="isolation_sim.laws.unit:of_file",
 )

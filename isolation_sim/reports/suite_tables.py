@@ -93,8 +93,8 @@ def verdict(suite: Suite) -> list[str]:
         )
         if suite.index["inputs"]["section"]["isolated_period_s"] is None:
             sentences.append(
-                "The isolated period is that of small vibrations. Set isolated_period_s, the "
-                "effective period at the design displacement, for isolators that soften."
+                "The isolated period is that of small vibrations. For softening isolators set "
+                "isolated_period_s, the effective period at the design displacement."
             )
     records = suite.index["n_records"]
     if statistic is None:

@@ -1,4 +1,4 @@
-"""Checks of matrices that users give."""
+"""Checks of users' matrices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..errors import InputError
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """Return the array, locked against writing."""
+    """Return the array after making it read-only."""
     array.flags.writeable = False
     return array
 
@@ -37,7 +37,7 @@ def matrix(what: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def check_matrices(mass: np.ndarray, stiffness: np.ndarray, names: Sequence[str]) -> None:
-    """Refuse a mass that is not symmetric positive definite and an asymmetric stiffness."""
+    """Refuse a mass that is not symmetric positive definite, or an asymmetric stiffness."""
     for i, name in enumerate(names):
         if not mass[i, i] > 0:
             raise InputError(f"mass of {name!r} is {mass[i, i]:g} kg; expected: above zero")
@@ -47,7 +47,7 @@ def check_matrices(mass: np.ndarray, stiffness: np.ndarray, names: Sequence[str]
             i, j = np.argwhere(skew == np.max(skew))[0].tolist()
             raise InputError(f"{what} is not symmetric between {names[i]!r} and {names[j]!r}")
     if names and np.linalg.eigvalsh(mass)[0] <= 0:
-        raise InputError("mass is not positive definite: some motion has no inertia")
+        raise InputError("mass is not positive definite; expected: inertia in every motion")
 
 
 def positive_numbers(what: str, values: Any, unit: str) -> np.ndarray:

@@ -18,8 +18,8 @@ from .checks import numbers
 class Element:
     """Nonlinear element: a device along a direction of the structure.
 
-    It deforms by ``direction @ q`` and puts the force ``-direction * F`` on the dofs. A device that
-    acts in two directions at once is an element for each: the second one ``follows`` the first.
+    Its deformation is ``direction @ q``; its force on the dofs is ``-direction * F``. A biaxial
+    device has one element per direction; the second one ``follows`` the first.
 
     Attributes
     ----------
@@ -28,13 +28,12 @@ class Element:
     direction : numpy.ndarray, shape (n,)
         Deformation per unit of each displacement.
     channel : int or None
-        Coil channel that drives it; None for an element that no coil drives.
+        Coil channel; None for an element without a coil.
     name : str
         Name to print.
     follows : str
-        Name of the element just before it, or of the one that this follows in turn, to which it
-        is a further direction of the same device; empty for none. See
-        ``IsolatedStructure.with_biaxial``.
+        Name of the first element of the same device, if this element is a further direction;
+        otherwise empty. See ``IsolatedStructure.with_biaxial``.
 
     Raises
     ------

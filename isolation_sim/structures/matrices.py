@@ -50,12 +50,13 @@ def from_matrices(
     influence : array_like, shape (n,) or (n, n_directions), optional
         Displacement of the dofs when the ground moves by one unit; ones by default.
     base : int or sequence of int, default 0
-        Dofs of the isolated base; ``()`` for a structure that the ground holds.
+        Dofs of the isolated base; ``()`` for a structure fixed to the ground.
     names : sequence of str, optional
-        Dofs; ``base``, ``floor1``, … where the base is dof 0 alone, else ``dof0``, ``dof1``, ….
+        Names of the dofs; by default ``base``, ``floor1``, … if the base is only dof 0,
+        otherwise ``dof0``, ``dof1``, ….
     drift_rows : array_like, shape (n_storeys, n), optional
-        Rows that turn displacements into storey drifts. By default differences between
-        neighbouring floors where the base is the first dofs and every floor has as many; else none.
+        ``drift_rows @ q`` are the storey drifts. By default the differences between neighbouring
+        floors, if the base has the first dofs and all floors have the same number; otherwise none.
     storeys : sequence of str, optional
         Names of the storeys, one per drift row.
     directions : sequence of str, optional
@@ -63,8 +64,8 @@ def from_matrices(
     heights : array_like, shape (n_storeys,), optional, m
         Storey heights, one per drift row.
     isolator_positions : array_like, shape (n_isolators, 2), optional, m
-        Plan positions x, y of the isolators from the point of the slab that the base's dofs move:
-        for a base of three dofs, along x, along y and in rotation from x to y.
+        Plan positions x, y of the isolators, from the point of the slab to which the base's dofs
+        refer: displacements along x and y, and rotation from x to y.
     name : str, default "structure"
         Name to print.
 
@@ -132,26 +133,26 @@ def from_fixed_base(
     isolator_positions: ArrayLike | None = None,
     name: str = "structure",
 ) -> Structure:
-    """Structure from the matrices of its superstructure on a held base, put on a rigid base.
+    """Structure from the fixed-base matrices of its superstructure, on a rigid base.
 
-    The superstructure's matrices are relative to the base, so that rigid motion of the whole is
-    neither stiff nor damped.
+    The superstructure's matrices are relative to the base. Rigid motion of the whole has neither
+    stiffness nor damping.
 
     Parameters
     ----------
     mass : array_like, shape (n, n), kg
-        Superstructure alone.
+        Mass of the superstructure.
     damping : array_like, shape (n, n), N s/m
-        Superstructure alone.
+        Damping of the superstructure.
     stiffness : array_like, shape (n, n), N/m
-        Superstructure alone.
+        Stiffness of the superstructure.
     base_mass : float or array_like, shape (n_base, n_base), kg
         Mass of the base.
     rigid_motion : array_like, shape (n, n_base), optional
-        Displacement of the superstructure's dofs when a dof of the base moves by one unit; ones
+        Displacement of the superstructure's dofs per unit displacement of a dof of the base; ones
         by default.
     shaken : sequence of int, optional
-        Dofs of the base along which the ground moves; all by default.
+        Dofs of the base along the directions of ground motion; all by default.
     names, drift_rows, storeys, directions, heights, isolator_positions, name
         As in `from_matrices`, for the base's dofs followed by the superstructure's.
 
@@ -217,8 +218,8 @@ def read_matrices(
     path : str or pathlib.Path
         File with the arrays ``M`` (kg), ``C`` (N s/m) and ``K`` (N/m), each (n, n), and optionally
         ``influence`` (n, n_directions), ``base`` (dof numbers), ``storey_heights_m`` (n_storeys)
-        and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are left
-        alone.
+        and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are
+        ignored.
     names, drift_rows, storeys, directions, heights, isolator_positions
         As in `from_matrices`; heights and positions in place of the file's.
     name : str, optional
@@ -231,7 +232,7 @@ def read_matrices(
     Raises
     ------
     InputError
-        Names the file, the array and the expected values.
+        With the file, the array and the expected contents.
     """
     arrays = _read_npz(Path(path))
     accepted = (*_OPTIONAL, *_GEOMETRY)
@@ -249,8 +250,8 @@ def read_matrices(
     geometry: dict[str, Any] = {
         label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays
     }
-    values = {"heights": heights, "isolator_positions": isolator_positions}
-    geometry |= {label: value for label, value in values.items() if value is not None}
+    geometry_arguments = {"heights": heights, "isolator_positions": isolator_positions}
+    geometry |= {label: value for label, value in geometry_arguments.items() if value is not None}
     try:
         return from_matrices(
             arrays["M"], arrays["C"], arrays["K"], names=names, drift_rows=drift_rows,

@@ -1,4 +1,4 @@
-"""The linear model that an OpenSeesPy session holds."""
+"""Import of the linear model of an OpenSeesPy session."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from ..errors import InputError
 from .matrices import from_matrices
 from .structure import Structure
 
-# a node's degrees of freedom in a model of so many dimensions and dofs a node
+# axes of a node's degrees of freedom, by the model's dimensions and dofs per node
 _AXES = {
     (1, 1): "x", (2, 2): "xy", (2, 3): ("x", "y", "rz"), (3, 3): "xyz",
     (3, 6): ("x", "y", "z", "rx", "ry", "rz"),
 }  # fmt: skip
 MASSLESS = 1e-9
-"""Share of the largest mass below which a degree of freedom counts as massless."""
+"""Largest mass of a massless degree of freedom, as a share of the model's largest mass."""
 
 
 @checked
@@ -33,26 +33,26 @@ def from_opensees(
     opensees: Any = None,
     name: str = "OpenSees model",
 ) -> Structure:
-    """Structure from the model that OpenSeesPy holds in this process.
+    """Structure from the OpenSeesPy model in this process.
 
-    Mass, tangent stiffness and damping are those of the model as it is, by OpenSees' own assembly.
-    Degrees of freedom without mass, such as rotations of joints, are condensed statically. The
-    model's base must be free: what the isolators will stand on is one node, to which others may be
-    tied, that nothing but the superstructure holds.
+    OpenSees assembles mass, tangent stiffness and damping of the model in its present state.
+    Degrees of freedom without mass, such as rotations of joints, are condensed statically. The base
+    above the isolators is one node, to which other nodes may be tied. It must be free: only the
+    superstructure may be connected to it.
 
     Parameters
     ----------
     base : int
         Tag of the base's node.
     floors : sequence of int, optional
-        Tags of a node of each floor, upwards, for drifts and storey heights; without them there are
-        no storeys.
+        Tags of one node per floor, upwards, for drifts and storey heights; without them the
+        structure has no storeys.
     directions : str, default "x"
-        Axes along which the ground moves, such as ``"x"`` or ``"xy"``; the base is isolated along
-        them and, where the base can turn about the vertical z and there are two, in rotation.
+        Directions of ground motion and isolation, such as ``"x"`` or ``"xy"``. With two directions
+        a base that can rotate about the vertical z is also isolated in rotation.
     isolators : sequence of int, optional
-        Tags of the nodes above the isolators, whose coordinates become the isolators' positions;
-        for a base that turns.
+        Tags of the nodes above the isolators; their coordinates are the isolators' positions.
+        For a base that can rotate.
     opensees : module, optional
         ``openseespy.opensees`` by default.
     name : str, default "OpenSees model"
@@ -61,17 +61,17 @@ def from_opensees(
     Returns
     -------
     Structure
-        Its dofs are called ``node<tag>_<axis>``.
+        Its dofs have the names ``node<tag>_<axis>``.
 
     Raises
     ------
     InputError
-        If OpenSeesPy is not there, or the model has no such node or is not free at the base.
+        If OpenSeesPy is missing, or the model has no such node or is not free at the base.
 
     Notes
     -----
-    The session's analysis is wiped and an analysis with the integrator GimmeMCK takes its place
-    for a moment; nodes, elements, masses and the model's state stay. M. H. Scott, "Gimme All Your
+    The function replaces the session's analysis by one with the integrator GimmeMCK and wipes it;
+    nodes, elements, masses and the model's state do not change. M. H. Scott, "Gimme All Your
     Damping, All Your Mass and Stiffness Too", Portwood Digital 2020.
     """
     ops = _module() if opensees is None else opensees
@@ -86,7 +86,7 @@ def from_opensees(
         raise InputError(f"directions are {directions!r}; expected: axes of the model's nodes")
     place: dict[tuple[int, str], int] = {}
     labels: dict[int, str] = {}
-    tied = set(ops.getConstrainedNodes())  # they have equations of the node that they follow
+    tied = set(ops.getConstrainedNodes())  # they have the equations of another node
     for tag in [tag for tag in tags if tag not in tied]:
         for axis, equation in zip(axes, equations[tag], strict=True):
             if equation >= 0:
@@ -110,7 +110,7 @@ def from_opensees(
             raise InputError(f"node {base} has no mass along {axis}; expected: a base with mass")
     if not set(np.flatnonzero(heavy)) <= set(labels):
         raise InputError(
-            "a node that is tied to another has a mass that moves by itself; expected: ties of all "
+            "a tied node has a mass with a free degree of freedom; expected: ties of all "
             "its degrees of freedom with mass"
         )
     condensed = _condensation(stiffness, heavy)
@@ -152,7 +152,7 @@ def from_opensees(
 
 
 def _module() -> Any:
-    """OpenSeesPy, which the caller has imported already, or its error in one line."""
+    """Check that OpenSeesPy can be loaded; its error is one line."""
     if "openseespy.opensees" not in sys.modules:
         try:
             import openseespy.opensees  # noqa: F401
@@ -173,7 +173,7 @@ def _assembled(ops: Any, tags: Sequence[int]) -> tuple[list[np.ndarray], dict[in
     ops.test("NormUnbalance", 1.0, 1)
     ops.algorithm("Linear")
     sums = []
-    # with stiffness and mass in each, so that the solution that comes with it exists
+    # with stiffness and mass in each, so that the solution exists
     for weights in ((1.0, 0.0, 1.0), (2.0, 0.0, 1.0), (1.0, 1.0, 1.0)):
         ops.integrator("GimmeMCK", *weights)
         ops.analysis("Transient", "-noWarnings")
@@ -194,7 +194,7 @@ def _assembled(ops: Any, tags: Sequence[int]) -> tuple[list[np.ndarray], dict[in
 
 
 def _condensation(stiffness: np.ndarray, heavy: np.ndarray) -> np.ndarray:
-    """All displacements from those of the dofs with mass, (n, n_heavy): Guyan's, here exact."""
+    """All displacements from the dofs with mass, (n, n_heavy), by exact static condensation."""
     transformation = np.zeros((len(heavy), int(heavy.sum())))
     transformation[heavy] = np.eye(int(heavy.sum()))
     if not heavy.all():

@@ -30,11 +30,11 @@ def plan_building(
     heights: Sequence[float] | None = None,
     name: str = "plan building",
 ) -> Structure:
-    """Shear building with three dofs a floor, on a rigid base slab of the same plan.
+    """Shear building with three dofs per floor, on a rigid base slab of the same plan.
 
-    Dofs are those of the centre of the plan, one above the other. Mass is spread evenly over the
-    plan but for the eccentricity of its centre. Storeys resist rotation by frames along the edges
-    of the plan, half of the stiffness on each.
+    The dofs refer to the centre of the plan. The mass is uniform over the plan, apart from the
+    eccentricity of its centre. Frames along the edges of the plan, each with half of the stiffness,
+    resist the rotation of a storey.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def plan_building(
     plan : (float, float), m
         Sides of the plan along x and y.
     isolator_positions : array_like, shape (n_isolators, 2), optional, m
-        Positions of the isolators from the centre of the plan; the four corners by default. Set
-        off from the centre they are the eccentricity of the isolation.
+        Positions of the isolators from the centre of the plan; the four corners by default. An
+        offset from the centre is the eccentricity of the isolation.
     eccentricity : (float, float), default (0, 0), m
         Centre of mass of every floor and of the slab from the centre of the plan.
     damping_ratio : float, default 0.02
-        Ratio of critical damping of every mode of the superstructure on a held base.
+        Ratio of critical damping of every fixed-base mode of the superstructure.
     heights : sequence of float, shape (n_storeys,), optional, m
         Storey heights, from below.
     name : str
@@ -66,7 +66,7 @@ def plan_building(
     Raises
     ------
     InputError
-        If a number is not usable, naming which.
+        If a number cannot be used; with its name.
     """
     m = positive_numbers("masses", masses, "kg")
     slab = float(positive_numbers("base_mass", base_mass, "kg")[0])

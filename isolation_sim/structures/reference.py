@@ -17,18 +17,18 @@ FLOOR_MASS = 2.5e5
 BASE_MASS = 3e5
 """kg."""
 FIXED_BASE_PERIOD = 0.5
-"""First period on a fixed base, s; it determines the storey stiffness."""
+"""First fixed-base period, s; it determines the storey stiffness."""
 DAMPING_RATIO = 0.02
-"""Of the superstructure, at its first and third mode."""
+"""Damping ratio of the superstructure's first and third modes."""
 
 LENGTH_SCALE = 10.0
 """Deformation of the isolation layer over that of the laboratory device."""
 ISOLATED_PERIOD = 2.0
 """Period of the whole mass on the strain-stiffening isolators at 1.5 A, s."""
 FORCE_SCALE = 3014.687322399704
-"""Force of the isolation layer over that of the laboratory device: with it, the storage stiffness
-of the published strain-stiffening device at 1.5 A, about rest and at 0.5 Hz, gives the whole mass a
-period of 2 s; total mass * (2 pi / 2 s)^2 * length scale / Re K*."""
+"""Force of the isolation layer over that of the laboratory device: total mass * (2 pi / 2 s)^2 *
+length scale / Re K*. The storage stiffness Re K* of the published strain-stiffening device at
+1.5 A, for small vibrations at 0.5 Hz, then gives the total mass a period of 2 s."""
 
 
 def reference_building() -> Structure:
@@ -66,8 +66,8 @@ def reference_isolators(device: Device | None = None) -> Device:
     Returns
     -------
     Device
-        With its deformation scaled by 10 and its force by ``FORCE_SCALE``, whatever the device, so
-        that laws of the same laboratory device stay comparable.
+        Device with the deformation scaled by 10 and the force by ``FORCE_SCALE``. All devices have
+        the same scales, so that laws of one laboratory device remain comparable.
     """
     device = law("strain_stiffening") if device is None else device
     return device.scaled(length=LENGTH_SCALE, force=FORCE_SCALE)

@@ -1,4 +1,4 @@
-"""Shear buildings: one horizontal dof a floor, on a rigid base."""
+"""Shear buildings: one horizontal dof per floor, on a rigid base."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def shear_building(
 ) -> Structure:
     """Shear building of any number of storeys on a rigid base.
 
-    Damping is that of the superstructure on a held base, in coordinates relative to the base:
-    rigid motion of the whole is undamped.
+    Damping is that of the superstructure on a fixed base, in coordinates relative to the base.
+    Rigid motion of the whole is undamped.
 
     Parameters
     ----------
@@ -62,13 +62,13 @@ def shear_building(
     Raises
     ------
     InputError
-        If a number is not usable, naming which.
+        If a number cannot be used; with its name.
     """
     m = positive_numbers("masses", masses, "kg")
     k = positive_numbers("stiffnesses", stiffnesses, "N/m")
     slab = positive_numbers("base_mass", base_mass, "kg")
     if m.size != k.size:
-        raise InputError(f"{m.size} masses, {k.size} stiffnesses; expected: one of each a storey")
+        raise InputError(f"{m.size} masses, {k.size} stiffnesses; expected: one of each per storey")
     if slab.size != 1:
         raise InputError(f"base_mass has {slab.size} values; expected: one, in kg")
     if damping not in _DAMPING:

@@ -1,6 +1,6 @@
-"""Periods, damping and scales of an isolated structure, and whether they can be right.
+"""Periods, damping and scales of an isolated structure, and checks of their plausibility.
 
-``Structure`` and ``IsolatedStructure`` stand on this file and are not imported here.
+``Structure`` and ``IsolatedStructure`` import this module, so it does not import them.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from ..laws.device import Device
 from .modes import undamped_modes
 
 DISPLACEMENT_PER_PERIOD = 0.04
-"""Design displacement over target period where none is given, m/s: 80 mm at 2 s, as the reference
+"""Default design displacement over target period, m/s: 80 mm at 2 s, as for the reference
 isolators."""
 FIXED_BASE_PERIODS = (0.03, 10.0)
-"""First periods of buildings on a fixed base, s: from a stiff single storey to a tall tower."""
+"""Plausible first fixed-base periods, s: from a stiff single storey to a tall tower."""
 ISOLATED_PERIODS = (0.15, 20.0)
-"""First periods of isolated buildings, s."""
+"""Plausible first periods of isolated buildings, s."""
 _MOST_REFINED = 50
 
 
@@ -44,7 +44,7 @@ class ModalFacts(NamedTuple):
 
 
 def modal_facts(isolated: Any, currents: float | Sequence[float]) -> ModalFacts:
-    """Modes with each element linearised at the first mode's own frequency."""
+    """Modes with each element linearised at the frequency of the first mode."""
     frequency = 1.0
     for _ in range(_MOST_REFINED):
         result = _modes_of(isolated.linearised(currents, frequency))
@@ -60,15 +60,15 @@ def _modes_of(structure: Any) -> ModalFacts:
         omega, shapes = undamped_modes(structure.mass, structure.stiffness)
     except InputError:
         raise InputError(
-            f"{structure.name}: its isolators do not hold every motion, so that it has a mode "
-            "without a period; expected: elements that restore"
+            f"{structure.name}: a mode has no period, since no isolator resists it; expected: "
+            "elements with a stiffness in every motion"
         ) from None
     damping = np.einsum("ik,ij,jk->k", shapes, structure.damping, shapes)
     return ModalFacts(2 * np.pi / omega, damping / (2 * omega), shapes)
 
 
 def middle_current(device: Device) -> float:
-    """Middle of a device's currents, A: of the tested ones where they are known; 0 without any."""
+    """Middle of a device's tested currents, or of its range if it has none, A; 0 without a coil."""
     low, high = device.current_range
     high = max(low, min(high, device.tested_current))
     return (low + high) / 2 if np.isfinite(high - low) else 0.0
@@ -81,7 +81,7 @@ def sized(
     displacement: float | None,
     biaxial: bool = False,
 ) -> Device:
-    """Scale a device so that the first mode has a period at the middle of its range of current."""
+    """Scale a device so that the first mode has the target period at the middle current."""
     from scipy.optimize import brentq
 
     if not (np.isfinite(target_period) and target_period > 0):
@@ -98,20 +98,20 @@ def sized(
         isolated = structure.on(device.scaled(force=force), biaxial=biaxial)
         return float(_modes_of(isolated.linearised(current, 1 / target_period)).periods[0])
 
-    # a rigid structure: whole mass on the storage stiffness
+    # a rigid structure: total mass on the storage stiffness
     stiffness = device.linearised(current, 1 / target_period).real
     if not stiffness > 0:
         raise InputError(
-            f"{device.name}: no stiffness about rest at {current:.3g} A; expected with "
-            "target_period_s: a device that restores"
+            f"{device.name}: no stiffness at rest at {current:.3g} A; expected with "
+            "target_period_s: a device with a stiffness"
         )
     rigid = structure.total_mass * (2 * np.pi / target_period) ** 2 / stiffness
-    # where the superstructure is flexible, the isolators are stiffer
+    # with a flexible superstructure the isolators must be stiffer
     stiffest = 1e4 * rigid
     if period(stiffest) >= target_period:
         raise InputError(
             f"target_period_s is {target_period:g}; expected: above {period(stiffest):.3g} s, the "
-            f"period of {structure.name} on isolators that hardly move"
+            f"period of {structure.name} on nearly rigid isolators"
         )
     logarithm = brentq(
         lambda at: period(np.exp(at)) - target_period,
@@ -121,7 +121,7 @@ def sized(
 
 
 def with_damping(isolated: Any, device: Device, damping: float) -> Any:
-    """Add dashpots between ground and base that raise the first mode's damping ratio to a value."""
+    """Add dashpots between ground and base to reach a damping ratio of the first mode."""
     from ..laws.kelvin_voigt import LAW
 
     if not (np.isfinite(damping) and 0 <= damping < 1):
@@ -130,8 +130,8 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
     own = float(result.damping_ratios[0])
     if damping < own:
         raise InputError(
-            f"damping is {damping:g}; expected: {own:.4g} or more, which building and isolators "
-            "have by themselves"
+            f"damping is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
+            "isolators alone"
         )
     held = [e for e, along in zip(isolated.elements, isolated.holding, strict=True) if along.any()]
     moved = np.array([element.direction @ result.shapes[:, 0] for element in held])
@@ -146,7 +146,7 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
 
 
 def facts(isolated: Any) -> dict[str, str]:
-    """Masses, periods and tested range to print, as far as they can be computed."""
+    """Masses, periods and tested range as texts, as far as they can be computed."""
     structure = isolated.structure
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
@@ -184,7 +184,7 @@ def facts(isolated: Any) -> dict[str, str]:
 
 
 def implausible(isolated: Any, isolated_period: float) -> list[str]:
-    """Lines about periods that no building has; ``isolated_period``: of the first mode, s."""
+    """Warnings about implausible periods; ``isolated_period``: of the first mode, s."""
     structure = isolated.structure
     fixed = 0.0
     if structure.base and structure.superstructure:
@@ -198,7 +198,7 @@ def implausible(isolated: Any, isolated_period: float) -> list[str]:
         unit = short if fixed < low else long
         return [
             f"{structure.name} has a fixed-base period of {fixed:.3g} s; buildings have "
-            f"{low:g} to {high:g} s: were {unit} given?"
+            f"{low:g} to {high:g} s: check for {unit}"
         ]
     if not structure.base or not isolated.elements:
         return []

@@ -41,17 +41,17 @@ class Cones:
 def cones(radius: float, shear_wave_velocity: float, density: float, poisson: float) -> Cones:
     """Cone model of a disk foundation.
 
-    A truncated cone is a rod whose section grows with the depth. Its opening is the one at which
-    its static stiffness is the exact one of a disk on a half-space.
+    A truncated cone is a rod with a section that grows with the depth. Its opening angle is chosen
+    so that its static stiffness is that of a disk on a half-space.
 
     Parameters
     ----------
     radius : float, m
-        Of a disk with the area of the foundation.
+        Radius of a disk with the area of the foundation.
     shear_wave_velocity : float, m/s
-        Of the soil, at the strains of the earthquake.
+        Shear wave velocity of the soil at the strains of the earthquake.
     density : float, kg/m^3
-        Of the soil.
+        Density of the soil.
     poisson : float
         Poisson's ratio of the soil, 0 to 0.5.
 
@@ -68,8 +68,8 @@ def cones(radius: float, shear_wave_velocity: float, density: float, poisson: fl
     -----
     J. P. Wolf, "Foundation vibration analysis using simple physical models", Prentice Hall 1994,
     Table 2-3A, and J. P. Wolf and A. J. Deeks, "Foundation vibration analysis: a strength-of-
-    materials approach", 2004. In rocking the dashpot is the one of high frequencies; the internal
-    degree of freedom that the exact cone adds is left out.
+    materials approach", 2004. The rocking dashpot is that of the high-frequency limit, without the
+    internal degree of freedom of the exact cone.
     """
     for what, value in (
         ("radius_m", radius), ("shear_wave_velocity_m_s", shear_wave_velocity),
@@ -81,7 +81,7 @@ def cones(radius: float, shear_wave_velocity: float, density: float, poisson: fl
         raise InputError(f"poisson_ratio is {poisson!r}; expected: 0 to 0.5")
     area, inertia = np.pi * radius**2, np.pi * radius**4 / 4
     compressible = poisson <= 1 / 3
-    # nearly incompressible soil: twice the shear wave's speed, and soil that moves along
+    # nearly incompressible soil: twice the shear wave velocity, and a trapped mass
     speed = shear_wave_velocity * (
         np.sqrt(2 * (1 - poisson) / (1 - 2 * poisson)) if compressible else 2.0
     )
@@ -109,8 +109,7 @@ def on_soil(
     Parameters
     ----------
     isolated : IsolatedStructure
-        The building on its isolators; whatever holds it to the ground then stands on the
-        foundation.
+        The building on its isolators. Its elements to the ground are moved to the foundation.
     soil : Cones
         Springs and dashpots of the soil.
     foundation_mass : float, kg
@@ -121,7 +120,8 @@ def on_soil(
     Returns
     -------
     IsolatedStructure
-        With a dof ``foundation_…`` a direction, and ``rocking_…`` where storey heights are known.
+        Structure with one dof ``foundation_…`` per direction, and ``rocking_…`` if the storey
+        heights are known.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def on_soil(
     if rocks and not inertia > 0:
         raise InputError("foundation_inertia_kg_m2 is 0; expected for rocking: a number above 0")
     added = m * (1 + rocks)
-    # deformations of the structure: its motion less that of a rigid building that rocks
+    # deformation of the structure: its motion minus the rigid rocking motion
     relative = np.hstack([np.eye(n), np.zeros((n, added))])
     if rocks:
         relative[:, n + m :] = -dof_heights(structure)[:, np.newaxis] * structure.influence[:, :m]

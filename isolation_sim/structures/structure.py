@@ -27,8 +27,8 @@ from .sizing import ModalFacts, facts, modal_facts, sized, with_damping
 class Structure:
     """Linear structure M q'' + C q' + K q = -M r a_g, with q relative to the ground.
 
-    Isolators and whatever else is nonlinear are added by ``on`` and ``with_element``; without them
-    the base is free.
+    ``on`` and ``with_element`` add isolators and other nonlinear elements. Without them the base is
+    free.
 
     Attributes
     ----------
@@ -39,10 +39,10 @@ class Structure:
     stiffness : numpy.ndarray, shape (n, n), N/m
         Stiffness.
     influence : numpy.ndarray, shape (n, n_directions)
-        Displacement of the dofs when the ground moves rigidly by one unit; one column per direction
-        of ground motion.
+        Displacement of the dofs per unit displacement of the ground; one column per direction of
+        ground motion.
     base : tuple of int
-        Dofs of the isolated base; none where the ground holds the structure itself.
+        Dofs of the isolated base; empty for a structure fixed to the ground.
     names : tuple of str
         Dofs.
     drift_rows : numpy.ndarray, shape (n_storeys, n)
@@ -52,14 +52,14 @@ class Structure:
     directions : tuple of str
         Directions of ground motion, one per column of ``influence``.
     heights : numpy.ndarray or None, shape (n_storeys,), m
-        Storey heights, one per drift row, where they are known.
+        Storey heights, one per drift row; None if unknown.
     isolator_positions : numpy.ndarray or None, shape (n_isolators, 2), m
-        Plan positions x, y of the isolators, from the point of the slab that the base's dofs move,
-        where they are known.
+        Plan positions x, y of the isolators, from the point of the slab to which the base's dofs
+        refer; None if unknown.
     foundation : tuple of int
         Dofs of a foundation on soil, below the isolators; see `on_soil`.
     vertical : tuple of int
-        The dof of the whole building's vertical motion, the last direction; see
+        Dof of the vertical motion of the whole building; its direction is the last one. See
         `with_vertical_motion`.
     name : str
         Name to print.
@@ -109,7 +109,7 @@ class Structure:
         for what in ("names", "storeys", "directions"):
             values = getattr(self, what)
             if len(set(values)) < len(values):
-                raise InputError(f"{what} of {self.name} hold a name twice: {', '.join(values)}")
+                raise InputError(f"{what} of {self.name} contain a name twice: {', '.join(values)}")
         if self.isolator_positions is not None:
             places = np.asarray(self.isolator_positions)
             put("isolator_positions", matrix("isolator_positions", places, (len(places), 2)))
@@ -133,7 +133,7 @@ class Structure:
 
     @property
     def above_foundation(self) -> np.ndarray:
-        """Horizontal influence of the masses on the isolators, shape (n, n_directions)."""
+        """Horizontal influence of the structure above the isolators, shape (n, n_directions)."""
         result = self.influence.copy()
         result[[*self.foundation, *self.vertical]] = 0.0
         return result
@@ -145,15 +145,15 @@ class Structure:
 
     @property
     def isolator_rows(self) -> np.ndarray:
-        """Rows that turn displacements into those of the isolators along x and y.
+        """Rows for the displacements of the isolators along x and y: ``rows @ q``.
 
-        A slab that rotates by a small angle moves its point (x, y) by -y and x times the angle,
-        which counts from x to y.
+        A small rotation of the slab, positive from x to y, displaces its point (x, y) by -y and x
+        times the angle.
 
         Returns
         -------
         numpy.ndarray, shape (n_isolators, 2, n)
-            Without rows where ``isolator_positions`` are not known.
+            Empty if ``isolator_positions`` are unknown.
         """
         if self.isolator_positions is None:
             return np.zeros((0, 2, self.n_dofs))
@@ -167,12 +167,12 @@ class Structure:
 
     @property
     def isolation_rows(self) -> np.ndarray:
-        """Rows for displacements over the isolators, whether or not their positions are known.
+        """Rows for the displacements above the isolators, with known or unknown positions.
 
         Returns
         -------
         numpy.ndarray, shape (n_isolators, n_horizontal, n)
-            Those of `isolator_rows`; without positions, of one isolator at the base's own dofs.
+            Rows of `isolator_rows`; without positions, rows of one isolator at the base's dofs.
         """
         if self.isolator_positions is not None:
             return self.isolator_rows
@@ -189,19 +189,19 @@ class Structure:
         if sorted(moved) != sorted(target):
             raise InputError(
                 f"isolator_positions of {self.name} need a base of three dofs, along x, along y "
-                f"and in rotation, shaken along x and y; its influence there is {moved}"
+                f"and in rotation, with ground motion along x and y; its influence there is {moved}"
             )
         x, y, rotation = (self.base[moved.index(row)] for row in target)
         return x, y, rotation
 
     def base_shear_rows(self, above_base: bool = True) -> np.ndarray:
-        """Rows that turn absolute accelerations into the base shear.
+        """Rows for the base shear from absolute accelerations.
 
         Parameters
         ----------
         above_base : bool, default True
-            True for the shear that the superstructure puts on the base; False for the shear that
-            the whole structure, base included, puts on the isolators.
+            True for the shear between superstructure and base; False for the shear between the
+            base and the isolators.
 
         Returns
         -------
@@ -214,7 +214,7 @@ class Structure:
         return moving.T @ self.mass
 
     def fixed_base_modes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Undamped modes of the superstructure on a base that is held.
+        """Undamped modes of the superstructure on a fixed base.
 
         Returns
         -------
@@ -235,7 +235,7 @@ class Structure:
         return frequencies, shapes
 
     def fixed_base_periods(self) -> np.ndarray:
-        """Periods of the superstructure on a base that is held.
+        """Periods of the superstructure on a fixed base.
 
         Returns
         -------
@@ -250,7 +250,7 @@ class Structure:
         return 2 * np.pi / self.fixed_base_modes()[0]
 
     def fixed_base(self) -> Structure:
-        """Superstructure alone, on a base that is held: the building without isolation.
+        """Superstructure on a fixed base: the building without isolation.
 
         Returns
         -------
@@ -278,7 +278,7 @@ class Structure:
         return f"Structure({self.name}, {self.n_dofs} dofs, {1e-3 * self.total_mass:.5g} t)"
 
     def direction_row(self, direction: str | Sequence[float] | np.ndarray) -> np.ndarray:
-        """Row b that turns displacements into the deformation b @ q of an element.
+        """Row b for the deformation b @ q of an element.
 
         Parameters
         ----------
@@ -303,7 +303,7 @@ class Structure:
             raise unknown_name("storey or dof", direction, [*self.storeys, *self.names])
         row = matrix("direction of an element", direction, (self.n_dofs,))
         if not np.any(row):
-            raise InputError("direction of an element is zero: it would never deform")
+            raise InputError("direction of an element is zero; expected: a number that is not 0")
         return row
 
     @checked
@@ -323,27 +323,27 @@ class Structure:
         Parameters
         ----------
         device : Device
-            The isolator; all of them lumped into one, the device's scale says how many. With
-            several directions of ground motion there is one in each, on the same coil channel.
+            The isolator. It represents all isolators; the device's scale contains their number.
+            With several directions of ground motion there is one per direction, on the same coil
+            channel.
         count : float, default 1
-            Number of such devices side by side; not together with ``target_period_s``.
+            Number of parallel devices; not together with ``target_period_s``.
         target_period_s : float, optional, s
-            Period of the first mode for small vibrations, with the current in the middle of those
-            that the device was tested at: the device's force is scaled to it.
+            Period of the first mode for small vibrations, at the middle of the tested currents.
+            The device's force is scaled to this period.
         design_displacement_m : float, optional, m
-            Deformation of the isolators to which the largest tested deformation of the device is
-            scaled. By default 0.04 m for each second of the target
-            period where the device is not scaled yet (80 mm at 2 s, as the reference isolators).
+            Deformation of the isolators at the largest tested deformation of the device. By
+            default 0.04 m per second of the target period, if the device is not scaled yet (80 mm
+            at 2 s, as for the reference isolators).
         damping : float, optional, dimensionless
-            Damping ratio of the first mode; a linear dashpot beside the isolators adds what they
-            lack.
+            Damping ratio of the first mode; a linear dashpot parallel to the isolators adds the
+            difference.
         biaxial : bool, default False
-            Whether both directions act on each other, by the law's form in two directions. Where
-            isolator positions are known there is a device at each, with an equal share.
+            Whether the directions are coupled, by the law's in-plan form. With known isolator
+            positions there is one device at each, with equal shares.
         load_changes : numpy.ndarray, shape (n_isolators, n), optional, 1/m
-            Rows that turn displacements into the change of each biaxial device's vertical load
-            over its mean, such as `load_change_rows` returns; the law needs a form under axial
-            load.
+            Rows for the change of each biaxial device's vertical load over its mean, from
+            `load_change_rows`; the law needs a form with axial load.
 
         Returns
         -------
@@ -352,19 +352,21 @@ class Structure:
         Raises
         ------
         InputError
-            If the device is not one, a number cannot be used or reached, or the structure has no
-            base; with ``biaxial`` also if it has not two directions.
+            If an argument has a wrong type, a number cannot be used or attained, or the structure
+            has no base; with ``biaxial`` also if it does not have two directions.
         """
         if not self.base:
-            raise InputError(f"{self.name} has no base to put on isolators")
+            raise InputError(f"{self.name} has no base; expected: a base, for the isolators")
         if target_period_s is not None:
             if count != 1:
                 raise InputError(
-                    f"count is {count!r} beside target_period_s; expected: one of the two"
+                    f"count is {count!r} and target_period_s is set; expected: one of the two"
                 )
             device = sized(self, device, target_period_s, design_displacement_m, biaxial)
         elif design_displacement_m is not None:
-            raise InputError("design_displacement_m needs target_period_s; expected: both or none")
+            raise InputError(
+                "design_displacement_m needs target_period_s; expected: both or neither"
+            )
         channel = 0 if device.depends_on_current else None
         if load_changes is not None and not biaxial:
             raise InputError(
@@ -382,17 +384,17 @@ class Structure:
     def _on_biaxial(
         self, device: Device, channel: int | None, load_changes: np.ndarray | None
     ) -> IsolatedStructure:
-        """Put the structure on isolators that act in two directions at once."""
+        """Put the structure on biaxial isolators."""
         if len(self.horizontal) != 2:
             raise InputError(
-                f"{self.name} is shaken along {', '.join(self.horizontal)}; expected for biaxial "
-                "isolators: two directions"
+                f"{self.name} has ground motion along {', '.join(self.horizontal)}; expected for "
+                "biaxial isolators: two directions"
             )
         places = self.isolation_rows
         changes = [None] * len(places) if load_changes is None else list(load_changes)
         if len(changes) != len(places):
             raise InputError(
-                f"load_changes has {len(changes)} rows; expected: {len(places)}, one an isolator"
+                f"load_changes has {len(changes)} rows; expected: {len(places)}, one per isolator"
             )
         isolated = IsolatedStructure(self, ())
         share = device.scaled(force=1 / len(places))
@@ -435,7 +437,7 @@ class Structure:
 
 
 def rows_of_base(structure: Structure, name: str) -> dict[str, np.ndarray]:
-    """Motion of the base in each horizontal direction, (n,), by the name of an element along it."""
+    """Row of the base's motion per horizontal direction, (n,), by the element's name."""
     result = {}
     for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
         row = np.zeros(structure.n_dofs)
@@ -445,7 +447,7 @@ def rows_of_base(structure: Structure, name: str) -> dict[str, np.ndarray]:
 
 
 def _no_force() -> Device:
-    """Return a spring of no stiffness."""
+    """Return a spring without stiffness."""
     return Device(LINEAR, CurrentDependence.polynomial({"k": 0.0}, ("k",)))
 
 
@@ -464,7 +466,7 @@ class IsolatedStructure:
     Raises
     ------
     InputError
-        If a direction does not fit the structure, a name is used twice, or a channel is left out.
+        If a direction does not fit the structure, a name is used twice, or a channel is missing.
     """
 
     structure: Structure
@@ -491,17 +493,17 @@ class IsolatedStructure:
                 leader = element
             elif leader is None or leader.name != element.follows:
                 raise InputError(
-                    f"element {element.name!r} follows {element.follows!r}; expected: the element "
-                    "of the same device just before it"
+                    f"element {element.name!r} follows {element.follows!r}; expected: the previous "
+                    "element, of the same device"
                 )
         for devices, law in zip(self.groups, self.group_laws, strict=True):
             if len(devices) != law.directions:
                 names = ", ".join(self.element_names[e] for e in devices)
-                raise InputError(f"{names} are one device; expected: 2 or 3 directions of it")
+                raise InputError(f"{names} are one device; expected: 2 or 3 directions")
 
     @cached_property
     def groups(self) -> tuple[tuple[int, ...], ...]:
-        """Elements of each device, by number: one, or one per direction in which it acts."""
+        """Indices of the elements of each device: one, or one per direction."""
         result: list[list[int]] = []
         for e, element in enumerate(self.elements):
             if element.follows and result:
@@ -512,7 +514,7 @@ class IsolatedStructure:
 
     @cached_property
     def group_laws(self) -> tuple[Law, ...]:
-        """Law of each device, over as many directions as the device has elements."""
+        """Law of each device, for the number of directions of its elements."""
         laws = []
         for group in self.groups:
             law = self.elements[group[0]].device.law
@@ -541,7 +543,7 @@ class IsolatedStructure:
     def control_devices(self) -> np.ndarray:
         """Whether each element is a control device, shape (n_elements,) of bool.
 
-        Those are the elements with a coil; where none has one, all that hold the structure to the
+        These are the elements with a coil; without any coil, all elements between structure and
         ground.
         """
         driven = np.array([element.channel is not None for element in self.elements], dtype=bool)
@@ -549,14 +551,14 @@ class IsolatedStructure:
 
     @property
     def holding(self) -> np.ndarray:
-        """Deformation of each element when the structure moves rigidly against its foundation.
+        """Deformation of each element per unit rigid displacement of structure over foundation.
 
         Shape (n_elements, n_directions); zero for an element inside the structure.
         """
         return self.element_rows @ self.structure.above_foundation
 
     def current_range(self, channel: int = 0) -> tuple[float, float]:
-        """Currents at which every device on a channel is meaningful.
+        """Currents that are valid for every device on a channel.
 
         Parameters
         ----------
@@ -575,14 +577,16 @@ class IsolatedStructure:
         """
         ranges = [e.device.current_range for e in self.elements if e.channel == channel]
         if not ranges:
-            raise InputError(f"channel {channel} drives no element; channels: {self.n_channels}")
+            raise InputError(
+                f"channel {channel} has no element; expected: 0 to {self.n_channels - 1}"
+            )
         low, high = max(r[0] for r in ranges), min(r[1] for r in ranges)
         if low > high:
             raise InputError(f"the devices on channel {channel} have no current in common")
         return low, high
 
     def tested_current(self, channel: int = 0) -> float:
-        """Highest current at which every device that follows a channel's current was tested.
+        """Highest tested current of the devices on a channel: the smallest over the devices.
 
         Parameters
         ----------
@@ -592,7 +596,7 @@ class IsolatedStructure:
         Returns
         -------
         float, A
-            inf where no device says.
+            inf if it is unknown for all devices.
         """
         return min(
             (
@@ -640,8 +644,8 @@ class IsolatedStructure:
         device : Device
             Its law, numbers and scale.
         direction : str or sequence of float, shape (n,)
-            Name of a storey (the element follows its drift) or of a dof (the element ties it to
-            the ground), or the row that turns displacements into the element's deformation.
+            Name of a storey (element between its floors) or of a dof (element between it and the
+            ground), or the row of the element's deformation over the displacements.
         channel : int, optional
             Coil channel; none by default.
         name : str, optional
@@ -668,21 +672,21 @@ class IsolatedStructure:
         name: str = "isolator",
         load_change: Sequence[float] | np.ndarray | None = None,
     ) -> IsolatedStructure:
-        """Return the structure with one more device, which acts in two directions at once.
+        """Return the structure with one more biaxial device.
 
         Parameters
         ----------
         device : Device
             Its law, numbers and scale; the law has an in-plan form.
         directions : sequence of two directions
-            Along x and along y, each as in ``with_element``.
+            Directions along x and y, each as in ``with_element``.
         channel : int, optional
             Coil channel of both; none by default.
         name : str, default "isolator"
-            Name to print; its two elements are ``..._x`` and ``..._y``.
+            Name to print; its elements have the names ``..._x`` and ``..._y``.
         load_change : sequence of float, shape (n,), optional
-            Row that turns displacements into the change of the device's vertical load over its
-            mean, such as `overturning_rows` returns; a third element ``..._load`` without force.
+            Row for the change of the device's vertical load over its mean, from
+            `overturning_rows`. It adds a third element ``..._load`` without force.
 
         Returns
         -------
@@ -695,8 +699,8 @@ class IsolatedStructure:
 
         Notes
         -----
-        For whoever looks at one element alone, as controllers and linearisation do, each direction
-        is the law along a line, with nothing across.
+        Controllers and linearisation use single elements: each direction then follows the law in
+        one direction, without motion across.
         """
         x, y = (self.structure.direction_row(row) for row in directions)
         first = Element(device, x, channel, f"{name}_x")
@@ -711,7 +715,7 @@ class IsolatedStructure:
     def modes(self, currents: float | Sequence[float] = 0.0) -> ModalFacts:
         """Modes for small vibrations about rest.
 
-        Each element is linearised at the first mode's own frequency.
+        Each element is linearised at the frequency of the first mode.
 
         Parameters
         ----------
@@ -726,7 +730,7 @@ class IsolatedStructure:
         Raises
         ------
         InputError
-            If a current is outside its device's range, or some motion is not held.
+            If a current is outside its device's range, or a mode has no stiffness.
         """
         return modal_facts(self, currents)
 
@@ -762,12 +766,12 @@ class IsolatedStructure:
         return float(self.modes(currents).damping_ratios[0])
 
     def fixed_base(self) -> IsolatedStructure:
-        """Superstructure alone, on a base that is held, to compare with: without isolators.
+        """Superstructure on a fixed base, without isolators, for comparison.
 
         Returns
         -------
         IsolatedStructure
-            With the elements of the superstructure; where there are none, with a spring of no
+            With the elements of the superstructure; if there are none, with a spring without
             stiffness, since a simulation needs an element.
         """
         above = list(self.structure.superstructure)
@@ -776,7 +780,7 @@ class IsolatedStructure:
         holding = np.any(np.abs(self.holding) > 1e-9, axis=1)
 
         def stays(e: int) -> bool:
-            # the first storey stands on the base, but does not deform when both move alike
+            # the first storey is connected to the base, but does not deform in rigid motion
             row = self.elements[e].direction
             inside = np.any(row[above]) and not holding[e]
             return bool(inside or not np.any(row[below]))
@@ -794,7 +798,7 @@ class IsolatedStructure:
         return IsolatedStructure(fixed, elements)
 
     def facts(self) -> dict[str, str]:
-        """Masses, periods and tested range, in engineering units, to print.
+        """Masses, periods and tested range as texts, in engineering units.
 
         Returns
         -------

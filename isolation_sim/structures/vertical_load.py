@@ -1,4 +1,4 @@
-"""Effects of the weight on the isolators: P-delta, and varying vertical loads."""
+"""Effects of the weight on the isolators: P-delta and varying vertical loads."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from .structure import Structure
 
 @checked
 def with_p_delta(structure: Structure, height: float) -> Structure:
-    """Put the weight on isolators that lean: a negative stiffness W / h below the base.
+    """Add the P-delta effect of the isolators: a negative stiffness -W / h below the base.
 
     Parameters
     ----------
     structure : Structure
-        With a base.
+        Structure with a base.
     height : float, m
-        Height of the isolators between their hinges: the height of a bearing.
+        Height of a bearing between its hinges.
 
     Returns
     -------
     Structure
-        With the stiffness ``-W / h`` at the base along every direction of ground motion; at each
-        isolator a share of it where their positions are known, so that the base's rotation has it
-        too.
+        Structure with the stiffness ``-W / h`` at the base along every direction of ground motion.
+        With known isolator positions each isolator has a share of it, which also acts on the
+        rotation of the base.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def dof_heights(structure: Structure) -> np.ndarray:
         lower, upper = np.flatnonzero(row == -1.0), np.flatnonzero(row == 1.0)
         if len(lower) != 1 or len(upper) != 1 or np.isnan(result[lower[0]]):
             raise InputError(
-                f"{structure.name}: heights of its dofs are not known; expected: storeys from "
+                f"{structure.name}: heights of its dofs are unknown; expected: storeys from "
                 "below, each the difference of two dofs"
             )
         result[upper[0]] = result[lower[0]] + height
@@ -67,26 +67,26 @@ def dof_heights(structure: Structure) -> np.ndarray:
 
 @checked
 def overturning_rows(structure: Structure) -> np.ndarray:
-    """Rows that turn displacements into the change of each isolator's vertical load.
+    """Rows for the change of each isolator's vertical load by overturning.
 
     The floors' inertia forces, equal to the elastic forces of the storeys, overturn the building
-    about the base. A rigid base spreads the moment over the isolators in proportion to their
-    distance from the middle of all of them.
+    about the base. A rigid base distributes the moment over the isolators in proportion to their
+    distance from their common centre.
 
     Parameters
     ----------
     structure : Structure
-        With storey heights and isolator positions.
+        Structure with storey heights and isolator positions.
 
     Returns
     -------
     numpy.ndarray, shape (n_isolators, n), 1/m
-        Change over the mean load, W / n_isolators, a unit displacement.
+        Change over the mean load, W / n_isolators, per unit displacement.
 
     Raises
     ------
     InputError
-        If heights or positions are not known, or all isolators stand on one line.
+        If heights or positions are unknown, or all isolators are on one line.
     """
     if structure.isolator_positions is None:
         raise InputError(
@@ -94,11 +94,11 @@ def overturning_rows(structure: Structure) -> np.ndarray:
             "isolator_positions_m in [structure]"
         )
     arms = dof_heights(structure)[:, np.newaxis] * structure.influence[:, :2]
-    moments = arms.T @ structure.stiffness  # of the forces that the floors' inertia puts on them
+    moments = arms.T @ structure.stiffness  # moments of the inertia forces of the floors
     places = structure.isolator_positions - structure.isolator_positions.mean(axis=0)
     spread = places.T @ places
     if np.linalg.matrix_rank(spread) < 2:
-        raise InputError("all isolators stand on one line; expected for overturning: a plan")
+        raise InputError("all isolators are on one line; expected for overturning: a plan")
     mean_load = structure.total_mass * STANDARD_GRAVITY / len(places)
     return places @ np.linalg.solve(spread, moments) / mean_load
 
@@ -107,27 +107,28 @@ def overturning_rows(structure: Structure) -> np.ndarray:
 def with_vertical_motion(
     structure: Structure, period: float, damping_ratio: float = 0.05
 ) -> Structure:
-    """Let the ground move the whole building vertically, on the isolators' vertical stiffness.
+    """Add the vertical motion of the whole building on the isolators' vertical stiffness.
 
     Parameters
     ----------
     structure : Structure
-        With a base; its directions are horizontal.
+        Structure with a base and only horizontal directions.
     period : float, s
-        Of the building, a rigid mass, on the isolators' vertical stiffness.
+        Period of the building, as a rigid mass, on the isolators' vertical stiffness.
     damping_ratio : float, default 0.05
-        Of this motion.
+        Damping ratio of this motion.
 
     Returns
     -------
     Structure
-        With one more dof, ``base_z``, and direction of ground motion, ``z``, upwards. Criteria
-        leave it out.
+        Structure with one more dof, ``base_z``, and one more direction of ground motion, ``z``,
+        upwards. The criteria do not include it.
 
     Raises
     ------
     InputError
-        If the period is not above zero, or the structure has no base or moves vertically already.
+        If the period is not above zero, or the structure has no base or already has vertical
+        motion.
     """
     if not (np.isfinite(period) and period > 0):
         raise InputError(f"vertical_period_s is {period!r}; expected: a number above 0, in s")
@@ -158,19 +159,19 @@ def with_vertical_motion(
 
 @checked
 def load_change_rows(structure: Structure, overturning: bool = False) -> np.ndarray:
-    """Rows that turn displacements into the change of each isolator's vertical load.
+    """Rows for the change of each isolator's vertical load from the displacements.
 
     Parameters
     ----------
     structure : Structure
-        Whose vertical motion, if it has one, changes all loads alike.
+        Structure; its vertical motion, if any, changes all loads equally.
     overturning : bool, default False
-        Whether the floors' inertia changes them too; see `overturning_rows`.
+        Whether the inertia forces of the floors change the loads, too; see `overturning_rows`.
 
     Returns
     -------
     numpy.ndarray, shape (n_isolators, n), 1/m
-        Change over the mean load, W / n_isolators, a unit displacement. Compression is positive.
+        Change over the mean load, W / n_isolators, per unit displacement. Compression is positive.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Storeys that yield: the elastic storeys of a shear building become Bouc-Wen elements."""
+"""Yielding storeys: replace elastic storeys of a shear building by Bouc-Wen elements."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..laws import law
 from .structure import IsolatedStructure, Structure
 
-_SHEAR_BUILDING = 1e-9  # stiffness that storeys alone leave unexplained, as a share
+_SHEAR_BUILDING = 1e-9  # largest part of the stiffness that is not from storeys, as a share
 
 
 def storey_stiffnesses(structure: Structure) -> np.ndarray:
@@ -25,8 +25,8 @@ def storey_stiffnesses(structure: Structure) -> np.ndarray:
     left = np.abs(storeys @ result - matrix.ravel()).max(initial=0.0)
     if not len(rows) or left > _SHEAR_BUILDING * np.abs(matrix).max() or np.any(result <= 0.0):
         raise InputError(
-            f"{structure.name}: its stiffness is not that of storeys one above the other; expected "
-            "for storeys that yield: a shear building"
+            f"{structure.name}: its stiffness is not that of a shear building; expected for "
+            "yielding storeys: a shear building"
         )
     return result
 
@@ -45,17 +45,17 @@ def yielding_storeys(
     isolated : IsolatedStructure
         A shear building with or without isolators.
     yield_shear : float or sequence of float, N
-        Shear at which the storeys yield, one for all or one per storey from below.
+        Storey shear at yield, one for all or one per storey from below.
     hardening_ratio : float, default 0.05
-        Stiffness after yielding over that before.
+        Stiffness after yielding over elastic stiffness.
     smoothness : float, default 5
-        Exponent of Bouc and Wen; a large one makes a sharp corner.
+        Exponent of the Bouc-Wen law; a large value gives a sharp corner.
 
     Returns
     -------
     IsolatedStructure
-        As stiff as before at small drifts, with the same damping matrix, and an element
-        ``..._hysteresis`` a storey.
+        Structure with the same stiffness at small drifts, the same damping matrix, and one element
+        ``..._hysteresis`` per storey.
 
     Raises
     ------
@@ -92,10 +92,10 @@ def yielding_storeys(
             "k": 0.0, "c": 0.0, "alpha": float(soft[k]), "A": 1.0, "beta": float(share),
             "gamma": float(share), "n": float(smoothness), "F0": 0.0,
         })  # fmt: skip
-        told = (
+        description = (
             f"yield shear {1e-3 * shear[k]:.4g} kN, elastic stiffness "
             f"{1e-6 * stiffness[k]:.4g} kN/mm, hardening ratio {hardening_ratio:g}"
         )
-        device = replace(device, name=told)
+        device = replace(device, name=description)
         built = built.with_element(device, storey, name=f"{storey}_hysteresis")
     return built

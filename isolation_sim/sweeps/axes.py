@@ -1,4 +1,4 @@
-"""Axes of a plan: values, ranges, samples and files of cases as points."""
+"""Axes of a plan: values, ranges, samples and files of cases, each as a list of points."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from .fields import Change, completed
 from .plan import Sample, SweepPlan, Vary
 
 MOST_CASES = 10_000_000
-"""Cases of a plan, and values of one quantity: some days of one computer."""
+"""Largest number of cases of a plan, and of values of a quantity: some days of computing."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Quantity that an axis varies.
+    """A varied quantity of an axis.
 
     Attributes
     ----------
     label : str
-        Column of the table.
+        Heading of its column in the table.
     fields : tuple of str
-        Fields of the scenario that get the value.
+        Fields of the scenario that are set to the value.
     factor : bool
-        Whether the value multiplies that of the scenario.
+        Whether the value multiplies the scenario's value.
     shown : tuple of str or None
-        Entry of the table for each value; None for the value itself.
+        Text in the table for each value; None for the value itself.
     """
 
     label: str
@@ -46,8 +46,8 @@ class Quantity:
 class Axis:
     """Points along one or several quantities that are varied together."""
 
-    quantities: tuple[Quantity, ...]  # What is varied
-    points: Sequence[Sequence[Any]] | NDArray  # A value a quantity at each point
+    quantities: tuple[Quantity, ...]  # Varied quantities
+    points: Sequence[Sequence[Any]] | NDArray  # One value per quantity at each point
 
     def __len__(self) -> int:
         return len(self.points)
@@ -71,7 +71,7 @@ class Axis:
 
 
 def axes_of(plan: SweepPlan) -> list[Axis]:
-    """Axes of a plan, in its order: the file of cases first, the sample where it first occurs."""
+    """Axes of a plan in its order; a file of cases is first, a sample at its first quantity."""
     axes = [] if plan.cases is None else [_file_axis(plan.cases.file)]
     sampled = [each for each in plan.vary if each.sampled]
     for each in plan.vary:
@@ -86,12 +86,12 @@ def axes_of(plan: SweepPlan) -> list[Axis]:
     labels = [quantity.label for axis in axes for quantity in axis.quantities]
     for label in labels:
         if labels.count(label) > 1:
-            raise InputError(f"{label} is varied twice; expected: a field once, or another label")
+            raise InputError(f"{label} is varied twice; expected: another field or label")
     return axes
 
 
 def label_of(vary: Vary) -> str:
-    """Name of a varied quantity in the table: its own label, or its first field."""
+    """Name of a varied quantity in the table: its label, or its first field."""
     return vary.label or vary.fields[0]
 
 
@@ -121,7 +121,7 @@ def _few_enough(count: float, subject: str) -> None:
 
 
 def _shown(values: Sequence[Any]) -> tuple[str, ...] | None:
-    """Names of values that a table cannot hold; None where it can."""
+    """Names of values that do not fit in a table; None for other values."""
     if all(isinstance(value, bool | int | float | str) for value in values):
         return None
     return tuple(map(_name_of, values))
@@ -138,7 +138,7 @@ def _name_of(value: Any) -> str:
 
 
 def problem_of(sampled: Sequence[Vary]) -> dict[str, Any]:
-    """Describe a sample to SALib; log spacing is sampled, and analysed, in the logarithm."""
+    """Describe a sample for SALib; with log spacing it samples and analyses the logarithm."""
     return {
         "num_vars": len(sampled),
         "names": [label_of(each) for each in sampled],
@@ -167,7 +167,7 @@ def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
     for column, each in zip(points.T, sampled, strict=True):
         if each.spacing == "log":
             column[:] = np.exp(column)
-        # the logarithm and back may end a last bit outside
+        # rounding in exp(log(x)) may leave the limits by one bit
         np.clip(column, each.low, each.high, out=column)
     return points
 
@@ -216,7 +216,7 @@ def _file_axis(path: Path) -> Axis:
 
 
 def _typed(column: list[str]) -> Sequence[Any]:
-    """Numbers where all entries are, whole ones where all are; text otherwise."""
+    """Integers if all entries are integers, numbers if all are numbers, otherwise text."""
     for kind in (int, float):
         try:
             return [kind(entry) for entry in column]

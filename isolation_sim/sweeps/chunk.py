@@ -1,4 +1,4 @@
-"""Some cases of a sweep, run one after another or side by side: a pure function of the cases."""
+"""Chunks of a sweep: some cases, run in sequence or in vector lanes; no side effects."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Cases to run, with all that this takes."""
+    """Cases to run, with all their inputs."""
 
     number: int  # Place in the plan
-    base: dict[str, Any]  # Data of the scenario that every case starts from
+    base: dict[str, Any]  # Data of the base scenario
     controllers: tuple[str, ...]  # Labels of the scenario's controllers
     cases: tuple[CaseSpec, ...]  # The cases
     parameters: dict[str, type]  # Columns of the varied quantities
-    energy: bool = False  # Whether every run's energy ledger is wanted
-    histories: bool | frozenset[int] = False  # Whether histories are wanted, or of which cases
+    energy: bool = False  # Whether to compute every run's energy ledger
+    histories: bool | frozenset[int] = False  # Whether to save histories, or of which cases
 
     def __str__(self) -> str:
         return f"cases {self.cases[0].number} to {self.cases[-1].number}"
@@ -41,7 +41,7 @@ class Chunk:
         return run_chunk(self)
 
     def keeps(self, case: int) -> bool:
-        """Whether a case's histories are wanted."""
+        """Whether a case's histories are saved."""
         return self.histories if isinstance(self.histories, bool) else case in self.histories
 
 
@@ -51,7 +51,7 @@ class Finished:
 
     number: int  # Place of the chunk in the plan
     table: bytes  # Content of a file of columns, one row per run
-    # n_runs, n_failed: How many there are, and how many of them failed
+    # n_runs, n_failed: Numbers of runs and of failed runs
     n_runs: int
     n_failed: int
     histories: dict[str, bytes] = field(default_factory=dict)  # netCDF by file name
@@ -59,8 +59,8 @@ class Finished:
 
 def run_chunk(chunk: Chunk) -> Finished:
     """Run a chunk."""
-    # A row does not depend on the others, so that neither the size of chunks nor their order
-    # matters, to the last bit.
+    # A row does not depend on other rows. Size and order of the chunks therefore do not change the
+    # results, to the last bit.
     cache: dict[tuple[str, ...], Any] = {}
     rows = [row for case in chunk.cases for row in _rows(chunk, case, cache)]
     histories: dict[str, bytes] = {}
@@ -91,7 +91,7 @@ def history_name(case: int, controller: str) -> str:
 
 
 def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> list[Row]:
-    """Build a case; parts shared with other cases are built once."""
+    """Build a case; parts in common with other cases are built once."""
     rows = [Row(case, label) for label in chunk.controllers]
     try:
         data = case.data(chunk.base)
@@ -103,7 +103,7 @@ def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> li
     try:
         jobs = [validated(data).build(cache)] * len(rows)
     except InputError:
-        # one controller's settings may be wrong and not the others'
+        # other controllers may have valid settings
         jobs = []
     for k, row in enumerate(rows):
         try:
@@ -115,7 +115,7 @@ def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> li
 
 
 def _alone(row: Row) -> Run | None:
-    """Run one by one, as ``isolation-sim run`` does."""
+    """Run in sequence, like ``isolation-sim run``."""
     assert row.job is not None and row.control is not None
     try:
         run = simulate(row.job.isolated, row.job.records, row.control, **row.job.options)
@@ -139,7 +139,7 @@ def _side_by_side(rows: Sequence[Row]) -> None:
     try:
         batch = run_cases(cases, threads=1, **options)
     except Exception:
-        # a case that cannot even start takes the others with it: find out which
+        # a case that cannot start stops its whole batch: find this case
         for row in rows:
             _alone(row)
         return
@@ -155,7 +155,7 @@ def _side_by_side(rows: Sequence[Row]) -> None:
 
 
 def _history(run: Run, chunk: Chunk, row: Row) -> bytes:
-    """Histories as a netCDF file, with the scenario that `isolation-sim run` makes them from."""
+    """Histories as a netCDF file, with the scenario for `isolation-sim run`."""
     data = row.case.data(chunk.base)
     entry = data["controller"][chunk.controllers.index(row.controller)]
     scenario = validated({**data, "controller": [entry]}).to_toml()

@@ -1,4 +1,4 @@
-"""A prepared plan: its cases by number, and the contents that identify it."""
+"""The cases of a plan by number, and the comparison of plans."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from .plan import SweepPlan
 
 @dataclass(frozen=True)
 class CaseSpec:
-    """One case: a scenario's changes; it is run under every controller."""
+    """One case: changes of a scenario, run with every controller."""
 
     number: int  # Place in the plan, from 0
     shown: dict[str, Any]  # Varied quantities for the table, by label
-    changes: tuple[Change, ...]  # What is done to the scenario's data
-    seed: int | None = None  # Of noise and random ground motion; None for those of the scenario
+    changes: tuple[Change, ...]  # Changes of the scenario's data
+    seed: int | None = None  # Seed of noise and random ground motion; None for the scenario's
 
     def data(self, base: dict[str, Any]) -> dict[str, Any]:
         """Return the case's scenario, as data."""
@@ -45,13 +45,13 @@ class CaseSpec:
 class Design:
     """All cases of a plan."""
 
-    # source: Its file, for errors.
+    # source: File of the plan, for errors.
 
     def __init__(self, plan: SweepPlan, source: str = ""):
         self.plan = plan
-        self.axes: list[Axis] = []  # What is varied; the last one varies fastest
+        self.axes: list[Axis] = []  # Axes; the last one varies fastest
         try:
-            # Data of the scenario that every case starts from, all keys given
+            # Data of the base scenario with all keys
             self.base = plan.scenario.model_dump(mode="json")
             for each in plan.vary:
                 if each.fields == ("controller",):
@@ -80,7 +80,7 @@ class Design:
 
     @property
     def n_runs(self) -> int:
-        """Number of runs: every case under every controller."""
+        """Number of runs: cases times controllers."""
         return self.n_cases * len(self.controllers)
 
     def case(self, number: int) -> CaseSpec:
@@ -99,7 +99,7 @@ class Design:
             changes += axis.changes(k)
         if not self.plan.seeds:
             return CaseSpec(number, shown, tuple(changes))
-        # of what the case is, not of where it stands
+        # from the contents of the case, not from its number
         content = sorted(_json([c.field, c.value, c.factor]) for c in changes)
         digest = hashlib.sha256(_json([self.plan.seeds.base, repetition, content]).encode())
         seed = int.from_bytes(digest.digest()[:4], "big")
@@ -119,7 +119,7 @@ class Design:
         return kinds
 
     def content(self) -> dict[str, Any]:
-        """Return all that decides the results, as JSON can hold it."""
+        """Return all inputs that determine the results, as data for JSON."""
         content = self.plan.model_dump(mode="json") | {"scenario": self.base}
         content["vary"] = [
             {key: value for key, value in each.items() if value is not None}
@@ -130,18 +130,18 @@ class Design:
         return {"plan": content, "files": files, "software": f"isolation-sim {__version__}"}
 
     def names(self) -> Iterator[str]:
-        """Registered names that the cases use, or may use."""
+        """Registered names that the cases may use."""
         yield from names_in(self.base)
         for axis in self.axes:
             if isinstance(axis.points, np.ndarray):
-                continue  # numbers alone
+                continue  # only numbers
             for k, quantity in enumerate(axis.quantities):
                 column = [point[k] for point in axis.points]
                 for field in quantity.fields:
                     yield from names_in(column, field.rpartition(".")[2])
 
     def _check_values(self) -> None:
-        """Try every value with the first ones of the other axes, but for a long file's."""
+        """Check every value with the first values of the other axes; of a long file only some."""
         for axis in self.axes:
             for k in range(min(len(axis), 1000)):
                 try:
@@ -151,12 +151,12 @@ class Design:
                     raise with_place(error, shown) from None
 
     def _varied(self, axis: Axis, k: int) -> Scenario:
-        """Scenario of an axis's k-th point and the first ones of the other axes."""
+        """Scenario of an axis's k-th point and the first points of the other axes."""
         others = (c for each in self.axes if each is not axis for c in each.changes(0))
         return validated(changed(self.base, (*others, *axis.changes(k))))
 
     def scenarios(self) -> Iterator[Scenario]:
-        """Scenarios that name whatever the cases name: numbers alone are not gone through."""
+        """Scenarios with all registered names of the cases; axes of numbers are skipped."""
         yield validated(self.case(0).data(self.base))
         for axis in self.axes:
             if not isinstance(axis.points, np.ndarray):
@@ -166,7 +166,7 @@ class Design:
 
 
 def validated(data: dict[str, Any]) -> Scenario:
-    """Make a scenario of its data."""
+    """Build a scenario from its data."""
     try:
         return Scenario.model_validate(data)
     except ValidationError as error:
@@ -203,7 +203,7 @@ def _digest(path: str) -> str:
 
 
 def differences(stored: Any, now: Any, place: str = "") -> Iterator[str]:
-    """Yield the differences between two plans' contents, one line per place."""
+    """Yield the differences of two plans' contents, one line per place."""
     if isinstance(stored, dict) and isinstance(now, dict):
         for key in {**stored, **now}:
             inner = f"{place}.{key}".removeprefix(".")

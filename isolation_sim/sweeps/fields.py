@@ -1,4 +1,4 @@
-"""Fields of a scenario by name, such as ``isolator.force_scale``, and how a case changes them."""
+"""Fields of a scenario by name, such as ``isolator.force_scale``, and their changes in a case."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ Step = str | int
 
 @dataclass(frozen=True)
 class Change:
-    """Change of one field by a case."""
+    """Change of one field in a case."""
 
-    # Keys joined by dots; ``[k]`` picks an item of a list, and without it all items are meant
+    # Keys joined by dots; ``[k]`` picks an item of a list. Without it all items change
     field: str
-    value: Any  # The field's value, or what its value is multiplied by
-    factor: bool = False  # Whether the value multiplies what the scenario has
+    value: Any  # The field's value, or its factor
+    factor: bool = False  # Whether the value multiplies the scenario's value
 
     def new(self, old: Any) -> Any:
         """Return the field's new value."""
@@ -39,7 +39,7 @@ class Change:
 
 @lru_cache(maxsize=1024)
 def steps_of(field: str) -> tuple[Step, ...]:
-    """Split a field's name into keys and numbers of items."""
+    """Split a field's name into keys and indices."""
     steps: list[Step] = []
     for part in field.split("."):
         match = _STEP.fullmatch(part)
@@ -62,7 +62,7 @@ def changed(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, Any]:
 
 
 def completed(field: str, value: Any, folder: str | Path) -> Any:
-    """Complete a value with its defaults, so that each of its keys can be changed."""
+    """Fill in the defaults of a value, so that its keys can be changed, too."""
     from ..scenario import Scenario
     from ..scenario.fields import NAMING
 
@@ -78,8 +78,8 @@ def completed(field: str, value: Any, folder: str | Path) -> Any:
     if not isinstance(value, dict | list):
         return value
     alone = isinstance(value, dict) and name in ("ground", "controller", "element")
-    sections = {name: [value] if alone else value}
-    data = Scenario.model_validate(sections, context={"folder": folder}).model_dump(mode="json")
+    entry = {name: [value] if alone else value}
+    data = Scenario.model_validate(entry, context={"folder": folder}).model_dump(mode="json")
     return data[name][0] if rest or (name == "controller" and alone) else data[name]
 
 
@@ -93,14 +93,14 @@ def with_seed(data: dict[str, Any], seed: int) -> dict[str, Any]:
 
 
 def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: tuple) -> Any:
-    """Return a value with the part at these steps replaced."""
+    """Return a value in which the part at the steps is replaced."""
     if not steps:
         return new(value)
     step, rest = steps[0], steps[1:]
     if isinstance(value, list):
         if not isinstance(step, int):
             if not value:
-                raise InputError(f"field {_dotted(place)}: the scenario has none")
+                raise InputError(f"field {_dotted(place)}: is not in the scenario")
             return [_put(each, steps, new, place) for each in value]
         if step >= len(value):
             raise InputError(
@@ -119,13 +119,13 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
     if "settings" in value and step not in ("name", "label"):
         return {**value, "settings": {k: put[k] for k in {**value["settings"], step: None}}}
     if step == "parameters" and rest and not isinstance(value[step], dict):
-        # numbers that are not given are those of the law's published set
+        # missing parameters are those of the law's published set
         put[step] = {rest[0]: put[step][rest[0]]}
     return put
 
 
 def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
-    """Return a table with the section that a step leads into, if the scenario lacks it."""
+    """Return a table with the default of a key that the scenario leaves out."""
     if not place and step == "nominal" and value["nominal"] is None:
         from ..scenario.devices import NominalModel
 
@@ -137,7 +137,7 @@ def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
         defaults = {name: setting.default for name, setting in declared.items()}
         return {**value, **defaults, **value["settings"]}
     if place[-1:] == ("noise",):
-        # any output may be given noise; the run refuses what is none
+        # every name may have noise; the run refuses names that are no output
         return {step: None, **value}
     if step == "parameters" and not isinstance(value["parameters"], dict):
         return {**value, "parameters": _published(value, place)}
@@ -145,14 +145,14 @@ def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
 
 
 def _published(device: dict[str, Any], place: tuple) -> dict[str, Any]:
-    """Return the numbers of a section's published set, ascending powers of the current."""
+    """Return the parameters of a section's published set, ascending powers of the current."""
     from ..laws import available_sets, law
 
     name, chosen = device["law"], device["parameters"]
     if name is None or (chosen is not None and chosen != available_sets(name)[0]):
         raise InputError(
-            f"field {_dotted((*place, 'parameters'))}: a number of the set {chosen!r} cannot be "
-            "changed alone; expected: a scenario that gives the law and its numbers"
+            f"field {_dotted((*place, 'parameters'))}: single parameters of the set {chosen!r} "
+            "cannot be changed; expected: a scenario with the law and its parameters"
         )
     current = law(name, chosen).current
     if len(current.coefficients) > 1:

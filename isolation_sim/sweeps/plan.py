@@ -1,4 +1,4 @@
-"""A sweep's plan: the varied quantities and their values, to and from TOML."""
+"""A sweep's plan: scenario and varied quantities, to and from TOML."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Count = Annotated[int, Field(gt=0)]
 
 
 class Vary(Section):
-    """One quantity that is varied: over values, a range, or between limits that are sampled."""
+    """One varied quantity: a list of values, a range, or limits of a sample."""
 
     field: str | Annotated[list[str], Field(min_length=1)]
     label: Annotated[str | None, Field(min_length=1)] = None
@@ -52,16 +52,18 @@ class Vary(Section):
     def _one_way(self) -> Self:
         limits = self.low is not None and self.high is not None
         if (self.values is None) != limits or (self.values is not None and self.steps):
-            raise InputError("expected: values, or low and high, these with count or step or none")
+            raise InputError("expected: values, or low and high, with count, with step or alone")
         if self.count is not None and self.step is not None:
-            raise InputError("count and step are given; expected: one of them at most")
+            raise InputError("count and step are both set; expected: at most one of them")
         if self.low is not None and self.high is not None:
             if not self.low < self.high:
-                raise InputError(f"low is {self.low:g}, high {self.high:g}; expected: low below")
+                raise InputError(
+                    f"low is {self.low:g}, high is {self.high:g}; expected: low < high"
+                )
             if self.spacing == "log" and self.low <= 0:
                 raise InputError(f"low is {self.low:g}; expected with log spacing: above 0")
         if self.step is not None and self.spacing == "log":
-            raise InputError("step goes with linear spacing; expected with log spacing: count")
+            raise InputError("step needs linear spacing; expected with log spacing: count")
         if self.names is not None and len(self.names) != len(self.values or ()):
             raise InputError("names and values differ in number; expected: one name per value")
         return self
@@ -78,7 +80,7 @@ class Vary(Section):
 
     @property
     def scaled_limits(self) -> tuple[float, float]:
-        """Limits as they are sampled: their logarithms with log spacing."""
+        """Limits of the sampling; logarithms with log spacing."""
         assert self.low is not None and self.high is not None
         if self.spacing == "log":
             return math.log(self.low), math.log(self.high)
@@ -86,12 +88,12 @@ class Vary(Section):
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """Fields that get the value."""
+        """Fields that are set to the value."""
         return (self.field,) if isinstance(self.field, str) else tuple(self.field)
 
 
 class Sample(Section):
-    """How quantities that have only limits are sampled, all together."""
+    """Sampling of the quantities that have only limits."""
 
     method: Literal["latin_hypercube", "sobol", "saltelli", "morris"] = "latin_hypercube"
     count: Count
@@ -99,24 +101,24 @@ class Sample(Section):
 
 
 class CaseFile(Section):
-    """Cases of your own: a CSV file with one column per field."""
+    """User's cases: a CSV file with one column per field."""
 
     file: InputPath
 
 
 class Seeds(Section):
-    """Repetitions of every case, each with a seed that follows from the case."""
+    """Repetitions of every case; the seed of each is computed from the case."""
 
     count: Count
     base: WholeNumber = 0
 
 
 class SweepPlan(Section):
-    """Everything that decides a sweep.
+    """All settings of a sweep.
 
-    Every ``vary`` that has values or a range is an axis; those with limits alone are sampled
-    together and make one; so do a file of cases and repetitions. The cases are all combinations,
-    each run under every controller of the scenario.
+    Every ``vary`` with values or a range is an axis. Quantities with only limits are sampled
+    together and form one axis. A file of cases and repetitions are axes, too. The cases are all
+    combinations; each is run with every controller of the scenario.
     """
 
     name: Annotated[str, Field(min_length=1)] = "sweep"
@@ -157,7 +159,7 @@ class SweepPlan(Section):
         Parameters
         ----------
         path : str or pathlib.Path
-            TOML; paths in it are relative to its folder.
+            TOML file; paths in it are relative to its folder.
 
         Returns
         -------
@@ -166,7 +168,7 @@ class SweepPlan(Section):
         Raises
         ------
         InputError
-            Names the file, the key, the value and the expected values.
+            With the file, the key, its value and the expected value.
         """
         path = Path(path)
         data = read_toml(path, "a plan, such as isolation-sim sweep new writes")
@@ -181,11 +183,11 @@ class SweepPlan(Section):
         Parameters
         ----------
         data : dict
-            As in a plan's file.
+            Keys and values of a plan's file.
         folder : str or pathlib.Path
-            Folder that relative paths start from.
+            Base folder of relative paths.
         source : str
-            Where it comes from, for errors.
+            Name of its source, for errors.
 
         Returns
         -------
@@ -194,7 +196,7 @@ class SweepPlan(Section):
         Raises
         ------
         InputError
-            Names the source, the key, the value and the expected values.
+            With the source, the key, its value and the expected value.
         """
         try:
             return cls.model_validate(data, context={"folder": folder})

@@ -33,7 +33,7 @@ class Sweep(Printed):
     Parameters
     ----------
     folder : str or pathlib.Path
-        Folder that a sweep was run in; it need not be finished.
+        Folder of a sweep, finished or unfinished.
 
     Attributes
     ----------
@@ -55,18 +55,18 @@ class Sweep(Printed):
 
     @cached_property
     def plan(self) -> SweepPlan:
-        """The plan, its scenario included."""
+        """The plan with its scenario."""
         from .plan import SweepPlan
 
         return SweepPlan.from_dict(self._manifest["plan"], source=str(self._store.manifest))
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """A row per run that is finished.
+        """One row per finished run.
 
         ``case``, the varied quantities, ``controller``, ``status``, ``reason``, ``clamped``,
-        ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests
-        behind the laws, 0 where there are none), then criteria and energies in SI units.
+        ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests of
+        the laws; 0 without tests), then criteria and energies in SI units.
         """
         import pandas
 
@@ -74,7 +74,7 @@ class Sweep(Printed):
 
     @property
     def finished(self) -> bool:
-        """Whether all runs are done."""
+        """Whether all runs are finished."""
         return self._store.table.is_file()
 
     @cached_property
@@ -85,7 +85,7 @@ class Sweep(Printed):
 
     @cached_property
     def criteria(self) -> tuple[str, ...]:
-        """Columns of results, energies included; those of geometry where it is known."""
+        """Columns of results with energies; those of geometry only if it is known."""
         from .rows import geometric_names
 
         columns = list(self.table.columns)
@@ -107,7 +107,7 @@ class Sweep(Printed):
 
     @property
     def failed(self) -> pandas.DataFrame:
-        """Rows of the runs that failed, with their reasons."""
+        """Rows of the failed runs, with the reasons."""
         return self.table[self.table["status"] != "ok"]
 
     def warnings(self) -> list[str]:
@@ -116,9 +116,9 @@ class Sweep(Printed):
         Returns
         -------
         list of str
-            Number of runs beyond the tested deformations or currents, and the largest excess.
+            Number of runs beyond the tested deformations or currents, and the largest ratios.
         """
-        if OVER_TESTED[0] not in self.table:  # of an earlier release
+        if OVER_TESTED[0] not in self.table:  # written by an earlier release
             return []
         return beyond_tests(*(self.table[name].to_numpy() for name in OVER_TESTED))
 
@@ -126,14 +126,14 @@ class Sweep(Printed):
     def best(
         self, criterion: str = "peak_floor_acceleration_m_s2", count: int = 5
     ) -> pandas.DataFrame:
-        """Return the runs with the best criterion: the lowest, but the highest of a gain.
+        """Return the runs with the best value of a criterion.
 
         Parameters
         ----------
         criterion : str
-            Column of results.
+            Column of results. The best value is the smallest, or the largest of a gain.
         count : int, default 5
-            How many.
+            Number of runs.
 
         Returns
         -------
@@ -159,7 +159,7 @@ class Sweep(Printed):
     def sensitivity(
         self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
     ) -> pandas.DataFrame:
-        """Return how far each sampled quantity decides a criterion, by SALib.
+        """Return the sensitivity indices of a criterion, by SALib.
 
         Parameters
         ----------
@@ -171,9 +171,9 @@ class Sweep(Printed):
         Returns
         -------
         pandas.DataFrame
-            A row a quantity. Sobol indices S1 and ST of a saltelli sample; Morris' mu_star and
-            sigma in the criterion's unit; first-order S1 by random balance designs otherwise. A
-            column that ends in ``_conf`` holds half a 95 % interval.
+            One row per quantity. Columns: Sobol indices S1 and ST of a saltelli sample; mu_star
+            and sigma of a morris sample, in the criterion's unit; otherwise S1 by random balance
+            designs. Columns ending in ``_conf`` contain half the width of the 95 % interval.
 
         Raises
         ------
@@ -189,7 +189,7 @@ class Sweep(Printed):
 
     @checked
     def history(self, case: int, controller: str | None = None) -> xarray.Dataset:
-        """Return a run's histories, where the plan keeps them.
+        """Return a run's time histories, if the plan saves them.
 
         Parameters
         ----------
@@ -205,7 +205,7 @@ class Sweep(Printed):
         Raises
         ------
         InputError
-            If they were not stored.
+            If they were not saved.
         """
         from ..simulation.run_files import read_run
         from .chunk import history_name
@@ -232,14 +232,14 @@ class Sweep(Printed):
 
     @checked
     def to_html(self, path: str | Path, criterion: str = "peak_floor_acceleration_m_s2") -> Path:
-        """Write a report that opens in any browser, in which the reader chooses the runs.
+        """Write a report with interactive charts, which opens in any browser.
 
         Parameters
         ----------
         path : str or pathlib.Path
             File to write, replaced whole or not at all.
         criterion : str
-            Column of results to begin with.
+            Initial criterion.
 
         Returns
         -------
@@ -255,7 +255,7 @@ class Sweep(Printed):
 
     @checked
     def plot_comparison(self, criteria: Sequence[str] | None = None) -> Figure:
-        """Draw all criteria of all controllers side by side, medians and spreads over the cases.
+        """Draw medians and spreads of the criteria over the cases, for all controllers.
 
         Parameters
         ----------
@@ -280,8 +280,8 @@ class Sweep(Printed):
         Parameters
         ----------
         x, y : str, optional
-            Varied quantities; the first two by default. Where more are varied, the median over the
-            others is drawn.
+            Varied quantities; the first two by default. The map shows the median over further
+            varied quantities.
         criterion : str
             Column of results.
 
@@ -292,7 +292,7 @@ class Sweep(Printed):
         Raises
         ------
         InputError
-            If fewer than two quantities that are numbers are varied, or a name is unknown.
+            If fewer than two numerical quantities are varied, or a name is unknown.
         """
         return render("sweep_figures:heat_map", self, x, y, criterion)
 
@@ -300,7 +300,7 @@ class Sweep(Printed):
     def plot_sensitivity(
         self, criterion: str = "peak_floor_acceleration_m_s2", controller: str | None = None
     ) -> Figure:
-        """Draw how far each sampled quantity decides a criterion; see `sensitivity`.
+        """Draw the sensitivity indices of a criterion; see `sensitivity`.
 
         Parameters
         ----------
@@ -317,7 +317,7 @@ class Sweep(Printed):
 
     @checked
     def plot(self, criteria: Sequence[str] | None = None) -> Figure:
-        """Draw the controllers side by side; the same as `plot_comparison`.
+        """Draw the criteria of all controllers; the same as `plot_comparison`.
 
         Parameters
         ----------
@@ -349,8 +349,8 @@ class Sweep(Printed):
         Returns
         -------
         xarray.Dataset
-            Each column of ``table`` over the axes ``case`` and ``controller``; not a number where
-            there is no run.
+            Each column of ``table`` over the axes ``case`` and ``controller``; NaN for missing
+            runs.
         """
         return self.table.set_index(["case", "controller"]).to_xarray()
 
@@ -381,21 +381,21 @@ class Sweep(Printed):
 
     @staticmethod
     def check(name: str, known: Sequence[str], what: str) -> None:
-        """Refuse a name that is not known.
+        """Refuse an unknown name.
 
         Parameters
         ----------
         name : str
-            Given.
+            Name to check.
         known : sequence of str
-            Accepted.
+            Known names.
         what : str
-            Expected type.
+            Kind of name, for the error.
 
         Raises
         ------
         InputError
-            Naming the nearest.
+            With the nearest known name.
         """
         if name not in known:
             raise unknown_name(what, name, known)

@@ -1,4 +1,4 @@
-"""The table of a sweep: its columns, and a chunk's rows."""
+"""The table of a sweep: its columns, and the rows of a chunk."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ _TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
 
 @dataclass
 class Row:
-    """One run of a chunk, as it comes to be known."""
+    """One run of a chunk; the results are filled in step by step."""
 
     case: CaseSpec  # The case
     controller: str  # Label of the controller
-    job: Job | None = None  # The case made ready; None where it cannot be
-    control: Control | None = None  # The controller, a fresh one
-    # criteria, energy: What came of it, SI units
+    job: Job | None = None  # The case ready to run; None if it is invalid
+    control: Control | None = None  # A new controller
+    # criteria, energy: Results, SI units
     criteria: dict[str, float] = field(default_factory=dict)
     energy: dict[str, float] = field(default_factory=dict)
     clamped: int = 0  # Commands that were clamped
-    # deformation_over_tested, current_over_tested: Peaks over those of the tests behind the laws; 0
-    # where there are none
+    # deformation_over_tested, current_over_tested: Peaks over those of the tests of the laws; 0
+    # without tests
     deformation_over_tested: float = np.nan
     current_over_tested: float = np.nan
-    # {"ok", "diverged", "refused", "error"}: Refused is input that cannot be used, a current
-    # outside the limits for one
+    # {"ok", "diverged", "refused", "error"}; refused: input that cannot be used, such as a current
+    # outside the limits
     status: str = "ok"
-    reason: str = ""  # Why there is no result
+    reason: str = ""  # Reason for a missing result
 
     def fail(self, error: Exception) -> None:
-        """Record why there is no result."""
+        """Record the reason for a missing result."""
         known = isinstance(error, InputError | Diverged)
         self.status = "diverged" if isinstance(error, Diverged) else "refused" if known else "error"
         self.reason = str(error) if known else f"{type(error).__name__}: {error}"
@@ -57,7 +57,7 @@ def criteria_names() -> tuple[str, ...]:
 
 
 def geometric_names() -> tuple[str, ...]:
-    """Names of the criteria that only a structure of known geometry has."""
+    """Names of the criteria that need a structure's geometry."""
     return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in GEOMETRIC)
 
 
@@ -80,7 +80,7 @@ def energy_record(run: Run) -> dict[str, float]:
 
 
 def result_names(controllers: Sequence[str], energy: bool) -> tuple[str, ...]:
-    """Names of the columns that hold results."""
+    """Names of the result columns."""
     ratios = _ratio_names(energy) if UNCONTROLLED in controllers else ()
     return (*criteria_names(), *ratios, *(_energy_names() if energy else ()))
 
@@ -114,7 +114,7 @@ def table_columns(
 def _ratios(
     results: Mapping[str, np.ndarray], reference: int, n_controllers: int
 ) -> dict[str, np.ndarray]:
-    """Ratios to the uncontrolled run of each case; those of energies where there are energies."""
+    """Ratios to the uncontrolled run of each case; ratios of energies if there are energies."""
     by_case = {name: values.reshape(-1, n_controllers) for name, values in results.items()}
     uncontrolled = {name: values[:, [reference]] for name, values in by_case.items()}
     energy = {

@@ -1,4 +1,4 @@
-"""Run a sweep: measure, divide into chunks, distribute them, store their results."""
+"""Run a sweep: estimate the time, divide it into chunks, run them, and save their results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..io.output_place import check_writable, free_space
 from ..io.results_folder import file_name, write_contents
 from ..registry import registry
 from ..simulation.batch import LANES
-from ..workers import in_processes, in_this_process, on_cluster, reached
+from ..workers import connected, in_processes, in_this_process, on_cluster
 from .chunk import Chunk, Finished, run_chunk
 from .design import Design
 from .plan import SweepPlan
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 MOST_CASES = 15 * LANES
-"""Cases of a chunk: whole blocks of lanes, and no more plants than the engine remembers."""
+"""Cases per chunk: a multiple of the lanes; the engine's cache holds the plants of a chunk."""
 
 _CHUNK_SECONDS = 5.0
 _CHUNK_BYTES = 64e6
@@ -37,18 +37,18 @@ _PILOT_SECONDS = 0.3
 
 @dataclass(frozen=True)
 class Estimate:
-    """Expected time and memory of a sweep.
+    """Time and disk space of a sweep.
 
     Attributes
     ----------
     n_cases, n_runs : int
-        Cases, and runs: every case under every controller.
+        Numbers of cases and of runs (cases times controllers).
     seconds : float
-        Of one process, measured on a few cases, s.
+        Time in one process, measured on a few cases, s.
     size : float
-        On disk, bytes.
+        Size on disk, bytes.
     cases_per_chunk : int
-        Cases that are run and stored together.
+        Number of cases that are run and saved together.
     """
 
     n_cases: int
@@ -59,7 +59,7 @@ class Estimate:
 
 
 def estimate(design: Design) -> Estimate:
-    """Run a few cases to estimate time and memory of a sweep."""
+    """Run a few cases to estimate a sweep's time and size."""
     # the first run of a law compiles
     run_chunk(chunk_of(design, 0, (0,)))
     n = design.n_cases
@@ -92,7 +92,7 @@ def sweep(
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
-    """Run a plan; finished chunks survive any interruption.
+    """Run a plan; finished runs are saved and survive an interruption.
 
     Parameters
     ----------
@@ -101,16 +101,16 @@ def sweep(
     out : str or pathlib.Path, optional
         Folder for the results; ``results/`` and the plan's name by default.
     resume : bool, default False
-        Whether to go on with what was begun there, if anything was, and to run again what ended in
-        an error (status ``error``: neither a divergence nor input that cannot be used).
+        Whether to continue an interrupted sweep in the folder. Runs with the status ``error``
+        (neither a divergence nor unusable input) are run again.
     workers : int, optional
-        Processes of this machine; as many as there are processors by default.
+        Processes on this machine; one per processor by default.
     scheduler : str, optional
-        Address of a Dask scheduler whose cluster runs the chunks instead.
+        Address of a Dask scheduler to run the chunks on its cluster instead.
     announce : callable, optional
-        Called with an `Estimate` before the sweep begins.
+        Called with an `Estimate` before the sweep starts.
     progress : callable, optional
-        Called with the number of runs that have just been finished and of those that failed.
+        Called with the numbers of runs finished since the last call and of failed ones.
 
     Returns
     -------
@@ -119,9 +119,9 @@ def sweep(
     Raises
     ------
     InputError
-        If the plan cannot be used, or the folder holds something else.
+        If the plan cannot be used, or the folder contains other files.
     OSError
-        If results cannot be written, as on a full disk; then ``resume`` goes on.
+        If results cannot be written, as on a full disk; ``resume`` continues the sweep.
     """
     source = str(plan) if isinstance(plan, str | Path) else ""
     if isinstance(plan, str | Path):
@@ -144,12 +144,12 @@ def run_design(
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
-    """Run a plan that was made ready; see `sweep`."""
+    """Run the cases of a plan; see `sweep`."""
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}; expected: 1 or more")
     if scheduler is not None or (workers or os.cpu_count() or 1) > 1:
         _check_workers_know(design)
-    with reached(scheduler) as cluster:
+    with connected(scheduler) as cluster:
         store = Store(out)
         content = design.content()
         if resume and store.exists():
@@ -167,11 +167,11 @@ def run_design(
             if expected.size > room:
                 raise InputError(
                     f"{store.folder}: the sweep needs about {expected.size / 1e9:.3g} GB; "
-                    f"{room / 1e9:.3g} GB are free there; expected: a larger disk, or fewer cases"
+                    f"{room / 1e9:.3g} GB are free; expected: a larger disk, or fewer cases"
                 )
             cases_per_chunk = expected.cases_per_chunk
             store.begin(content, cases_per_chunk)
-            # results, even if this is killed
+            # marks the folder as results, even if the process is killed
             write_contents(store.folder, f"Sweep {design.plan.name}")
         with store.locked():
             if store.table.is_file():
@@ -192,7 +192,7 @@ def run_design(
 
 
 def _check_workers_know(design: Design) -> None:
-    """Refuse names that were registered in this process alone, which the workers do not know."""
+    """Refuse names that are registered only in this process, since workers do not know them."""
     used = set(design.names())
     for kind in ("law", "effect", "controller", "reader"):
         for name in registry(kind).only_here():
@@ -205,7 +205,7 @@ def _check_workers_know(design: Design) -> None:
 
 
 def default_folder(plan: SweepPlan) -> Path:
-    """Return where a plan's results go unless it is said."""
+    """Return the default results folder of a plan."""
     return Path("results") / file_name(plan.name)
 
 
@@ -224,7 +224,7 @@ def _places(design: Design, number: int, cases_per_chunk: int) -> range:
 
 
 def chunk_of(design: Design, number: int, cases: Iterable[int]) -> Chunk:
-    """Put a chunk together."""
+    """Build a chunk."""
     histories = design.plan.histories
     return Chunk(
         number=number,

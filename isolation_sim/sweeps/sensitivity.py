@@ -37,7 +37,7 @@ def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pand
     if len(values) != len(points):
         raise InputError(
             f"{place}: {len(values)} runs of {label} for {len(points)} points; expected: a "
-            "finished sweep in which nothing but the sample is varied"
+            "finished sweep in which only the sample varies"
         )
     failed = int(np.isnan(values).sum())
     if failed:

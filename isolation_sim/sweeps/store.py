@@ -1,8 +1,8 @@
-"""A sweep's folder: finished chunks that survive anything, and the table made of them.
+"""A sweep's folder: finished chunks that survive an interruption, and the table from them.
 
-A chunk counts when its file has its name, which holds the checksum of what is in it: it is written
-under another name, forced to the disk and then renamed. So there is no instant at which a kill, a
-full disk or a power cut leaves something half done that looks whole.
+The name of a chunk's file contains the checksum of its contents. The file is written under another
+name, forced to the disk and then renamed. A kill, a full disk or a power failure can therefore
+never leave an incomplete chunk that looks complete.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from .chunk import Finished
 from .design import differences
 
 FORMAT = 2
-"""Of the folder: 1 had its tables as Parquet."""
+"""Version of the folder's format; version 1 had Parquet tables."""
 
 _AT_ONCE = 4_000_000
-"""Numbers that are held in memory while chunks are put together."""
+"""Largest number of values in memory while chunks are joined."""
 
 _LEFT_OVER = ".unfinished"
 
@@ -36,8 +36,8 @@ class Store:
     """A sweep's folder."""
 
     def __init__(self, folder: str | Path):
-        # ``manifest.json``, ``chunks/`` while the sweep runs, ``table.npz`` at its end, and
-        # ``histories/`` where they are kept
+        # ``manifest.json``, ``chunks/`` during the sweep, ``table.npz`` at its end, and
+        # ``histories/`` if they are saved
         self.folder = Path(folder)
         self.manifest = self.folder / "manifest.json"
         self.table = self.folder / "table.npz"
@@ -45,35 +45,33 @@ class Store:
         self.histories = self.folder / "histories"
 
     def exists(self) -> bool:
-        """Whether a sweep was begun there."""
+        """Whether the folder has a sweep."""
         return self.manifest.is_file()
 
     def check_free(self) -> None:
-        """Check that the folder holds no sweep yet."""
+        """Refuse a folder that is not empty."""
         if self.folder.is_file():
             raise InputError(f"{self.folder}: a file; expected: a new folder")
         there = self.folder.iterdir() if self.folder.exists() else ()
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
-            remedy = ", --overwrite, or --resume to go on there" if self.exists() else ""
-            raise InputError(
-                f"{self.folder}: holds something already; expected: a new folder{remedy}"
-            )
+            remedy = ", --overwrite, or --resume to continue" if self.exists() else ""
+            raise InputError(f"{self.folder}: is not empty; expected: a new folder{remedy}")
 
     def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
-        """Make the folder."""
+        """Create the folder."""
         self.check_free()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
                 f"{self.folder}: results cannot be written there ({error.strerror}); expected: a "
-                "folder that you may write to"
+                "folder with write permission"
             ) from None
         manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
         write_durably(self.manifest, json.dumps(manifest, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
-        """Return the manifest that `begin` wrote."""
+        """Return the data of `begin`."""
         try:
             manifest = json.loads(self.manifest.read_bytes())
         except (FileNotFoundError, NotADirectoryError):
@@ -84,13 +82,13 @@ class Store:
             raise InputError(f"{self.manifest}: cannot be read ({error})") from None
         if manifest.get("format") != FORMAT:
             raise InputError(
-                f"{self.folder}: a sweep of another release; expected: the sweep run again, or its "
-                "table read by pandas.read_parquet"
+                f"{self.folder}: a sweep of another release; expected: to run the sweep again, "
+                "or to read its table with pandas.read_parquet"
             )
         return manifest
 
     def check_same(self, content: dict[str, Any]) -> int:
-        """Make sure that the plan is the one that was begun."""
+        """Refuse another plan than that of the folder."""
         manifest = self.read_manifest()
         cases_per_chunk = manifest.pop("cases_per_chunk")
         manifest.pop("format")
@@ -105,10 +103,10 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Keep other processes from writing to the folder; a killed process lets it go."""
+        """Lock the folder against other processes; the end of the process releases the lock."""
         try:
             import fcntl
-        except ImportError:  # no such locks on this system
+        except ImportError:  # this system has no such locks
             yield
             return
         with (self.folder / ".lock").open("w") as file:
@@ -122,7 +120,7 @@ class Store:
 
     def finished(self) -> set[int]:
         """Numbers of the complete chunks; incomplete ones are removed."""
-        # So is a chunk in which a run ended in an error: the next one may have what it lacked.
+        # Chunks with an error are removed, too, since their runs may now succeed.
         numbers = set()
         self.chunks.mkdir(exist_ok=True)
         for path in sorted(self.chunks.iterdir()):
@@ -135,7 +133,7 @@ class Store:
         return numbers
 
     def put(self, finished: Finished) -> None:
-        """Keep a finished chunk; it counts when this returns."""
+        """Save a finished chunk; it is complete when this returns."""
         if finished.histories:
             self.histories.mkdir(exist_ok=True)
         for name, data in finished.histories.items():
@@ -144,7 +142,7 @@ class Store:
         write_durably(self.chunks / f"{finished.number:06d}-{checksum}.npz", finished.table)
 
     def close(self) -> None:
-        """Put the chunks together, some columns at a time, and remove them."""
+        """Join the chunks, some columns at a time, and remove them."""
         unfinished = self.table.with_name(self.table.name + _LEFT_OVER)
         paths = sorted(self.chunks.iterdir())
         try:
@@ -163,7 +161,7 @@ class Store:
         return _has_errors(read_columns(self.table, ["status"]))
 
     def reopen(self, cases_per_chunk: int) -> None:
-        """Divide a finished table into chunks again, and leave out those with an error."""
+        """Divide a finished table into chunks again, without those with an error."""
         table = read_columns(self.table)
         self.tidy()
         self.chunks.mkdir()
@@ -175,12 +173,12 @@ class Store:
         self.table.unlink()
 
     def tidy(self) -> None:
-        """Remove the chunks of a sweep whose table is there."""
+        """Remove the chunks of a sweep that has its table."""
         if self.table.is_file():
             shutil.rmtree(self.chunks, ignore_errors=True)
 
     def read(self, columns: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-        """Return the table of the whole sweep, or of its finished part."""
+        """Return the table of the finished runs."""
         if self.table.is_file():
             return read_columns(self.table, columns)
         paths = sorted(self.chunks.glob("*.npz"))
@@ -190,7 +188,7 @@ class Store:
 
 
 def _together(paths: list[Path]) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the columns of all chunks, joined; some are read at once, to open few files."""
+    """Yield the joined columns of all chunks; several at a time, to open few files."""
     if not paths:
         return
     names = column_names(paths[0])
@@ -200,13 +198,13 @@ def _together(paths: list[Path]) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _joined(paths: list[Path], names: Sequence[str] | None) -> dict[str, np.ndarray]:
-    """Columns of several files, one below the other."""
+    """Concatenated columns of several files."""
     tables = [read_columns(path, names) for path in paths]
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
 
 
 def _has_errors(table: dict[str, np.ndarray]) -> bool:
-    """Whether a run ended in an error that is not of its input: no memory, a file that is gone."""
+    """Whether a run ended in an error outside its input, such as lack of memory."""
     return bool(np.any(table["status"] == "error"))
 
 
@@ -215,7 +213,7 @@ def _checksum(data: bytes) -> str:
 
 
 def write_durably(path: Path, data: bytes) -> None:
-    """Write a file that is there whole, even after a power cut, or not at all."""
+    """Write a file completely or not at all, even at a power failure."""
     unfinished = path.with_name(path.name + _LEFT_OVER)
     try:
         with unfinished.open("wb") as file:
@@ -229,7 +227,7 @@ def write_durably(path: Path, data: bytes) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Force a folder's names to the disk, where the system can."""
+    """Force a folder's file names to the disk, if the system can."""
     if os.name != "posix":
         return
     descriptor = os.open(folder, os.O_RDONLY)

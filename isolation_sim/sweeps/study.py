@@ -55,7 +55,7 @@ class Study(Printed):
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """A row per case; a heading ends in the SI unit; nothing where a case did not happen."""
+        """One row per case; headings end in the SI unit; empty cells for missing numbers."""
         import pandas
 
         return pandas.read_csv(self.folder / "table.csv")
@@ -67,7 +67,7 @@ class Study(Printed):
 
     @property
     def sweep(self) -> Sweep | None:
-        """The runs behind the table; None where the study is not one sweep."""
+        """The runs of the table; None if the study is not one sweep."""
         from .result import Sweep
 
         inside = self.folder / "sweep"

@@ -1,3 +1,3 @@
-"""Tuning: the settings of a controller that do best on some motions, judged on others."""
+"""Tuning: find the best settings of a controller on some motions, and evaluate them on others."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Runs of candidate controllers: side by side where they are compiled, else in processes."""
+"""Runs of candidate controllers: in vector lanes if compiled, otherwise in several processes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Candidate(NamedTuple):
 
 
 class CandidateRun(NamedTuple):
-    """A candidate and the ground motion that it is run under, one record per direction."""
+    """A candidate and its ground motion, one record per direction."""
 
     candidate: Candidate
     records: tuple[Record, ...]
@@ -38,7 +38,7 @@ class CandidateRun(NamedTuple):
 
 @dataclass(frozen=True)
 class _Share:
-    """Some runs for a process of their own, which builds the plant from its scenario."""
+    """Some runs for one worker process, which builds the plant from its scenario."""
 
     number: int
     scenario: str
@@ -65,12 +65,12 @@ def run_candidates(job: Job, scenario: str, runs: Sequence[CandidateRun], worker
 
 
 def processors() -> int:
-    """Number of workers where none is given."""
+    """Default number of workers."""
     return os.cpu_count() or 1
 
 
 def _batch(job: Job, runs: Sequence[CandidateRun], threads: int) -> Batch:
-    """Run in this process; runs of one candidate share its controller, and so its design."""
+    """Run in this process; runs of one candidate share its controller and its design."""
     built: dict[int, Control] = {}
     for run in runs:
         if id(run.candidate) not in built:
@@ -102,7 +102,7 @@ def _number(answer: tuple[int, Batch]) -> int:
 
 
 def _joined(parts: Sequence[Batch]) -> Batch:
-    """One batch of several; criteria that a part without any result lacks are not numbers there."""
+    """Join batches; criteria are NaN for a batch without any result."""
     names = dict.fromkeys(name for part in parts for name in part.criteria)
     criteria = {
         name: np.concatenate([

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 CONFIDENCE = 0.95
 
 MARGIN = 1e-3
-"""Difference of scores that counts as one: the scan of constant currents finds the least sum to a
-tenth of it."""
+"""Smallest difference of scores that counts. The scan of constant currents finds the smallest sum
+to a tenth of it."""
 
 
 class MeanInterval(NamedTuple):
@@ -27,7 +27,7 @@ class MeanInterval(NamedTuple):
 
 
 def mean_interval(values: ArrayLike, seed: int = 0) -> MeanInterval:
-    """Mean of some motions' values, with its 95 % interval over other such motions."""
+    """Mean of the values of a sample of motions, with its 95 % interval."""
     from scipy.stats import bootstrap
 
     array = np.sort(np.asarray(values, dtype=float))

@@ -1,4 +1,4 @@
-"""The motions that a controller is tuned on or judged by, by where they come from."""
+"""The motions for tuning or evaluation, by their source."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..scenario.job import Job
 MIXTURE = "mixture"
 SCENARIO = "scenario"
 COUNT = 32
-"""Motions of a mixture unless a number is given."""
+"""Default number of motions of a mixture."""
 
 Motions: TypeAlias = str | Path | Sequence[Record | Sequence[Record]]
 """``"mixture"`` or ``"mixture:40"``, ``"scenario"``, a folder, or records."""
@@ -28,8 +28,8 @@ _ACCEPTED = f"{MIXTURE}, {MIXTURE}:COUNT, {SCENARIO}, a folder of ground motions
 class MotionSet:
     """Ground motions under one name."""
 
-    name: str  # Where they come from
-    records: tuple[tuple[Record, ...], ...]  # One record a direction, motion by motion
+    name: str  # Source
+    records: tuple[tuple[Record, ...], ...]  # One record per direction, for every motion
 
     @property
     def names(self) -> list[str]:
@@ -38,7 +38,7 @@ class MotionSet:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all samples: equal for the same motions alone."""
+        """SHA-256 of all samples; only equal motions have equal digests."""
         digest = hashlib.sha256()
         for record in (record for each in self.records for record in each):
             digest.update(f"{record.dt!r} {len(record)} ".encode())
@@ -47,7 +47,7 @@ class MotionSet:
 
 
 def motion_set(motions: Motions, job: Job, seed: int = 0, pga_g: float | None = None) -> MotionSet:
-    """Get motions ready for the plant of a scenario."""
+    """Prepare motions for the plant of a scenario."""
     n = len(job.isolated.structure.directions)
     if isinstance(motions, str | Path):
         kind, colon, count = str(motions).partition(":")

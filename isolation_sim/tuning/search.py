@@ -1,4 +1,4 @@
-"""The search: CMA-ES over the settings in their normalised ranges; known scores are repeated."""
+"""The search: CMA-ES over the settings, scaled to their ranges; known scores are reused."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ..search_range import SearchRange
 FIRST_STEP = 0.25
 """Standard deviation of the first generation, as a share of each range."""
 _MARGIN = 0.05
-"""How far from the bounds the first generation's mean stays, as a share of each range."""
+"""Least distance of the first generation's mean from the bounds, as a share of each range."""
 _FEWEST = 8
-"""Candidates of a generation at least: few settings are searched in few generations then."""
+"""Least number of candidates per generation; few settings then need few generations."""
 
 Settings = dict[str, float]
 
 
 class Trial(NamedTuple):
-    """A candidate and its score under each motion; no settings: as the controller is."""
+    """A candidate and its score on each motion; without settings it is the initial controller."""
 
     settings: Settings
     scores: list[float]
@@ -43,11 +43,11 @@ def search(
     known: Sequence[Trial],
     save: Callable[[list[Trial]], None],
 ) -> list[Trial]:
-    """Minimise the mean score, the controller as it is first.
+    """Minimise the mean score; the first candidate is the initial controller.
 
-    Covariance matrix adaptation, restarted anywhere with twice the population when it has
-    converged. Its state is not stored: its proposals follow from the seed and from the scores that
-    it received, so that repeating the known ones leads to the same state, to the last bit.
+    Covariance matrix adaptation. After convergence it restarts at a random place with twice the
+    population. Its state is not stored: the candidates depend only on the seed and the earlier
+    scores. Repeating the search with the saved scores gives the same state, to the last bit.
 
     References
     ----------
@@ -64,12 +64,12 @@ def search(
     mean = np.clip(mean, _MARGIN, 1 - _MARGIN)
 
     def generation(candidates: list[Settings]) -> list[Trial]:
-        """Look candidates up or evaluate them."""
+        """Return saved scores of candidates, or evaluate them."""
         old = list(known[len(trials) : len(trials) + len(candidates)])
         if [trial.settings for trial in old] != candidates[: len(old)]:
             raise InputError(
-                "the saved trials are not those of this search; expected: the version of cmaes "
-                "that began it, or another folder"
+                "the saved trials do not belong to this search; expected: the version of cmaes "
+                "at its start, or another folder"
             )
         new = candidates[len(old) :]
         if new:
@@ -91,7 +91,7 @@ def search(
             {name: ranges[name].value(x) for name, x in zip(ranges, place, strict=True)}
             for place in inside.tolist()
         ]
-        # what is outside counts as the nearest bound, and as worse the further out it is
+        # a point outside is evaluated at the nearest bound, plus a penalty for its distance
         excess = np.sum(np.square(places - inside), axis=1)
         outcomes = zip(places, generation(candidates), excess.tolist(), strict=True)
         optimiser.tell([(place, trial.mean + out) for place, trial, out in outcomes])

@@ -1,4 +1,4 @@
-"""Runs of candidate controllers under some motions, scored beside the best constant current."""
+"""Scores of candidate controllers, relative to the best constant current."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .candidate_runs import Candidate, CandidateRun, processors, run_candidates
 from .motions import MotionSet
 
 CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 1.0}
-"""Weights of the criteria by default: J is both peaks over those without current, added."""
+"""Default weights of the criteria: J is the sum of both peaks, each over that without current."""
 
 FAILED = 100.0
-"""Score of a run that diverged or was refused: far above any other, yet a number to rank by."""
+"""Score of a run that diverged or was refused; much larger than all others."""
 
 _CURRENTS = 13
 _REFINEMENTS = 3
@@ -30,10 +30,10 @@ neighbours, a quarter of the step apart."""
 
 
 class Trials:
-    """Runs under one set of motions, and how they are scored."""
+    """Runs on one set of motions, and their scores."""
 
     # A run's score is the weighted sum of its criteria, each over its value without current, minus
-    # the least such sum of any constant current under the same motion.
+    # the smallest such sum of any constant current on the same motion.
 
     def __init__(
         self,
@@ -58,31 +58,31 @@ class Trials:
         for name, values in self._off.items():
             if not np.all(values > 0):
                 raise InputError(
-                    f"criterion {name}", "0 or no number without current", "one that is above 0"
+                    f"criterion {name}", "0 or not finite without current", "a criterion above 0"
                 )
 
     def _run(self, candidates: Sequence[Candidate]) -> Batch:
-        """Run candidates, one or several under each motion, motion by motion within each."""
+        """Run candidates on every motion, sorted by candidate and motion."""
         records = self.motions.records
         runs = [CandidateRun(one, records[k % len(records)]) for k, one in enumerate(candidates)]
         return run_candidates(self._job, self._scenario, runs, self.workers)
 
     def sums(self, candidates: Sequence[Candidate]) -> NDArray:
-        """Weighted sums of criteria over those without current."""
+        """Weighted sums of criteria, each over its value without current."""
         n = len(self.motions.records)
         try:
             with warnings.catch_warnings():
-                # told once, of the runs without current
+                # warn once, for the runs without current
                 warnings.simplefilter("ignore", TestedRangeWarning)
                 batch = self._run(candidates)
         except InputError:
-            # a design that fails takes the others with it
+            # a failed design stops the other runs of the batch, too
             if len(candidates) > n:
                 alone = (candidates[k : k + n] for k in range(0, len(candidates), n))
                 return np.vstack([self._sums_or_failed(each) for each in alone])
             raise
         if len(candidates) == n and None not in batch.failure:
-            raise InputError(f"every run fails, the first one: {batch.failure[0]}")
+            raise InputError(f"every run fails; the first reason: {batch.failure[0]}")
         total = sum(
             weight * batch.criteria[name].reshape(-1, n) / self._off[name]
             for name, weight in self.criteria.items()
@@ -96,7 +96,7 @@ class Trials:
             return np.full((1, len(candidates)), FAILED)
 
     def scores(self, candidates: Sequence[Candidate]) -> NDArray:
-        """Scores of candidates under every motion."""
+        """Scores of candidates on every motion."""
         every = [one for one in candidates for _ in self.motions.records]
         return self.sums(every) - self.constant[1]
 
@@ -119,7 +119,7 @@ class Trials:
         return best, least
 
     def _current_range(self) -> tuple[float, float]:
-        """Currents that the controllers passive_off and passive_on hold, A."""
+        """Currents of the controllers passive_off and passive_on, A."""
         limits = [
             simulate(
                 self._job.isolated, self.motions.records[0], controller(name), **self._job.options

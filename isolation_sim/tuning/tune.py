@@ -1,4 +1,4 @@
-"""Tune a controller on some motions and judge it on others."""
+"""Tune a controller on some motions and evaluate it on other motions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .tuning import Judgement, Tuning, begin
 
 EVALUATIONS = 400
 _PROFILE = 7
-"""Values of a setting, over its whole range, that its sensitivity is drawn from."""
+"""Number of values of a setting, over its range, for its sensitivity."""
 
 
 @checked
@@ -47,11 +47,11 @@ def tune(
     workers: int | None = None,
     progress: Callable[[str, int], None] | None = None,
 ) -> Tuning:
-    """Find the settings of a controller that are best on some motions, and evaluate them on others.
+    """Find the best settings of a controller on some motions, and evaluate them on other motions.
 
-    The score of a run is J: its criteria, each over its value without current, weighted and added,
-    minus the least such sum of any constant current under the same motion. The mean score over the
-    motions is minimised by CMA-ES over the search ranges that the controller declares.
+    The score of a run is J minus the smallest J of any constant current on the same motion. J is
+    the weighted sum of the criteria, each over its value without current. CMA-ES minimises the mean
+    score over the motions within the search ranges of the controller.
 
     Parameters
     ----------
@@ -59,25 +59,25 @@ def tune(
         Name of a controller, or a place such as ``"my_controllers.py:Outwards"``.
     scenario : Scenario, str or pathlib.Path, optional
         Plant, nominal model, sensors and driver; the main job's by default. Its controllers are not
-        used, its ground motion only where it is asked for.
+        used. Its ground motion is used only with ``"scenario"`` as motions.
     motions : str, pathlib.Path or sequence of Record, default "mixture"
-        Motions of the tuning: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
+        Motions for tuning: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
         ``"scenario"``; a folder of records; or records, each one per direction.
-    unseen : as ``motions``, or a mapping of names to such
-        Motions of the evaluation. A mixture has another seed than that of ``motions``.
+    unseen : as ``motions``, or a mapping of names to motions
+        Motions for evaluation. A mixture has another seed than that of ``motions``.
     criteria : mapping of str to float, optional
         Weights by criterion; 1 for the peaks of base displacement and floor acceleration by
         default.
     settings : sequence of str, optional
-        Which settings to tune; all with a search range by default.
+        Settings to tune; all with a search range by default.
     fixed : mapping of str to object, optional
-        Settings to hold at other values than their defaults.
+        Constant settings by name, if not at their defaults.
     evaluations : int, default 400
-        Candidates at most, each run under all motions.
+        Largest number of candidates, each run on all motions.
     seed : int, default 0
-        Of the search, the mixtures and the intervals.
+        Random seed of the search, the mixtures and the intervals.
     pga_g : float, optional
-        Peak ground acceleration to scale a folder's motions to, g.
+        Peak ground acceleration of a folder's motions after scaling, g.
     out : str or pathlib.Path, optional
         Folder for the results: the state after every generation, then scenario section and report.
         None keeps nothing.
@@ -87,7 +87,7 @@ def tune(
         Threads for compiled decisions, processes for those in plain Python; as many as there are
         processors by default.
     progress : callable, optional
-        Called with the name of a step and the number of candidates that have just been run.
+        Called with the present step and the number of candidates run since the last call.
 
     Returns
     -------
@@ -96,13 +96,13 @@ def tune(
     Raises
     ------
     InputError
-        If something that was given cannot be used, every candidate of the start fails, or the
-        folder holds another tuning.
+        If an argument cannot be used, the initial controller fails on every motion, or the folder
+        contains another tuning.
 
     Notes
     -----
-    Controllers in compiled code run side by side in vector lanes, on several threads; those that
-    decide in plain Python run in several processes, unless they are registered in this one alone.
+    Compiled controllers run in parallel vector lanes on several threads. Controllers in plain
+    Python run in several processes, unless they are registered only in this process.
     """
     progress = progress or (lambda what, done: None)
     scenario_file = scenario
@@ -114,19 +114,19 @@ def tune(
     ranges, present = search_space(name, settings, held)
     tuned_on = motion_set(motions, job, 2 * seed, pga_g)
     groups = unseen if isinstance(unseen, Mapping) else {"": unseen}
-    judged_by = {tuned_on.name: tuned_on}
+    sets = {tuned_on.name: tuned_on}
     for key, each in groups.items():
         group = motion_set(each, job, 2 * seed + 1, pga_g)
         if group.digest == tuned_on.digest:
             raise InputError(f"unseen motions, {key or group.name}", "those tuned on", "others")
-        judged_by[f"unseen: {key or group.name}"] = group
+        sets[f"unseen: {key or group.name}"] = group
     declared = CONTROLLERS[name].settings  # type: ignore[attr-defined]
     tuning = begin(out, {
         "isolation_sim": __version__,
         "command": _command(name, scenario_file, motions, groups, weights, settings, held,
                             evaluations, seed, pga_g), "controller": name, "fixed": held,
         "scenario": scenario.to_toml(), "criteria": weights, "evaluations": evaluations,
-        "seed": seed, "motions": {key: each.digest for key, each in judged_by.items()},
+        "seed": seed, "motions": {key: each.digest for key, each in sets.items()},
         "settings": {
             key: asdict(one) | {"present": present[key], "unit": declared[key].unit,
                                 "meaning": declared[key].meaning}
@@ -154,8 +154,8 @@ def tune(
         values = [one.value(place) for place in np.linspace(0, 1, _PROFILE)]
         scores = evaluate([best | {key: value} for value in values]).mean(axis=1)
         tuning.sensitivity[key] = values, scores.tolist()
-    progress("judging", 0)
-    for key, group in judged_by.items():
+    progress("evaluating", 0)
+    for key, group in sets.items():
         on = trials if group is tuned_on else Trials(scenario, group, weights, workers)
         before, after = evaluate([{}, best], on).tolist()
         current, constant = (values.tolist() for values in on.constant)
@@ -185,7 +185,7 @@ def search_space(
             raise unknown_name(f"setting of {name} with a search range", key, ranges)
     chosen = [key for key in ranges if (not target or key in target) and key not in held]
     if not chosen:
-        raise InputError(f"{name}: every setting is held; expected: one or more to tune")
+        raise InputError(f"{name}: all settings are fixed; expected: one or more to tune")
     return {key: ranges[key] for key in chosen}, {key: getattr(one, key) for key in chosen}
 
 
@@ -194,7 +194,7 @@ def _command(
     criteria: Mapping[str, float], settings: Sequence[str] | None, held: Mapping[str, Any],
     evaluations: int, seed: int, pga_g: float | None,
 ) -> str:  # fmt: skip
-    """The command of the same tuning; Python objects stand in angle brackets."""
+    """The command of this tuning; Python objects are in angle brackets."""
     words = ["isolation-sim tune", name]
     if scenario is not None:
         words.append(f"--scenario {scenario if isinstance(scenario, str | Path) else '<scenario>'}")
@@ -209,11 +209,11 @@ def _command(
 
 
 def _check(criteria: Mapping[str, float], evaluations: int, seed: int, workers: int | None) -> None:
-    """Refuse numbers that cannot be used."""
+    """Check the numbers among the arguments."""
     if not criteria or not all(0 < weight < np.inf for weight in criteria.values()):
         raise InputError("criteria", repr(dict(criteria)), "finite weights above 0 by criterion")
     count = 1 if workers is None else workers
-    counts = ("evaluations", evaluations, 1), ("seed", seed, 0), ("workers", count, 1)
-    for what, value, least in counts:
+    least_values = ("evaluations", evaluations, 1), ("seed", seed, 0), ("workers", count, 1)
+    for what, value, least in least_values:
         if value != int(value) or value < least:
             raise InputError(what, repr(value), f"a whole number, {least} or more")

@@ -1,4 +1,4 @@
-"""Result of a tuning: saved after every generation, loaded again, reported."""
+"""The result of a tuning: saved after every generation, loaded, and reported."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ _STATE = "tuning.json"
 
 @dataclass(frozen=True)
 class Judgement:
-    """Scores under one set of motions, one number per motion."""
+    """Scores on one set of motions, one number per motion."""
 
-    name: str  # Of the set
+    name: str  # Name of the set
     motions: list[str]  # Names of its motions
     current: list[float]  # Best constant current of each, A
-    constant: list[float]  # Weighted sum of criteria under it, each over that without current
+    constant: list[float]  # J with this current
     # before, after: That sum minus the best constant current's, before and after the tuning
     before: list[float]
     after: list[float]
 
     @property
     def means(self) -> dict[str, MeanInterval]:
-        """Means before and after, and of the gain from one to the other, with 95 % intervals."""
+        """Mean scores before and after, and mean gain, with 95 % intervals."""
         gain = [a - b for a, b in zip(self.before, self.after, strict=True)]
         result = {"before": self.before, "after": self.after, "gain": gain}
         return {name: mean_interval(values) for name, values in result.items()}
 
     @property
     def better(self) -> int:
-        """Motions under which the tuned controller surely does better than every constant one."""
+        """Number of motions with a significant gain over every constant current."""
         return sum(score < -MARGIN for score in self.after)
 
 
@@ -54,14 +54,14 @@ class Tuning(Printed):
     Attributes
     ----------
     content : dict
-        Its input: controller, scenario, motions, criteria, settings with their ranges, seed.
+        Inputs: controller, scenario, motions, criteria, settings with their ranges, seed.
     trials : list of Trial
-        Candidates with their scores, in the order of evaluation; the first one is the controller
-        as it was.
+        Candidates with their scores, in the order of evaluation; the first one is the initial
+        controller.
     sensitivity : dict of str to tuple
-        By setting: values over its range, and the mean score of each with the others as tuned.
+        By setting: values over its range, and their mean scores; the other settings are tuned.
     judged : list of Judgement
-        By the motions tuned on, then by the unseen ones; empty while the search goes on.
+        Scores on the tuning motions, then on the unseen ones; empty before the end of the search.
     """
 
     content: dict[str, Any]
@@ -76,24 +76,24 @@ class Tuning(Printed):
 
     @property
     def best(self) -> Trial:
-        """Candidate with the least mean score; the first of equal ones."""
+        """Candidate with the smallest mean score; the first of equal ones."""
         return min(self.trials, key=lambda trial: trial.mean)
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Settings that were held, then those tuned; these are absent if none was better."""
+        """Fixed settings, then tuned settings; without tuned settings if none was better."""
         return {**self.content["fixed"], **self.best.settings}
 
     def verdict(self) -> list[str]:
-        """Describe the benefit.
+        """Describe the gain.
 
         Returns
         -------
         list of str
-            A sentence or two for each set of motions.
+            One or two sentences for each set of motions.
         """
         if not self.best.settings:
-            first = "No candidate did better than the controller as it was."
+            first = "No candidate was better than the initial controller."
         else:
             first = f"Tuned on {self.judged[0].name}, in {len(self.trials)} trials."
         return [first, *map(_sentences, self.judged)]
@@ -107,7 +107,7 @@ class Tuning(Printed):
         return f"Tuning({self.controller}: {len(self.trials)} trials, {state})"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain numbers and text.
+        """Return the result as numbers and text.
 
         Returns
         -------
@@ -137,7 +137,7 @@ class Tuning(Printed):
         Returns
         -------
         str
-            TOML with the command that repeats the tuning, and its benefit, as comments.
+            TOML, with the command of the tuning and the gains as comments.
         """
         from ..scenario.control import ControllerEntry
         from ..scenario.fields import Section
@@ -161,7 +161,7 @@ class Tuning(Printed):
         Parameters
         ----------
         path : str or pathlib.Path
-            File to write, replaced whole or not at all.
+            File to write; replaced completely or not at all.
 
         Returns
         -------
@@ -224,7 +224,7 @@ class Tuning(Printed):
         }
 
     def save_state(self, folder: str | Path) -> Path:
-        """Write the present state atomically.
+        """Write the present state, completely or not at all.
 
         Parameters
         ----------
@@ -239,7 +239,7 @@ class Tuning(Printed):
         Raises
         ------
         InputError
-            If nothing can be written there.
+            If the folder cannot be written.
         """
         folder = Path(folder)
         try:
@@ -248,7 +248,7 @@ class Tuning(Printed):
         except OSError as error:
             raise InputError(
                 f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
-                "that you may write to"
+                "with write permission"
             ) from None
         return folder
 
@@ -259,7 +259,7 @@ class Tuning(Printed):
         Parameters
         ----------
         folder : str or pathlib.Path
-            Folder of a tuning, finished or not.
+            Folder of a tuning, finished or unfinished.
 
         Returns
         -------
@@ -268,7 +268,7 @@ class Tuning(Printed):
         Raises
         ------
         InputError
-            If there is none that can be read.
+            If there is no readable tuning.
         """
         path = Path(folder) / _STATE
         try:
@@ -290,8 +290,8 @@ class Tuning(Printed):
 
 
 def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -> Tuning:
-    """Begin a tuning, or go on with the one in a folder."""
-    # what JSON makes of it can be compared with what is read
+    """Begin a tuning, or continue the one in a folder."""
+    # convert by JSON, to compare with the saved content
     new = Tuning(json.loads(json.dumps(content)))
     if folder is None:
         return new
@@ -300,24 +300,24 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     if resume and there.exists():
         stored = Tuning.read(folder)
         for key, value in new.content.items():
-            # the same motions and scenario may be named in another way
+            # equal motions and scenarios can have different names
             if key != "command" and stored.content.get(key) != value:
                 raise InputError(
-                    f"{there}: {key} differs from what was begun there; expected: the same "
+                    f"{there}: {key} differs from the tuning begun there; expected: the same "
                     "arguments and files, or another folder"
                 )
         return Tuning(stored.content, stored.trials)
     if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
-        remedy = ", --overwrite, or --resume to go on there" if there.exists() else ""
-        raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
+        remedy = ", --overwrite, or --resume to continue" if there.exists() else ""
+        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
     new.save_state(folder)
-    # results, even if the search is killed
+    # marks the folder as results, even if the search is killed
     write_contents(folder, f"Tuning of {new.controller}")
     return new
 
 
 def _sentences(evaluated: Judgement) -> str:
-    """Result on one set of motions, in one or two sentences."""
+    """Gain on one set of motions, in one or two sentences."""
     before, after, gain = evaluated.means.values()
     if after.high < 0:
         beats = "It beats the best constant current of each motion"

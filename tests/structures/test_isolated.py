@@ -127,7 +127,7 @@ def test_an_unheld_superstructure_has_no_fixed_base_modes():
         (lambda b: b.on(SPRING).with_element(SPRING, "base", name="isolator"), "share a name"),
         (lambda b: b.on(SPRING, count=0), "force"),
         (lambda b: b.on(SPRING).element("isolater"), "did you mean 'isolator'"),
-        (lambda b: b.on(SPRING).current_range(), "drives no element"),
+        (lambda b: b.on(SPRING).current_range(), "channel 0 has no element"),
         (
             lambda b: IsolatedStructure(b, (Element(LAW, np.ones(6)),)),
             "a Device, such as law",

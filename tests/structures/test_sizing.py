@@ -62,7 +62,7 @@ def test_a_design_displacement_and_a_damping_ratio_are_met(slab):
         ({"target_period_s": 0.4}, "target_period_s is 0.4; expected: above 0.5"),
         ({"target_period_s": -1.0}, "target_period_s is -1.0; expected: a number above 0"),
         ({"target_period_s": 2.0, "damping": 0.01}, "damping is 0.01; expected: 0."),
-        ({"target_period_s": 2.0, "count": 3}, "count is 3 beside target_period_s"),
+        ({"target_period_s": 2.0, "count": 3}, "count is 3 and target_period_s is set"),
         ({"design_displacement_m": 0.1}, "needs target_period_s"),
     ],
 )
@@ -102,8 +102,8 @@ def test_the_period_at_full_current_is_that_at_the_highest_tested_one():
 @pytest.mark.parametrize(
     ("masses", "stiffnesses", "period", "told"),
     [
-        ([250.0], [1e9], 2.0, "were masses in t"),
-        ([2.5e5], [2e3], 2.0, "were stiffnesses in kN/m"),
+        ([250.0], [1e9], 2.0, "check for masses in t"),
+        ([2.5e5], [2e3], 2.0, "check for stiffnesses in kN/m"),
         ([2.5e5], [1e8], 50.0, "isolated period of 50 s"),
         ([2.5e5], [1e7], 0.9, "below its fixed-base period of 0.993 s"),
     ],
@@ -126,7 +126,7 @@ def test_biaxial_devices_at_their_positions_take_a_target_period():
     isolated = building.on(device, target_period_s=2.0, biaxial=True)
     middle = middle_current(device)
     assert isolated.periods(middle)[0] == pytest.approx(2.0, rel=1e-9)
-    with pytest.raises(InputError, match="do not hold every motion"):
+    with pytest.raises(InputError, match="a mode has no period"):
         building.on(device, target_period_s=2.0)
 
 

@@ -21,7 +21,7 @@ def building():
 def test_storey_stiffnesses_are_those_that_were_given():
     for structure in (building(), building().fixed_base()):
         np.testing.assert_allclose(storey_stiffnesses(structure), STIFFNESSES, rtol=1e-9)
-    with pytest.raises(InputError, match="expected for storeys that yield: a shear building"):
+    with pytest.raises(InputError, match="expected for yielding storeys: a shear building"):
         crossed = building().stiffness.copy()
         crossed[0, 3] = crossed[3, 0] = -1e7
         storey_stiffnesses(iso.from_matrices(building().mass, building().damping, crossed))

@@ -131,7 +131,7 @@ def test_a_suite_that_was_stopped_goes_on(folder, suite, monkeypatch):
 
     with pytest.raises(KeyboardInterrupt):
         run_suite(folder / "three.toml", out, workers=1, progress=stop)
-    with pytest.raises(InputError, match="--resume to go on"):
+    with pytest.raises(InputError, match="--resume to continue"):
         run_suite(folder / "three.toml", out, workers=1)
     assert is_results(out)  # which --overwrite replaces
     after = []
@@ -158,7 +158,7 @@ def test_too_few_records_give_no_design_value(suite):
     # the period was given
     assert "small vibrations" not in " ".join(verdict(suite))
     other.index["inputs"]["section"]["isolated_period_s"] = None
-    assert "Give isolated_period_s" in " ".join(verdict(other))
+    assert "set isolated_period_s" in " ".join(verdict(other))
 
 
 def test_two_directions_are_shaken_together(tmp_path):

@@ -106,7 +106,7 @@ def test_seeds_follow_from_the_case_not_from_its_place():
          "isolator.count = -2.0: isolator.count is -2.0; expected: a number above 0"),
         ({"vary": [{"field": "isolator.count", "low": 1.0, "high": 2.0}]},
          "count or step, or a [sample]"),
-        ({"vary": [{"field": "isolator.count", "low": 3.0, "high": 2.0, "count": 2}]}, "low below"),
+        ({"vary": [{"field": "isolator.count", "low": 3.0, "high": 2.0, "count": 2}]}, "low < "),
         ({"vary": [{"field": "isolator.count", "low": 1.0}]}, "expected: values, or low and high"),
         ({"vary": [{"field": "isolator.count", "valus": [1.0]}]}, "did you mean 'values'?"),
         ({"sample": {"count": 4}}, "no quantity is sampled"),

@@ -55,7 +55,7 @@ def test_known_trials_are_told_again_and_not_run_again():
 
     assert found(counting, known=half, evaluations=150) == whole
     assert len(counted) == len(whole) - len(half)
-    with pytest.raises(InputError, match="not those of this search"):
+    with pytest.raises(InputError, match="do not belong to this search"):
         found(valley, known=half, evaluations=150, seed=4)
 
 

@@ -111,9 +111,9 @@ def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned,
     assert sum(run) == len(whole.trials) - kept + 7 + 2 * 2
     for name in ("tuning.json", "controller.toml", "report.html"):
         assert (other / name).read_bytes() == (folder / name).read_bytes()
-    with pytest.raises(iso.InputError, match=r"seed differs from what was begun there; expected"):
+    with pytest.raises(iso.InputError, match=r"seed differs from the tuning begun there; expected"):
         tune_constant(scenario, strong, other, resume=True, seed=1)
-    with pytest.raises(iso.InputError, match=r"holds something already; .* --resume"):
+    with pytest.raises(iso.InputError, match=r"is not empty; .* --resume"):
         tune_constant(scenario, strong, other)
 
 
@@ -165,7 +165,7 @@ def test_predictive_control_is_tuned_by_its_declared_ranges(scenario, strong):
         ("clipped_lqx", "did you mean 'clipped_lqr'? expected: "),
         ("passive_off", "passive_off: no setting has a search range; expected: "),
         ("fuzzy --setting fats", "did you mean 'fast'? expected: fast, large_deformation"),
-        ("fuzzy --fix fast=1 --fix large_deformation=1", "every setting is held; expected: one"),
+        ("fuzzy --fix fast=1 --fix large_deformation=1", "all settings are fixed; expected: one"),
         ("fuzzy --fix fast=-1", "fuzzy: fast is -1; expected: a number above 0, in m/s"),
         ("fuzzy --fix fast", "--fix fast: expected: a name and a value, such as rule=skyhook"),
         ("fuzzy --criterion peak_drift", "--criterion peak_drift: expected: a name and a value"),
@@ -215,5 +215,7 @@ def test_processes_run_plain_python_to_the_same_bits(scenario, strong):
 
 def test_a_controller_that_always_fails_says_why(scenario, strong):
     place = f"{__file__}:TooMuch"
-    with pytest.raises(iso.InputError, match=r"every run fails, the first one: current 4 A .* out"):
+    with pytest.raises(
+        iso.InputError, match=r"every run fails; the first reason: current 4 A .* out"
+    ):
         iso.tune(place, scenario, motions=strong[0], unseen=strong[1], workers=1)

@@ -1,4 +1,4 @@
-"""Suites of records: all records under all controllers, and the statistics that codes require."""
+"""Suites of records: all records with all controllers, and the statistics that codes require."""
 
 from .result import Suite
 from .run import run_suite

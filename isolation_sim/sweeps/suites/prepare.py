@@ -1,4 +1,4 @@
-"""The records of a suite made ready: read, selected, scaled or matched, and written as they run."""
+"""Preparation of a suite's records: read, select, scale or match, and write them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def prepare(
     folder: Path,
     step: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Write the processed motions of a suite, and their processing."""
+    """Write the processed motions of a suite, and an index of their processing."""
     inputs = _inputs(section, isolated)
     try:
         index = json.loads((folder / INDEX).read_bytes())
@@ -159,15 +159,15 @@ def _scaled(
 
 
 def _beside(record: SuiteRecord, matched: tuple[Record, ...], factor: float) -> Record | None:
-    """The vertical component, for which there is no target, beside matched horizontal ones."""
+    """The vertical component for matched horizontal ones; it has no target."""
     if record.vertical is None:
         return None
-    room = (matched[0].duration - record.components[0].duration) / 2  # that matching has added
+    room = (matched[0].duration - record.components[0].duration) / 2  # added by matching
     return record.vertical.scaled(factor).padded(room, room).resampled(matched[0].dt)
 
 
 def _by_motion(record: SuiteRecord, changes: list[dict[str, float]]) -> dict[str, dict[str, float]]:
-    """Changes, by the name of each motion that a record may give."""
+    """Changes, by the name of each motion from a record."""
     worst = {
         key: max((each[key] for each in changes), key=lambda value: abs(value))
         for key in changes[0]
@@ -183,7 +183,7 @@ def _component(record: SuiteRecord, k: int) -> str:
 def _shaking(
     section: RecordSuite, isolated: IsolatedStructure, record: SuiteRecord
 ) -> list[tuple[str, tuple[Record, ...]]]:
-    """Motions of a record: its components one by one, or together where directions are several."""
+    """Motions of a record: single components, or all together for several directions."""
     structure = isolated.structure
     directions = structure.horizontal
     if len(structure.directions) == 1:
@@ -209,7 +209,7 @@ def _shaking(
 
 
 def _as_long(components: tuple[Record, ...]) -> tuple[Record, ...]:
-    """Components with zeros after the shorter ones; PEER's often differ by some samples."""
+    """Components padded with zeros to one length; those of PEER often differ by some samples."""
     longest = max(len(each) for each in components)
     return tuple(each.padded(after=(longest - len(each)) * each.dt) for each in components)
 
@@ -225,7 +225,7 @@ def _padded(record: SuiteRecord, after: float) -> SuiteRecord:
 def _spectra(
     section: RecordSuite, rule: SuiteRule, period: float, records: list[SuiteRecord]
 ) -> dict[str, Any]:
-    """Spectra of the records as they run, over the plotted periods and over the rule's range."""
+    """Spectra of the processed records, over the plotted periods and over the rule's range."""
     shortest, count = _PLOTTED
     plotted = np.geomspace(shortest, max(4.0, 1.2 * rule.high * period), count)
     checked = rule.periods(period)

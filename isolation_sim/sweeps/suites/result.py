@@ -38,7 +38,7 @@ class Suite(Printed):
     folder : pathlib.Path
         The folder.
     index : dict
-        The motions, their processing, and their spectra.
+        The motions, their processing and their spectra.
     sweep : Sweep
         The runs.
 
@@ -65,13 +65,13 @@ class Suite(Printed):
 
     @property
     def rule(self) -> SuiteRule:
-        """Requirements of the design code on the suite."""
+        """Requirements of the code on the suite."""
         section = self.index["inputs"]["section"]
         return SUITE_RULES[section["rule"]].under(section["scaling"])
 
     @property
     def design_statistic(self) -> str | None:
-        """Statistic to design for by the rule; None where it asks for more records."""
+        """Design statistic of the rule; None if the rule requires more records."""
         return self.rule.design_statistic(self.index["n_records"])
 
     @property
@@ -81,13 +81,13 @@ class Suite(Printed):
 
     @cached_property
     def criteria(self) -> tuple[str, ...]:
-        """Criteria, SI units, and J1 to J8 where one controller is ``passive_off``."""
+        """Criteria, SI units, and J1 to J8 if one controller is ``passive_off``."""
         skipped = ("energy_", "normalised_")
         return tuple(name for name in self.sweep.criteria if not name.startswith(skipped))
 
     @cached_property
     def table(self) -> pandas.DataFrame:
-        """Row per run: ``motion``, ``record``, ``controller``, ``status``, criteria in SI units."""
+        """One row per run: ``motion``, ``record``, ``controller``, ``status``, criteria (SI)."""
         table = self.sweep.table.drop(columns="case")
         record = {each["name"]: each["record"] for each in self.index["motions"]}
         table.insert(1, "record", table["motion"].map(record))
@@ -98,8 +98,8 @@ class Suite(Printed):
         """Mean, median, 84th percentile and maximum over the motions.
 
         Indexed by controller and criterion; ``governing`` names the motion with the maximum,
-        ``design`` is the value to design for by the rule, NaN where the rule gives none or a run
-        failed, and ``runs`` is the number of runs behind the statistics.
+        ``design`` is the design value by the rule, NaN if the rule has none or a run failed, and
+        ``runs`` is the number of runs in the statistics.
         """
         import pandas as pd
 
@@ -129,7 +129,7 @@ class Suite(Printed):
 
     @property
     def mean_ratio(self) -> tuple[float, float] | None:
-        """Least and largest mean spectrum over the target in the rule's range; None without one."""
+        """Smallest and largest ratio of mean spectrum to target in the rule's range, or None."""
         result = self.index["spectra"]["range"]
         if any(value is None for value in result["target_m_s2"]):
             return None
@@ -164,17 +164,17 @@ class Suite(Printed):
         return self.table
 
     def check(self, criterion: str) -> None:
-        """Refuse a name that is no criterion of the suite.
+        """Refuse a name that is not a criterion of the suite.
 
         Parameters
         ----------
         criterion : str
-            Given.
+            Name to check.
 
         Raises
         ------
         InputError
-            Naming the nearest.
+            With the nearest known name.
         """
         self.sweep.check(criterion, self.criteria, "criterion")
 
@@ -188,5 +188,5 @@ class Suite(Printed):
         return render("suite_figures:spectra", self)
 
     def save(self) -> None:
-        """Write the tables, the figure of the spectra and the report into the folder."""
+        """Write the tables, the figure of the spectra and the report to the folder."""
         render("suite_files:write_suite", self)

@@ -1,4 +1,4 @@
-"""Run all records of a suite under all controllers of a scenario."""
+"""Run all records of a suite with all controllers of a scenario."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ def run_suite(
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Suite:
-    """Run a scenario whose ground is a suite of records; finished runs survive an interruption.
+    """Run a scenario with a suite of records; finished runs are saved.
 
     Parameters
     ----------
     scenario : Scenario, str or pathlib.Path
-        A scenario whose ``[ground]`` names a suite, or its file.
+        A scenario with a suite in ``[ground]``, or its file.
     out : str or pathlib.Path, optional
         Folder for the results; ``results/`` and the scenario's name by default.
     resume : bool, default False
-        Whether to continue an interrupted suite there.
+        Whether to continue an interrupted suite in the folder.
     workers : int, optional
-        Processes of this machine; as many as there are processors by default.
+        Processes on this machine; one per processor by default.
     step : callable, optional
         Called with the name of each step before the runs.
     announce, progress
@@ -59,7 +59,7 @@ def run_suite(
     Raises
     ------
     InputError
-        If the ground is no suite, a record cannot be used, or the folder holds something else.
+        If the ground is no suite, a record cannot be used, or the folder contains other files.
     """
     from ..run import sweep
 
@@ -73,11 +73,11 @@ def run_suite(
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
     if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
-        remedy = ", --overwrite, or --resume to go on there" if is_results(folder) else ""
-        raise InputError(f"{folder}: holds something already; expected: a new folder{remedy}")
+        remedy = ", --overwrite, or --resume to continue" if is_results(folder) else ""
+        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    write_contents(folder, f"Suite {scenario.name}")  # results, even if this is killed
+    write_contents(folder, f"Suite {scenario.name}")  # marks the folder as results
     step = step or (lambda text: None)
     step("building")
     plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
