@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Decided:
-    """A controller's compiled decision in a scenario, and what it was told.
+    """A controller's compiled decision in a scenario, and its run context.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Decided:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of what it is given: what it measures, then whatever is known besides."""
+        """Names of the inputs: measurements, then further known values."""
         return (*self.context.outputs, *self.compiled.inputs)
 
     @property
