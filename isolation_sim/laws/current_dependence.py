@@ -1,4 +1,4 @@
-"""How a law's parameters depend on the coil current, kept apart from the law itself."""
+"""Dependence of a law's parameters on the coil current."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class CurrentDependence:
     Attributes
     ----------
     names : tuple of str
-        Parameters, in the order of ``coefficients`` and of what ``at`` returns.
+        Parameters, in the order of ``coefficients`` and of the result of ``at``.
     breaks : numpy.ndarray, shape (n_pieces + 1,), A
-        Currents between which a piece holds, increasing; -inf and inf at the ends. A piece holds
-        from its lower break, included, to its upper one, excluded.
+        Limits of the pieces, increasing, with -inf and inf at the ends. A piece includes its lower
+        limit and excludes its upper one.
     coefficients : numpy.ndarray, shape (n_pieces, n_parameters, n_powers)
         Ascending powers of the current itself, in the parameter's SI unit / A^power.
 
@@ -72,7 +72,7 @@ class CurrentDependence:
         coefficients: Mapping[str, float | Sequence[float]],
         order: Sequence[str] | None = None,
     ) -> CurrentDependence:
-        """One polynomial a parameter, for every current.
+        """One polynomial per parameter, for all currents.
 
         Parameters
         ----------
@@ -296,11 +296,11 @@ def _padded(rows: Iterable[np.ndarray]) -> np.ndarray:
     return padded
 
 
-def _check_names(given: Iterable[str], accepted: Sequence[str]) -> None:
-    given = list(given)
-    for name in given:
+def _check_names(names: Iterable[str], accepted: Sequence[str]) -> None:
+    names = list(names)
+    for name in names:
         if name not in accepted:
             raise unknown_name("parameter", name, accepted)
-    missing = [name for name in accepted if name not in given]
+    missing = [name for name in accepted if name not in names]
     if missing:
         raise InputError(f"parameter {missing[0]!r} is missing; needed: {', '.join(accepted)}")

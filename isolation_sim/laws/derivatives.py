@@ -1,4 +1,4 @@
-"""What exact derivatives of a law tell, through CasADi."""
+"""Exact derivatives of a law by CasADi."""
 
 from __future__ import annotations
 

@@ -91,10 +91,10 @@ def regression(
     """Regress the storage and loss stiffness of Table 1 linearly on the loading condition."""
     table = columns()
     keys = list(zip(table["field_T"], table["amplitude_mm"], table["frequency_Hz"], strict=True))
-    dropped = {tuple(given) for given in drop}
-    for given in dropped - set(keys):
+    dropped = {tuple(column) for column in drop}
+    for column in dropped - set(keys):
         raise InputError(
-            f"no column {given} in Table 1; expected: field (T), amplitude (mm), frequency (Hz)"
+            f"no column {column} in Table 1; expected: field (T), amplitude (mm), frequency (Hz)"
         )
     keep = np.array([key not in dropped for key in keys])
     inputs = [table[name] for name in ("amplitude_mm", "field_T", "frequency_Hz")]
