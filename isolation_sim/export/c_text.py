@@ -23,7 +23,7 @@ Kind = Any
 
 TYPES = {"b": "int", "i": "long", "d": "double", "z": "double complex", "v": "void", "a": "array"}
 NUMBERS = ("b", "i", "d", "z")
-"""Kinds of numbers; each contains the preceding ones."""
+"""Kinds of numbers; each can represent those before it."""
 
 ARRAY = "typedef struct { double *p; long n; } array;\n"
 
@@ -46,7 +46,7 @@ static array part(array a, long begin, long end)
     "larger_whole": "static long larger_whole(long a, long b) { return b > a ? b : a; }",
     "smaller_whole": "static long smaller_whole(long a, long b) { return b < a ? b : a; }",
 }
-"""Functions of Python that C lacks; each calls only later ones."""
+"""Functions of Python that C does not have; each calls only later ones."""
 
 MATHEMATICS = set(
     "acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh erf exp expm1 fabs floor fmod "
@@ -68,7 +68,7 @@ class _NotYet(Exception):
 
 
 class Fields(tuple):
-    """Kind of a tuple whose parts have names."""
+    """Kind of a tuple with named parts."""
 
     names: tuple[str, ...]
 
@@ -125,7 +125,7 @@ class CText:
         self.texts: list[str] = []
 
     def function(self, name: str, kinds: Sequence[Kind]) -> tuple[str, Kind]:
-        """Write a function for some kinds of arguments, and those it calls; its C name and kind."""
+        """Write a function for arguments of some kinds and its callees; return C name and kind."""
         node = self.sources[name]
         own_kinds = [
             "d" if kind in ("i", "b") and _annotated(argument, "float") else kind

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Decided:
-    """A controller's compiled decision in a scenario, and its information.
+    """A controller's compiled decision in a scenario, and its run context.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Decided:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of its inputs: the measurements, then the other known quantities."""
+        """Names of the inputs: measurements, then further known values."""
         return (*self.context.outputs, *self.compiled.inputs)
 
     @property

@@ -1,4 +1,4 @@
-"""The isolators alone in C99, moved from outside: their law, as fits and hybrid tests step it."""
+"""The isolators in C99 with prescribed motion: their law, as in fits and hybrid tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FOLDER = Path(__file__).parent
 
 
 def device_part(job: Job) -> Part:
-    """Write a scenario's isolators as C99, with the work that is done on them."""
+    """Write a scenario's isolators as C99, with the work done on them."""
     element = job.isolated.elements[0]
     if element.device.law.directions != 1:
         raise InputError(
@@ -79,7 +79,7 @@ def with_work(law: Law) -> Law:
 
 
 def _nested(values: np.ndarray) -> str:
-    """An array as C text, a brace an axis."""
+    """An array as C text, one brace per axis."""
     if values.ndim == 1:
         return f"{{{numbers(values)}}}"
     return f"{{{', '.join(map(_nested, values))}}}"

@@ -1,4 +1,4 @@
-"""Parts of a scenario as functional mock-up units, compiled: no Python where they run."""
+"""Parts of a scenario as compiled functional mock-up units, which need no Python."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ PLATFORMS = {
     ("Darwin", "x86_64"): ("darwin64", "x86_64-darwin", ".dylib"),
     ("Darwin", "arm64"): ("aarch64-darwin", "aarch64-darwin", ".dylib"),
 }
-"""By system and processor: folder of binaries in version 2.0 and in 3.0, ending of a library."""
+"""By system and processor: folders of binaries in versions 2.0 and 3.0, suffix of a library."""
 
 
 def controller_part(job: Job, label: str) -> Part:
@@ -119,7 +119,7 @@ def _units(part: Part, time: bool) -> list[str]:
 
 
 def _variables(part: Part) -> Iterator[tuple[str, str]]:
-    """Attributes of each variable that both versions share, and those of its type."""
+    """Attributes of each variable in both versions, and those of its type."""
     output = f'output" variability="{"discrete" if part.sampled else "continuous"}"'
     for k, name in enumerate((*part.inputs, *part.outputs)):
         end = _unit(name)

@@ -1,4 +1,4 @@
-"""The OpenSees material that comes nearest to a device at one coil current."""
+"""The OpenSees material closest to a device at one coil current."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..simulation.substructure import DeviceSimulator
 SAMPLES = 60
 """Steps per cycle: the materials' own integration, as in an analysis, takes one per step."""
 RISING, STEADY = 4, 2
-"""Cycles over which the amplitude rises, and cycles at it."""
+"""Cycles with rising amplitude, and cycles at full amplitude."""
 Command = tuple[Any, ...]
 
 
@@ -56,7 +56,7 @@ def _bouc_wen(x: NDArray, ratio: float, stiffness: float, n: float, knee: float)
 
 
 class Spring(NamedTuple):
-    """An OpenSees material beside a viscous one."""
+    """An OpenSees material parallel to a viscous one."""
 
     name: str
     force: Callable[..., NDArray]
@@ -95,7 +95,7 @@ SPRINGS = (
 
 @dataclass(frozen=True, eq=False)
 class OpenSeesMaterial:
-    """The nearest OpenSees material of a device at one coil current.
+    """The closest OpenSees material to a device at one coil current.
 
     Attributes
     ----------
@@ -104,14 +104,14 @@ class OpenSeesMaterial:
     current : float, A
         Coil current.
     name : str
-        Such as ``"BoucWen and Viscous"``.
+        Name of the materials, such as ``"BoucWen and Viscous"``.
     commands : tuple of tuple
         Arguments of ``uniaxialMaterial``, of the parts and of the two in parallel, whose tag is 3;
         in N, m and s.
     error : float
         RMS of the residual force over the RMS of the device's, on the loops below.
     errors : dict of str to float
-        The same of every material that was tried.
+        The error of every material that was tried.
     displacement, velocity, force, fitted : numpy.ndarray, shape (n,), m, m/s and N
         Loops: a sinusoid whose amplitude rises over four cycles and then stays for two; the
         device's force and the material's.
@@ -167,27 +167,27 @@ class OpenSeesMaterial:
 def opensees_material(
     device: Device, current: float, amplitude: float | None = None, frequency: float = 1.0
 ) -> OpenSeesMaterial:
-    """Find the OpenSees material that comes nearest to a device at one coil current.
+    """Find the OpenSees material closest to a device at one coil current.
 
-    Steel01, BoucWen and ElasticBilin, each beside a linear Viscous material, are fitted to the
-    device's loops by least squares; the one with the smallest error is taken. OpenSees has no
-    material that follows a coil current.
+    Steel01, BoucWen and ElasticBilin, each parallel to a linear Viscous material, are fitted to the
+    device's loops by least squares; the result is the one with the smallest error. OpenSees has no
+    material that depends on a coil current.
 
     Parameters
     ----------
     device : Device
-        Such as ``reference_isolators()``, in the scale that it has there.
+        Device in its scale, such as ``reference_isolators()``.
     current : float, A
         Coil current.
     amplitude : float, optional, m
         Largest deformation of the loops; the tested one by default.
     frequency : float, default 1
-        Of the loops, Hz.
+        Frequency of the loops, Hz.
 
     Returns
     -------
     OpenSeesMaterial
-        With its error.
+        Material with its error.
 
     Raises
     ------

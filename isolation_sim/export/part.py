@@ -1,4 +1,4 @@
-"""A part of a scenario in C, with the data that a co-simulation interface needs."""
+"""A part of a scenario in C, with the data for a co-simulation interface."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ class Part:
     Attributes
     ----------
     name : str
-        As an identifier of C.
+        Name, a C identifier.
     title : str
-        Short description for comments.
+        Description, for comments.
     files : dict of str to str
         C sources by name.
     inputs, outputs : tuple of str
-        Names with units, in the order of the arrays that the sources take.
+        Names with units, in the order of the sources' arrays.
     period : float
         Usual length of a step, s.
     sampled : bool
-        Whether it is a controller, which decides at the multiples of its period.
+        Whether it is a controller, which decides at multiples of its period.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Part:
 
 
 def numbers(values: np.ndarray) -> str:
-    """Numbers as C text, a few a line; a zero where there are none, for C has no empty array."""
+    """Numbers as C text, a few per line; a zero if there are none, since C has no empty array."""
     texts = [repr(v).replace("inf", "INFINITY").replace("nan", "NAN") for v in values.tolist()]
     rows = [", ".join(texts[k : k + 4]) for k in range(0, len(texts), 4)]
     return ",\n    ".join(rows) or "0"

@@ -1,4 +1,4 @@
-"""A plant in C99: building, isolators and coil drivers, from the text that Numba compiles."""
+"""A plant in C99: building, isolators and coil drivers, from the source that Numba compiles."""
 
 from __future__ import annotations
 
@@ -32,14 +32,12 @@ CONSTANT = {
     "coils_driver", "limits_deformation", "law_table", "law_breaks", "law_shape", "law_channel",
     "observed_rows",
 }  # fmt: skip
-"""Arrays that are only read."""
+"""Read-only arrays."""
 EMPTY = {
     "history_z", "history_states", "history_forces", "history_steps", "propagation_table",
     "propagation_phi", "propagation_integral", "scratch_u",
 }  # fmt: skip
-"""Arrays that start from zero."""
-KEPT_STEPS = 8
-"""Steps recorded before the record is emptied: nothing here reads it."""
+"""Arrays that are zero at the start."""
 ELEMENTS = {"f": "d", "i": "i", "c": "z"}
 
 
@@ -78,7 +76,7 @@ class Array(NamedTuple):
 
 
 CHANGED = ("coils", "law")
-"""Groups that ``update_current`` takes behind the element and the grid point."""
+"""Groups of arguments of ``update_current`` after the element and the grid point."""
 OBSERVED = ("observed_rows", "noise", "ground", "history_z", "0", "coils_current", "scratch_w")
 """Arguments of ``read_sensors`` between the sizes and the result."""
 WRITE = """\
@@ -234,7 +232,7 @@ def plant_part(job: Job) -> Part:
 
 
 def _intrinsics(kernel: ModuleType) -> dict[str, tuple[Kind, str]]:
-    """The kernel's LLVM instructions in C, for one lane; no controller is called from inside."""
+    """The kernel's LLVM functions in C, for one lane; it calls no controller."""
     slots = ", ".join(map(str, kernel.FORCE_SLOTS))
     n_forces = len(kernel.FORCE_SLOTS)
     sizes = {

@@ -1,4 +1,4 @@
-"""How a law's parameters depend on the coil current, kept apart from the law itself."""
+"""Dependence of a law's parameters on the coil current."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class CurrentDependence:
     names : tuple of str
         Parameters, in the order of ``coefficients`` and of the result of ``at``.
     breaks : numpy.ndarray, shape (n_pieces + 1,), A
-        Currents between which a piece holds, increasing; -inf and inf at the ends. A piece holds
-        from its lower break, included, to its upper one, excluded.
+        Limits of the pieces, increasing, with -inf and inf at the ends. A piece includes its lower
+        limit and excludes its upper one.
     coefficients : numpy.ndarray, shape (n_pieces, n_parameters, n_powers)
         Ascending powers of the current itself, in the parameter's SI unit / A^power.
 
@@ -72,7 +72,7 @@ class CurrentDependence:
         coefficients: Mapping[str, float | Sequence[float]],
         order: Sequence[str] | None = None,
     ) -> CurrentDependence:
-        """One polynomial a parameter, for every current.
+        """One polynomial per parameter, for all currents.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Properties of a law from its exact derivatives, through CasADi."""
+"""Exact derivatives of a law by CasADi."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A device: a law together with its numbers and its scale."""
+"""A device: a law with its parameters and scale."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .law import Law
 @checked
 @dataclass(frozen=True)
 class Device:
-    """A law with its numbers, as one device or as many scaled to a structure.
+    """A law with its parameters, for one device or scaled to a structure.
 
     The methods take deformation, velocity and force in the structure's scale,
     ``x_structure = length * x_device`` and ``F_structure = force_scale * F_device``; internal
@@ -31,20 +31,18 @@ class Device:
     current : CurrentDependence
         The law's parameters as functions of the coil current, in the order of the law.
     current_range : tuple of float, A
-        Lowest and highest current for which the numbers are meaningful; -inf and inf where the
-        current has no effect.
+        Lowest and highest current for which the parameters are valid; -inf and inf if the current
+        has no effect.
     tested_deformation : float, m
-        Largest deformation of the tests behind the numbers, in the device's own scale; inf where
-        there is none.
+        Largest deformation of the device tests, in the device's own scale; inf if unknown.
     tested_current : float, A
-        Highest current of the tests behind the numbers, which ``current_range`` may exceed; inf
-        where there is none.
+        Highest current of the device tests, which ``current_range`` may exceed; inf if unknown.
     length : float
         Deformation of the structure over that of the device.
     force_scale : float
         Force on the structure over that of the device.
     source : str
-        Where the numbers come from.
+        Source of the parameters.
     name : str
         Name to print; the law's by default.
 
@@ -175,7 +173,7 @@ class Device:
         return tuple(self.law.rates(x / self.length, v / self.length, tuple(states), parameters))
 
     def stored_energy(self, x: Any, states: Sequence, current: Any) -> Any:
-        """Energy that the device could give back.
+        """Stored (recoverable) energy of the device.
 
         Parameters
         ----------
@@ -215,7 +213,7 @@ class Device:
         length : float, default 1
             Factor on the deformation.
         force : float, default 1
-            Factor on the force; the number of devices side by side, for one.
+            Factor on the force, such as the number of parallel devices.
 
         Returns
         -------
@@ -243,7 +241,7 @@ class Device:
         Parameters
         ----------
         current_range : (float, float), optional
-            Currents for which the new numbers hold, A; as before if not given.
+            Currents for which the new parameters are valid, A; unchanged by default.
         **values : float or sequence of float
             Parameter name to a constant, or to ascending powers of the current in A, in SI units.
 
@@ -266,7 +264,7 @@ class Device:
         )
 
     def checked_current(self, current: Any) -> Any:
-        """Return the current if the device's numbers are meaningful there.
+        """Return the current if the device's parameters are valid for it.
 
         Parameters
         ----------
@@ -328,7 +326,7 @@ def Scaled(device: Device, length: float = 1.0, force: float = 1.0) -> Device:
     Parameters
     ----------
     device : Device
-        Quantity to scale.
+        Device to scale.
     length : float, default 1
         Factor on the deformation.
     force : float, default 1

@@ -53,7 +53,7 @@ _UNARY = {
 
 
 class NotTraceable(ValueError):
-    """A law uses an operation that cannot be written out for the compiled kernels."""
+    """A law uses an operation that the compiled kernels do not support."""
 
 
 def scalar_expression(operation: str, operands: Sequence[str], is_hoisted: Sequence[bool]) -> str:
@@ -151,7 +151,7 @@ def own_slopes(
 def kinks(
     inputs: dict[str, Any], outputs: Sequence[Any], moving: Sequence[str]
 ) -> tuple[list[str], list[str]]:
-    """Print the quantities at whose change of sign an output has a kink or a jump."""
+    """Print the quantities whose change of sign causes a kink or a jump of an output."""
     # These are the arguments of absolute values and signs, the differences that comparisons look
     # at, and z where a power, a root or a logarithm is taken of z * z plus next to nothing.
     import casadi
@@ -202,7 +202,7 @@ def _squared(node: Any) -> Any | None:
 
 
 def symbols(names: Sequence[str]) -> list[Any]:
-    """One CasADi symbol a name."""
+    """One CasADi symbol per name."""
     import casadi
 
     if hasattr(casadi.GlobalOptions, "setNumpyMode"):

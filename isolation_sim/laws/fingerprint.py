@@ -1,4 +1,4 @@
-"""A name for the computation of a law, found without running or tracing it.
+"""A digest of a law's computation, without running or tracing it.
 
 Equal names mean equal arithmetic, so that text written out from a law once can be found again in a
 later process without CasADi.
@@ -15,11 +15,11 @@ from .law import Law
 
 
 class _Unknown(Exception):
-    """Something that a law depends on cannot be put into words."""
+    """A law depends on an object that cannot be described in a digest."""
 
 
 def fingerprint(law: Law) -> str | None:
-    """Name the computation of a law."""
+    """Return the digest of a law's computation."""
     digest = hashlib.sha256()
     try:
         for part in _parts(law, set()):

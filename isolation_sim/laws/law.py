@@ -1,4 +1,4 @@
-"""The contract of a law: pure arithmetic between a device's two ends, written once.
+"""The interface of a law: the arithmetic of force and states, written once.
 
 NumPy calls it on arrays, CasADi traces it, and the compiled kernels are written out from that
 trace. What all three accept: ``+ - * / **``, comparisons used as multipliers, tuples, and ``np.sinh
@@ -94,7 +94,7 @@ class InPlan(NamedTuple):
 
 
 def no_rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-    """Rates of a law without internal states: none."""
+    """Rates of a law without internal states: an empty tuple."""
     return ()
 
 

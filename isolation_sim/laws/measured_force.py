@@ -1,4 +1,4 @@
-"""A device whose force comes from outside: the physical half of a hybrid test."""
+"""A device with an external force: the physical substructure of a hybrid test."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .law import Law, Quantity
 
 
 def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
-    """The measured force, whatever the motion."""
+    """The measured force, independent of the motion."""
     (f,) = parameters
     return f + 0.0 * x + 0.0 * v
 

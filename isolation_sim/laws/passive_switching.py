@@ -88,7 +88,7 @@ def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
 
 @checked
 def papers_rule(device: Device) -> Device:
-    """Return the device as the papers switch it: its force answers to the current at once.
+    """Return the device with instantaneous switching: its force follows the current at once.
 
     Parameters
     ----------

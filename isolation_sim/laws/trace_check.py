@@ -1,4 +1,4 @@
-"""Whether a user's law can be traced, and which line stands in the way."""
+"""Check whether a user's law can be traced; the error names the line that cannot."""
 
 from __future__ import annotations
 
@@ -114,13 +114,13 @@ def _suspect(function: Callable[..., Any]) -> tuple[str, str, str]:
     except (OSError, TypeError, SyntaxError):
         return "", "", ""
     file = inspect.getsourcefile(function) or "?"
-    for number, what in sorted(_found(tree)):
+    for number, what in sorted(_untraceable(tree)):
         at = first + number - 1
         return f"{file}:{at}", linecache.getline(file, at).strip(), _INSTEAD[what]
     return "", "", ""
 
 
-def _found(tree: ast.AST) -> Iterator[tuple[int, str]]:
+def _untraceable(tree: ast.AST) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.If | ast.IfExp | ast.While):
             yield node.lineno, "if"

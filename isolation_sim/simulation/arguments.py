@@ -1,4 +1,4 @@
-"""Arguments of the compiled kernel, in groups; the arrays' last axis is the lane."""
+"""Arguments of the compiled kernel in groups; the last axis of the arrays is the lane."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 
 class Sizes(NamedTuple):
-    """Numbers that stay the same during a run."""
+    """Constants of a run."""
 
-    # ``controller`` is the address of a compiled controller, or 0; ``record_steps`` says whether
-    # every step is recorded, ``clamp`` whether commands outside the driver's limits are clamped.
+    # ``controller``: address of a compiled controller, or 0; ``record_steps``: whether every step
+    # is recorded; ``clamp``: whether commands outside the driver's limits are clamped.
 
     n_modes: int
     n_pad: int
@@ -27,7 +27,7 @@ class Sizes(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Tolerance of the iteration, and the largest error of a step and of samples inside it."""
+    """Tolerance of the iteration, and largest errors of a step and of the samples inside it."""
 
     iteration: float
     error: float
@@ -56,7 +56,7 @@ class Propagation(NamedTuple):
 
 
 class Measurements(NamedTuple):
-    """Rows and noise of the measurements, when they are decided on, and the decisions."""
+    """Rows and noise of the measurements, instants of the decisions, and decisions."""
 
     rows: NDArray
     noise: NDArray
@@ -68,7 +68,7 @@ class Measurements(NamedTuple):
 
 
 class Coils(NamedTuple):
-    """Commands, drivers and currents of the coils, and the current that each element has."""
+    """Commands, drivers and currents of the coils, and the present current of each element."""
 
     command: NDArray
     driver: NDArray
@@ -88,15 +88,16 @@ class LawNumbers(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """Where each lane is, and how its steps go."""
+    """Progress and step control of each lane."""
 
-    # ``level``: of its steps, ``base`` at the window's start; ``place``: in the window; ``tried``:
-    # steps in the window; ``hold``: windows until coarser steps are tried; ``active``, ``going``,
-    # ``todo``: takes part in the step, in the iteration, in the window; ``last``: length of the
-    # last step; ``previous``, ``contraction``: of the iteration; ``defects``: how far the force
-    # polynomial misses the force at the step's ends, relative to the peak force, infinite where the
-    # iteration did not contract; ``errors``: estimated effect of that on the response; ``kinks``:
-    # whether an element has a kink within the step; ``worst``: error in the window.
+    # ``level``: level of the steps, and ``base`` at the window's start; ``place``: place in the
+    # window; ``tried``: number of steps in the window; ``hold``: number of windows before coarser
+    # steps are tried; ``active``, ``going``, ``todo``: whether the lane takes part in the step, in
+    # the iteration, in the window; ``last``: length of the last step; ``previous``,
+    # ``contraction``: last change and convergence factor of the iteration; ``defects``: difference
+    # of force polynomial and force at the step's ends over the peak force, infinite if the
+    # iteration did not converge; ``errors``: its estimated effect on the response; ``kinks``:
+    # whether an element has a kink within the step; ``worst``: largest error in the window.
 
     level: NDArray
     base: NDArray
@@ -119,7 +120,7 @@ class Lanes(NamedTuple):
 
 
 class History(NamedTuple):
-    """Modes, states and forces at the grid points, and the steps that are recorded."""
+    """Modes, states and forces at the grid points, and the recorded steps."""
 
     z: NDArray
     states: NDArray
@@ -141,12 +142,12 @@ class Scratch(NamedTuple):
 class Step(NamedTuple):
     """A step of the integration: the part ``number`` of ``n_steps`` equal ones of a window."""
 
-    # ``at``: where it begins, in shortest steps, of which a window has ``whole``; ``depth``: its
-    # level; ``n_intervals``: grid intervals of the window, ``n_sub`` of the step; ``per_interval``:
-    # steps of a grid interval; ``point``: the grid point at or before its start; ``start``,
-    # ``end``: rows of the modes; ``fresh``: lanes that begin with this length; ``offset``: of its
-    # coefficients; ``length``: s; ``share``: by how much its error counts; ``left``: what the
-    # iteration may leave.
+    # ``at``: start in units of the shortest step, of which a window has ``whole``; ``depth``: level
+    # of the step; ``n_intervals``, ``n_sub``: grid intervals of the window and of the step;
+    # ``per_interval``: steps per grid interval; ``point``: grid point at or before its start;
+    # ``start``, ``end``: rows of the modes; ``fresh``: lanes with a new step length; ``offset``:
+    # place of its coefficients; ``length``: s; ``share``: weight of its error; ``left``: tolerance
+    # of the iteration.
 
     at: int
     depth: int
@@ -176,14 +177,14 @@ class Intervals(NamedTuple):
 
 
 class Quantities(NamedTuple):
-    """Quantities whose peaks and mean squares are wanted."""
+    """Quantities for peaks and mean squares."""
 
-    # ``rows``: blocks of eight rows over the modes' real and imaginary parts, the elements' forces
-    # beyond their references and the ground accelerations; a quantity is the norm of
-    # ``n_directions`` consecutive rows. ``fast``: modes too fast for the grid; ``fast_moduli``: of
-    # the rows for them; ``fast_forced``: most that a bend of an element's force moves through them;
-    # ``follows``: what they follow, its sign turned, per ground acceleration and force, and per
-    # rate of these.
+    # ``rows``: blocks of eight rows over the modes' real and imaginary parts, the elements'
+    # residual forces and the ground accelerations; a quantity is the norm of ``n_directions``
+    # consecutive rows. ``fast``: modes too fast for the grid; ``fast_moduli``: moduli of their
+    # rows; ``fast_forced``: largest response of a fast mode to a bend of an element's force;
+    # ``follows``: quasi-static response of the fast modes with opposite sign, per ground
+    # acceleration and force, and per rate of these.
 
     rows: NDArray
     n_quantities: int
@@ -195,10 +196,10 @@ class Quantities(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """Grid intervals in which a quantity may exceed its peak, lane by lane."""
+    """Grid intervals in which a quantity may exceed its peak, for each lane."""
 
-    # ``place``: interval and number of the quantity; ``bound``: of the quantity in it; ``number``:
-    # of candidates; ``chosen``: quantities that are evaluated at once.
+    # ``place``: interval and number of the quantity; ``bound``: upper bound of the quantity in the
+    # interval; ``number``: number of candidates; ``chosen``: quantities evaluated together.
 
     place: NDArray
     bound: NDArray
@@ -207,13 +208,14 @@ class Candidates(NamedTuple):
 
 
 class SummaryScratch(NamedTuple):
-    """Quantities at some grid points, and their bounds in between."""
+    """Quantities at some grid points, and their bounds between the points."""
 
-    # ``points``, ``present``: grid points evaluated at once and the elements' forces there;
-    # ``values``: of each block of quantities, just after a change of current at some points, then
-    # just before it where it is ``changed``; ``near``: how many are near their peaks; ``bulges``,
-    # ``margins``, ``bounds``: of forces and quantities inside an interval; ``swings``: of fast
-    # modes, ``loudness``: of the quantities by them, ``unrest``: by all of them at some points.
+    # ``points``, ``present``: grid points of an evaluation and the elements' forces there;
+    # ``values``: values of each block of quantities just after a change of current, then those just
+    # before it, if ``changed``; ``near``: number of quantities near their peaks; ``bulges``,
+    # ``margins``, ``bounds``: bounds of forces and quantities inside an interval; ``swings``:
+    # amplitudes of fast modes; ``loudness``: their effect on the quantities; ``unrest``: effect of
+    # all fast modes at some points.
 
     points: NDArray
     present: NDArray
@@ -231,10 +233,10 @@ class SummaryScratch(NamedTuple):
 class DenseScratch(NamedTuple):
     """One lane's response at some instants inside a grid interval."""
 
-    # ``weights``: decay of the modes between two instants and the effect of inputs, ``weights_for``
-    # a time and the lane of a table; ``polynomials``: forces through the nodes, and through the
-    # ends too; ``z``, ``forces``, ``ground``, ``values``: at the instants numbered ``points``;
-    # ``rows``: a block's; ``last``: each quantity's last two values.
+    # ``weights``: decay of the modes between two instants and effect of the inputs;
+    # ``weights_for``: time and lane of these weights; ``polynomials``: force polynomials through
+    # the nodes, and through nodes and ends; ``z``, ``forces``, ``ground``, ``values``: at the
+    # instants ``points``; ``rows``: rows of a block; ``last``: last two values of each quantity.
 
     state: NDArray
     weights: NDArray

@@ -1,4 +1,4 @@
-"""Many runs: side by side in vector lanes, and on several threads."""
+"""Many runs in parallel: in vector lanes and on several threads."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from .summary import summary, summary_key
 from .tested_range import Reached, beyond_tests, peak_currents, reached
 
 LANES = 16
-"""Runs that go through the kernel side by side: two vectors of eight."""
+"""Number of runs that the kernel computes together: two vectors of eight."""
 
 FEWEST = 8
-"""Runs that are worth a block of lanes, and a kernel for it; fewer go one by one."""
+"""Least number of runs for a block of lanes and its kernel; fewer runs are computed one by one."""
 
 _memory = threading.local()
-"""A thread's large arrays, used for one block after another."""
+"""Large arrays of a thread, reused for consecutive blocks."""
 
 __all__ = ["Batch", "Case", "simulate_many"]
 
@@ -52,9 +52,10 @@ class Case:
     ground : Record or sequence of Record
         Ground acceleration, m/s^2, one record per direction.
     controller : Control
-        Sets the coil currents, such as ``controller("clipped_lqr")``; an instance of its own.
+        Controller of the coil currents, such as ``controller("clipped_lqr")``; one instance per
+        case.
     nominal : IsolatedStructure or None
-        The model that the controller reasons with; None for the plant.
+        The nominal model of the controller; None for the plant.
     """
 
     isolated: IsolatedStructure
@@ -73,20 +74,20 @@ class Batch:
     Attributes
     ----------
     criteria : dict of str to (n_cases,) array
-        Peaks and RMS values as in ``isolation_sim.criteria``; not a number where a run failed.
+        Peaks and RMS values as in ``isolation_sim.criteria``; NaN for failed runs.
     failure : list of str or None
-        Why a run failed, and when; None if it did not.
+        Reason and time of a failure; None for a successful run.
     diverged : (n_cases,) bool array
-        Whether it failed because the response left the range of numbers or of the law.
+        Whether the response left the range of floating-point numbers or of the law.
     clamped : (n_cases,) int array
-        Commands that were clamped to the driver's limits.
+        Number of commands clamped to the driver's limits.
     unresolved : (n_cases,) int array
         Steps that missed the tolerance; see ``Run``.
     deformation_over_tested : (n_cases,) array
-        Largest deformation of an element over that of the tests behind its law; 0 where there are
-        none, not a number where a run failed.
+        Largest deformation of an element over that of its law's tests; 0 without tests, NaN for
+        failed runs.
     current_over_tested : (n_cases,) array
-        The same of the coils' currents.
+        The same for the coil currents.
     """
 
     criteria: dict[str, NDArray]
@@ -103,7 +104,7 @@ class Batch:
         Returns
         -------
         list of str
-            Number of runs beyond the tested deformations or currents, and the largest excess.
+            Number of runs beyond the tested deformations or currents, and the largest ratios.
         """
         return beyond_tests(self.deformation_over_tested, self.current_over_tested)
 
@@ -124,10 +125,10 @@ def simulate_many(
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Batch:
-    """Simulate many runs and keep their criteria.
+    """Simulate many runs and return their criteria.
 
-    A run's result does not depend on the others: neither on their order nor on the number of
-    threads. Controllers in plain Python run one by one, as do fewer than eight runs.
+    The result of a run does not depend on other runs, their order or the number of threads.
+    Controllers in plain Python run one by one, as do fewer than eight runs.
 
     Parameters
     ----------
@@ -136,18 +137,18 @@ def simulate_many(
     driver : CoilDriver, optional
         Lag, slew and limits of the coils; ideal by default.
     sensors : Sensors, optional
-        Noise, delay and sampling of the measurements; ideal by default.
+        Noise, delay and sampling of the controllers' measurements; ideal by default.
     computation_delay : float
         Time from a decision to its command, s.
     tolerance : float
         Target accuracy, relative to each quantity's peak.
     current_outside : {"refuse", "clamp"}
-        Treatment of a command outside the driver's limits: the run fails, or it is clamped and
-        counted.
+        Treatment of a command outside the driver's limits: the run fails, or the command is
+        clamped and counted.
     threads : int, optional
-        Number of threads; as many as there are processors by default.
+        Number of threads; one per processor by default.
     progress : callable, optional
-        Called with the number of runs that have just been finished.
+        Called with the number of runs finished since the last call.
 
     Returns
     -------
@@ -161,7 +162,7 @@ def simulate_many(
     Warns
     -----
     TestedRangeWarning
-        If runs leave the deformations or currents at which the devices were tested.
+        If runs exceed the deformations or currents of the device tests.
     """
     result = run_cases(
         cases, driver=driver, sensors=sensors, computation_delay=computation_delay,
@@ -205,7 +206,7 @@ def run_cases(
         arguments = case.isolated, case.ground, case.controller, case.nominal
         return prepared(*arguments, driver, delays, partial(alone_with, case))
 
-    # where few structures fill them, blocks are of one each and share its coefficients
+    # with few structures each block has only one structure and shares its coefficients
     n_plants = len({id(case.isolated) for case in cases})
     alike = n_plants == 1 or 2 * LANES * n_plants <= len(cases)
     result = _Collected(len(cases))
@@ -237,7 +238,7 @@ def run_cases(
     first = next(blocks, None)
     if first is not None:
         run_block(first)
-    # a block is computed while the next ones are made ready
+    # a block is computed while the next ones are prepared
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         try:
             for one in [pool.submit(run_block, block) for block in blocks]:
@@ -266,8 +267,8 @@ def run_cases(
 def _blocks(
     lanes: Iterable[Lane], alone: list[int], alike: bool
 ) -> Iterator[list[tuple[int, Lane]]]:
-    """Runs that can go side by side, numbered, in blocks; to ``alone`` go those that cannot."""
-    # ``alike``: a block is of one structure.
+    """Blocks of runs that can be computed together, by number; the others go to ``alone``."""
+    # ``alike``: all runs of a block have the same structure.
     waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:
@@ -282,7 +283,7 @@ def _blocks(
 
 
 class _Collected:
-    """Results as they come in, from several threads."""
+    """Collects the results of several threads."""
 
     def __init__(self, n_cases: int):
         self.criteria: dict[str, NDArray] = {}

@@ -1,4 +1,4 @@
-"""Interface between a controller and the plant: sensors, timing, the coil driver."""
+"""Interface of controller and plant: sensors, timing, coil driver."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from ..structures import IsolatedStructure
 @checked
 @dataclass(frozen=True)
 class CoilDriver:
-    """Turns a commanded current into the coil's: rate = clip((command - i) / lag, +-slew).
+    """Coil and supply: rate of the coil current i = clip((command - i) / lag, +-slew).
 
-    A supply's highest voltage U at a coil of resistance R and inductance L shows as two of these
-    limits: no more than U / R for ``high``, and a ``slew`` of (U - R i) / L at the current i.
+    A supply of highest voltage U and a coil of resistance R and inductance L set two of these
+    limits: ``high`` is at most U / R, and ``slew`` is (U - R i) / L at the current i.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class CoilDriver:
     slew : float
         Largest rate of the current, A/s.
     low, high : float or None
-        Limits of the supply, A; None for the range in which the device's law is meaningful.
+        Limits of the supply, A; None for the current range of the device.
     initial : float or None
         Current before the first command, A; None for the nearest to 0 within the limits.
     step : float
@@ -47,14 +47,14 @@ class CoilDriver:
     step: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value, accepted in (
+        for name, valid, accepted in (
             ("lag", self.lag >= 0 and np.isfinite(self.lag), "0 s or more"),
             ("slew", self.slew > 0, "above 0 A/s"),
             ("step", self.step >= 0 and np.isfinite(self.step), "0 A or more"),
         ):
-            if not value:
-                number = getattr(self, name)
-                raise InputError(f"coil driver: {name} is {number}; expected: {accepted}")
+            if not valid:
+                value = getattr(self, name)
+                raise InputError(f"coil driver: {name} is {value}; expected: {accepted}")
         if self.low is not None and self.high is not None and self.low > self.high:
             raise InputError(
                 f"coil driver: low {self.low} A is above high {self.high} A; expected: low <= high"
@@ -64,23 +64,23 @@ class CoilDriver:
 @checked
 @dataclass(frozen=True)
 class Sensors:
-    """Sensors: the measurements that a controller receives.
+    """Sensors of a controller.
 
     Attributes
     ----------
     noise : mapping of str to float
         Standard deviation of white noise, by output name (``"floor5_acceleration_m_s2"``) or by
-        quantity (``"acceleration_m_s2"``), in that unit; what a controller does not measure
-        has no effect on it.
+        quantity (``"acceleration_m_s2"``), in its unit. Noise of outputs that a controller does
+        not measure has no effect.
     delay : float
         Age of a measurement when it reaches the controller, s.
     sampling : float or None
-        Interval at which sensors sample, s; None for as often as the controller asks.
+        Sampling interval of the sensors, s; None for that of the controller.
     seed : int
         Seed of noise and dropout.
     dropout : float
         Probability that a sample with all its channels is lost; the last received sample is then
-        used again. Losses are independent. The first sample, of the building at rest, is received.
+        used again. Losses are independent. The first sample, of the building at rest, is not lost.
     compensation : float
         Time over which the measured motion is extrapolated, s: the nominal sum of all delays. The
         extrapolation uses the measured velocity and, at constant acceleration, accelerometers on
@@ -115,7 +115,7 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Commands that are known before the run."""
+    """Commands known before the run."""
 
     time: NDArray  # (n,): Instants from which the commands hold, s, increasing from 0
     current: NDArray  # (n, n_channels): Commands, A
@@ -124,53 +124,52 @@ class Schedule:
         time = np.asarray(self.time, float)
         if not (time.ndim == 1 and time.size and time[0] >= 0 and (time[1:] > time[:-1]).all()):
             raise InputError(
-                "a schedule's instants must increase from 0 s or later; given "
+                "a schedule's instants must increase from 0 s or later; they are "
                 f"{np.array2string(time, threshold=6)}"
             )
 
 
 @dataclass(frozen=True)
 class CompiledDecision:
-    """A controller's decision in compiled code, called from inside the compiled loop."""
+    """A controller's decision in compiled code, called by the compiled integration."""
 
-    # Of a C function ``(t, measured*, settings*, memory*, command*, sizes*)``: doubles and, last,
-    # the int64 lengths of the four arrays
+    # Address of a C function ``(t, measured*, settings*, memory*, command*, sizes*)`` with doubles
+    # and, last, the int64 lengths of the four arrays
     address: int
     settings: NDArray  # (n_settings,): Constants of the controller
-    memory: NDArray  # (n_memory,): What it keeps between decisions; its value at the start
-    keep: Any  # Whatever must stay alive while the address is in use
+    memory: NDArray  # (n_memory,): Initial memory of the controller
+    keep: Any  # Objects that must stay alive while the address is in use
     # Returns the whole source of the decision, for a translation into another language
     text: Callable[[], str] | None = None
-    # Names of what it is given after the measurements; a run gives nothing more
+    # Names of further inputs after the measurements; a run has none
     inputs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class RunContext:
-    """Information that a controller receives before a run."""
+    """Run context: information for a controller before a run."""
 
-    # The model that the controller may reason with; not the plant, though it may equal it
+    # The nominal model of the controller; it may differ from the plant
     nominal: IsolatedStructure
     period: float  # Interval between decisions, s
     duration: float  # Length of the run, s
     # low, high: (n_channels,): Limits of the supply, A
     low: NDArray
     high: NDArray
-    # (n_channels,): Highest current at which the plant's devices were tested, A; inf where nobody
-    # says
+    # (n_channels,): Highest tested current of the plant's devices, A; inf if unknown
     tested: NDArray
-    # Names of what it will be given, in order: its ``measures``, then the coil currents
+    # Names of the measurements in order: its ``measures``, then the coil currents
     outputs: tuple[str, ...]
     # Nominal lag, slew and initial current of the coils; an ideal supply by default
     driver: CoilDriver = field(default_factory=CoilDriver)
-    # Nominal age of a measurement at a decision, and time from this to its command, s
+    # Nominal age of a measurement at a decision, and delay from the decision to its command, s
     delays: tuple[float, float] = (0.0, 0.0)
     # The ground motion, one record per direction; None for a controller without ``preview_time``
     ground: tuple[Record, ...] | None = None
 
 
 class Control(Protocol):
-    """Interface of a controller for a run; ``controllers.controller.Controller`` provides it."""
+    """Interface of a controller; ``controllers.controller.Controller`` implements it."""
 
     @property
     def name(self) -> str:
@@ -185,19 +184,19 @@ class Control(Protocol):
         """Preview time of the ground motion, s."""
 
     def prepare(self, context: RunContext, trial: Any) -> None:
-        """Get ready on the plant itself; ``trial(controller)`` simulates another one there."""
+        """Prepare with runs of the plant; ``trial(controller)`` simulates another controller."""
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Names of the outputs that it wants measured."""
+        """Names of the outputs to measure."""
 
     def schedule(self, context: RunContext) -> Schedule | None:
-        """Commands known before the run; None if it decides as it goes."""
+        """Commands known before the run; None if it decides during the run."""
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
-        """Its decision in compiled code; None if it is plain Python."""
+        """Its decision in compiled code; None for plain Python."""
 
     def reset(self, context: RunContext) -> None:
-        """Forget the last run."""
+        """Reset the controller for a new run."""
 
     def current(self, t: float, measurement: Any) -> Any:
         """Command from a measurement, a named tuple: one current or one per channel, A."""

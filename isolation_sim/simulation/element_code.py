@@ -1,12 +1,12 @@
-"""Write the compiled kernel's work on one element, from the law's arithmetic.
+"""Write the kernel's functions for one element from its law.
 
-An element's numbers live in one flat float64 array, at ``base + slot * LANES + lane``. The same
-text so serves a single run (one lane) and a batch: lanes side by side, which the compiler turns
-into vector instructions. All quantities are the device's own (deformation, not storey drift): the
-structure's rows and columns carry the scales.
+The numbers of an element are in one flat float64 array, at ``base + slot * LANES + lane``. The same
+text therefore serves a single run (one lane) and a batch (several lanes, which the compiler turns
+into vector instructions). All quantities are those of the device in its own scale; the rows and
+columns of the structure contain the scales.
 
-A device of several directions has an element for each, one after the other. All of its work is
-written for the first of them, with the states and parameters, and reaches over to the others.
+A device of several directions has consecutive elements, one per direction. The functions are
+written for the first element, which has the states and parameters, and also update the others.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..laws.law import Law
 
 _ROOT15 = 15.0**0.5
 NODES = (0.5 - _ROOT15 / 10, 0.5, 0.5 + _ROOT15 / 10)
-"""Gauss points of the unit step."""
+"""Gauss points of a step of unit length."""
 WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
 COLLOCATION = (
     (5 / 36, 2 / 9 - _ROOT15 / 15, 5 / 36 - _ROOT15 / 30),
@@ -30,28 +30,28 @@ COLLOCATION = (
 )
 """Integrals of the Lagrange polynomials from the step's start to each node."""
 END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
-"""State at the end = state at the start + sum of these times (state at node - state at start)."""
+"""Weights w_j: state at the end = start + sum of w_j (state at node j - start)."""
 GAIN_SLOPE = (np.array(COLLOCATION) @ COLLOCATION - np.array(COLLOCATION) / 2).tolist()
-"""Change of ``COLLOCATION`` by a state's own relaxation, to first order."""
+"""First-order change of ``COLLOCATION`` by the relaxation of a state."""
 RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
-"""Step times rates at the nodes = these times (states at the nodes - state at the start)."""
+"""Matrix D: step length * rates at the nodes = D (states at the nodes - state at the start)."""
 
 KINK_FACTOR = 10.0
-"""How much more the error at a kink counts: a switching controller makes many, and alike."""
+"""Weight of the error at a kink: a switching controller makes many kinks with similar errors."""
 MOVING_FACTOR = 8.0
-"""The same while a coil current moves: the errors of successive steps then add up."""
+"""Weight of the error while a coil current changes: errors of successive steps then accumulate."""
 
 COMMON = (
     "dn0 dn1 dn2 vn0 vn1 vn2 dn3 vn3 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
     "k_ref c_ref force_scale to_structure force_end defect error roughness change kink bent "
     "weight d_start v_start f_start f0 f1 f2"
 ).split()
-"""Slots that every law has at the same place: deformation and velocity at the nodes and the step's
-end (number 3) but for what the element's own force does, both at the step's end, their free
-response, the reference spring and dashpot, the reciprocal scale of the force, whether the step has
-a kink and whether the current's path bends in it, the weight of the error estimate, deformation,
-velocity and residual force at the step's start, and last the residual forces at the nodes, which
-the law's states at the nodes follow."""
+"""Slots in common of all laws: deformation and velocity at the nodes and at the step's end (number
+3) without the effect of the element's own force; both at the step's end; their free response; the
+reference spring and dashpot; the reciprocal scale of the force; whether the step has a kink, and
+whether the current has one; the weight of the error estimate; deformation, velocity and residual
+force at the step's start; and the residual forces at the nodes. The law's states at the nodes
+follow."""
 
 
 def lagrange(nodes: Sequence[float], at: float) -> list[float]:
@@ -67,11 +67,11 @@ _BY_DIRECTION = re.compile(
     r"\b(d[012]|v[012]|d_end|v_end|f[012]|new_f[012]|f_start|force_end|force_scale|k_ref|c_ref"
     r"|late|early|own_odd|own_even|moved)\b"
 )
-"""Variables that each direction has its own of, in the written statements."""
+"""Variables of the written statements that exist once per direction."""
 
 
 def along(name: str, direction: int) -> str:
-    """Name of a variable of one direction; the first one's stays as it is."""
+    """Name of a variable in one direction; unchanged for the first direction."""
     return f"{name}_along{direction}" if direction else name
 
 
@@ -95,10 +95,10 @@ class ElementCode:
         inputs |= dict(zip(self.states + self.parameters, s + p, strict=True))
         forces, rates = law.respond(tuple(moving[::2]), tuple(moving[1::2]), s, p)
         outputs = [*forces, *rates]
-        self.hoisted, self.constants, self.statements, self.results = straight_line(
+        self.hoisted, self.coefficients, self.statements, self.results = straight_line(
             inputs, outputs, hoist=self.parameters
         )
-        self.derived = [q for q in self.constants if q not in self.parameters]
+        self.derived = [q for q in self.coefficients if q not in self.parameters]
         self.relaxation = own_slopes(inputs, rates, s) if n else ([], [])
         self.motion = motion
         self.kinks = kinks(inputs, outputs, [*motion, *self.states])
@@ -109,43 +109,46 @@ class ElementCode:
         self.end_rate = [f"end_rate{i}" for i in range(n)]
         self.slots = [*COMMON, *(f"{s}_{j}" for s in self.states for j in range(3))]
         self.slots += self.start + self.end + self.scale + self.rate + self.end_rate
-        # three nodes and the end of the step: each has its own current while the coil moves
+        # three nodes and the end of the step have different currents while the coil current changes
         self.slots += [f"{q}_{j}" for j in range(4) for q in self.parameters]
         self.slots += [f"{q}_{j}" for j in range(4) for q in self.derived]
         self.slots += [f"relax{i}" for i in range(n)]
         self.slots += [f"gain{i}_{j}{k}" for i in range(n) for j in range(3) for k in range(3)]
 
     def slot(self, name: str, direction: int = 0) -> str:
-        """Where a number stands, from the first element's base."""
+        """Place of a number, from the first element's base."""
         slot = str(self.slots.index(name))
         return f"({direction} * STRIDE + {slot}) * LANES" if direction else f"{slot} * LANES"
 
     def at(self, name: str, direction: int = 0) -> str:
-        """The number that a slot holds."""
+        """Expression for the number in a slot."""
         return f"read(w, b, {self.slot(name, direction)})"
 
     def load(self, *names: str, direction: int = 0) -> list[str]:
-        """Statements that read slots into variables of the same names."""
+        """Statements that read slots to variables of the same names."""
         return [f"{along(n, direction)} = {self.at(n, direction)}" for n in names]
 
     def put(self, slot: str, value: str, direction: int = 0) -> str:
-        """Statement that writes a slot, in the lanes that take part: a select, not a branch."""
+        """Statement that writes a slot in the active lanes, by a select without a branch."""
         return f"write(w, b, {self.slot(slot, direction)}, {value}, on)"
 
     def store(self, *names: str, direction: int = 0) -> list[str]:
-        """Statements that write variables into their slots."""
+        """Statements that write variables to their slots."""
         return [self.put(n, along(n, direction), direction) for n in names]
 
     def respond(self, x: str, v: str, states: Sequence[str], j: int) -> str:
         """Call of the law at node ``j``: forces along each direction, then rates."""
         motion = [along(name, a) for a in self.directions for name in (x, v)]
-        arguments = [*motion, *states, *(f"{q}_{j}" for q in self.constants)]
+        arguments = [*motion, *states, *(f"{q}_{j}" for q in self.coefficients)]
         return f"respond_{self.tag}({', '.join(arguments)})"
 
     def text(self) -> str:
         """All functions of this law, as Numba source."""
         parts = {
-            "respond": (", ".join([*self.motion, *self.states, *self.constants]), self._respond()),
+            "respond": (
+                ", ".join([*self.motion, *self.states, *self.coefficients]),
+                self._respond(),
+            ),
             "prepare_held": ("w, b, on", self._prepare([0], copies=[1, 2, 3])),
             "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
             "relax": ("w, b, h, on", self._relax()),
@@ -168,7 +171,7 @@ class ElementCode:
         return [*self.statements, f"return ({', '.join(self.results)},)"]
 
     def _prepare(self, nodes: list[int], copies: list[int]) -> list[str]:
-        """Expressions of the parameters alone, at these nodes; the copies get the last one's."""
+        """Expressions of only the parameters, at these nodes; copies get the last values."""
         body = []
         for j in nodes:
             body += [f"{p} = {self.at(f'{p}_{j}')}" for p in self.parameters]
@@ -179,20 +182,20 @@ class ElementCode:
         return body or ["pass"]
 
     def _row(self, r: int, forces: Sequence[str], direction: int = 0) -> str:
-        """Row r of the response to the element's own nodal forces, added to the free response."""
-        sum_text = self.at(f"free{r}" if self.alone else COMMON[r], direction)
+        """Row r of the response to the element's own nodal forces, added to the present value."""
+        response = self.at(f"free{r}" if self.alone else COMMON[r], direction)
         own = f"{direction} * (N_ELEMENTS + 1) * 24 + " if direction else ""
         for k, f in enumerate(forces):
             row = f"({own}{8 * k + r}) * TABLE_LANES"
-            sum_text = f"fused(read(table, at, {row}), {along(f, direction)}, {sum_text})"
-        return sum_text
+            response = f"fused(read(table, at, {row}), {along(f, direction)}, {response})"
+        return response
 
     def _relax(self) -> list[str]:
-        """Each state's own relaxation, d rate / d state, and the collocation that solves for it."""
-        # The rate's linear part, relax * (state - start), is taken to the left side of the
-        # collocation s = start + h C rate(s): what is left to iterate hardly depends on the state.
-        # It changes how fast the sweeps converge, and not what they converge to. A state that grows
-        # by itself, or whose rate has a kink here, is left as it is.
+        """Relaxation of each state, d rate / d state, and the collocation with it."""
+        # The linear part of the rate, relax * (state - start), is moved to the left side of the
+        # collocation s = start + h C rate(s). The remaining part hardly depends on the state. This
+        # speeds up the iteration and does not change its solution. It is not used for a state that
+        # grows, or whose rate has a kink here.
         statements, results = self.relaxation
         body = []
         for a in self.directions:
@@ -217,7 +220,7 @@ class ElementCode:
         return body
 
     def _sweep(self) -> list[str]:
-        """One fixed-point sweep: response to the forces, rates, states, forces."""
+        """One fixed-point iteration: response to the forces, rates, states, forces."""
         forces = ["f0", "f1", "f2"]
         body = self.load("change")
         for a in self.directions:
@@ -225,7 +228,7 @@ class ElementCode:
         for j in range(3):
             for a in self.directions:
                 body += self._motion(f"d{j}", f"v{j}", j, forces, a)
-            body += self.load(*(f"{q}_{j}" for q in self.constants))
+            body += self.load(*(f"{q}_{j}" for q in self.coefficients))
             body += self.load(*(f"{s}_{j}" for s in self.states))
             if self.states:
                 call = self.respond(f"d{j}", f"v{j}", [f"{s}_{j}" for s in self.states], j)
@@ -264,23 +267,24 @@ class ElementCode:
         ]
 
     def _along(self, statement: str, direction: int) -> str:
-        """A statement about one direction's numbers, for another direction."""
+        """A statement of the first direction, converted to another direction."""
         return re.sub(_BY_DIRECTION, lambda m: along(m[0], direction), statement)
 
     def _finish(self) -> list[str]:
-        """States and force at the end; how far the polynomials miss both ends."""
-        # The polynomials are those of the force and of the states' rates. The misses' odd part is
-        # of third order in the step and orthogonal to what moves the response; the first term that
-        # does move it is of sixth order. Its size is guessed from how fast the orders fall:
-        # roughness, the even part (fourth order) over the odd one. At a kink this does not hold,
-        # and the two parts may cancel: there the response's error is the miss itself, and that of
-        # the states does not become smaller with the step's share of the sample.
+        """States and force at the end, and defects of the polynomials at both ends."""
+        # The polynomials are those of the force and of the states' rates. The odd part of the
+        # defects is of third order in the step, and orthogonal to the functions that change the
+        # response. The first term that changes the response is of sixth order. It is estimated
+        # from the decrease per order: roughness = even part (fourth order) over odd part. At a
+        # kink this estimate is not valid, and the parts may cancel. There the error of the
+        # response is the defect itself, and the error of the states does not decrease with the
+        # step's share of the sample.
         forces = ["f0", "f1", "f2"]
         body = self.load(*self.start)
         for a in self.directions:
             body += self.load(*forces, "force_scale", "k_ref", "c_ref", "f_start", direction=a)
             body += self._motion("d_end", "v_end", 6, forces, a)
-        body += self.load(*(f"{q}_3" for q in self.constants))
+        body += self.load(*(f"{q}_3" for q in self.coefficients))
         for i, s in enumerate(self.states):
             body += self.load(*(f"{s}_{j}" for j in range(3)))
             steps = [f"({s}_{j} - start{i})" for j in range(3)]
@@ -311,7 +315,7 @@ class ElementCode:
             body.append(f"miss = abs(late - early) * scale{i}")
             body.append("odd = odd + miss")
             body.append(f"even = even + abs(late + early) * scale{i}")
-            # how much of an odd miss, a Legendre polynomial's, a relaxation leaves at the end
+            # part of an odd defect (a Legendre polynomial) that remains at the end after relaxation
             body.append(f"m = -h * relax{i}")
             body.append("scale = 840.0 + m * (420.0 + m * (84.0 + m * (12.0 + m)))")
             body.append("lasting = lasting + miss * m * m * m / scale")
@@ -329,7 +333,7 @@ class ElementCode:
         return body + self.store(*self.end, *self.end_rate, "defect", "error", "roughness", "kink")
 
     def _kink(self, forces: Sequence[str]) -> list[str]:
-        """Statements that set ``kink`` to 1 if a quantity that the law switches at changes sign."""
+        """Statements that set ``kink`` to 1 if a switching function of the law changes sign."""
         n = len(self.kinks[1])
         if not n:
             return []
@@ -352,7 +356,7 @@ class ElementCode:
         return body
 
     def _inside(self) -> list[str]:
-        """States at a fraction tau of the step, from the collocation polynomial, into history."""
+        """Write the states at a fraction tau of the step, from the collocation polynomial."""
         body = []
         nodes = [0.0, *NODES]
         for m, a in enumerate(nodes):
@@ -368,7 +372,7 @@ class ElementCode:
         return body if self.states else ["pass"]
 
     def _accept(self) -> list[str]:
-        """Move to the step's end; extrapolate the next step's first guess."""
+        """Move to the step's end; extrapolate the initial guess of the next step."""
         body = []
         for a in self.directions:
             body += self.load(
@@ -383,7 +387,7 @@ class ElementCode:
                 names = [along(f, a) for f in ("f0", "f1", "f2", "f_start")]
                 body.append(self.put(f"f{j}", f"{_sum(weights, names)}", a))
             body += self.store("f_start", direction=a)
-        # all directions are measured by the largest force of them
+        # the scale of all directions is the largest force of them
         body += ["scale = force_scale"]
         for a in self.directions:
             body.append(f"scale = min(scale, 1.0 / (abs({along('force_end', a)}) + TINY))")
@@ -399,14 +403,14 @@ class ElementCode:
             body += [*self.load(f"end_rate{i}"), self.put(f"rate{i}", f"end_rate{i}")]
             body.append(f"write(states, at, {i} * LANES, end{i}, on)")
             body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
-        if len(self.directions) > 1:  # and a state along y by the one along x, or the reverse
+        if len(self.directions) > 1:  # the states along x and y have one scale
             half = len(self.states) // 2
             for x, y in zip(self.scale[:half], self.scale[half:], strict=True):
                 body += [f"{x} = min({x}, {y})", f"{y} = {x}"]
         return body + self.store(*self.scale)
 
     def _restart(self) -> list[str]:
-        """First guess after a change of step length: everything stays as at the start."""
+        """Initial guess after a change of step length: constant values of the start."""
         body = self.load(*self.start)
         for a in self.directions:
             body += self.load("f_start", direction=a)
@@ -416,8 +420,8 @@ class ElementCode:
         return body
 
     def _probe(self) -> list[str]:
-        """Force and rates at the present state, after the current has changed."""
-        body = self.load(*self.start, *(f"{q}_0" for q in self.constants))
+        """Force and rates at the present state, after a change of current."""
+        body = self.load(*self.start, *(f"{q}_0" for q in self.coefficients))
         for a in self.directions:
             body += self.load("d_end", "v_end", direction=a)
         body.append(f"r0 = {self.respond('d_end', 'v_end', self.start, 0)}")

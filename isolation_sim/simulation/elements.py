@@ -1,4 +1,4 @@
-"""Data of the kernel's elements that are equal in all runs."""
+"""The kernel's data of the elements, which do not change between runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..structures import IsolatedStructure
 from .modal import Modes
 
 MOST_TESTED = 50.0
-"""Deformation over the tested one at which a run ends: the law says nothing about it."""
+"""Ratio of deformation to tested deformation that ends a run, far outside the law's range."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Elements:
     """Elements of the plants of a block of lanes, at rest; its arrays are read-only."""
 
     n_modes: int  # Modes of each plant
-    # (n_elements,) int: Coil channel of each element; one more than there are for an element
-    # without a coil
+    # (n_elements,) int: Coil channel of each element; the number of channels for an element without
+    # a coil
     channel: NDArray
     # lanes innermost: Each element's slots, see ``element_code.py``: reference springs, dashpots
     # and scales
@@ -32,8 +32,8 @@ class Elements:
     table: NDArray
     breaks: NDArray  # (n_elements, n_pieces + 1, lanes): Currents at which their pieces begin, A
     shape: NDArray  # (n_elements, 2) int: Numbers of pieces and powers that each element uses
-    # (lanes,): Largest device deformation, m, summed over elements, before a run counts as
-    # diverged: ``MOST_TESTED`` times what was tested
+    # (lanes,): Largest device deformation, m, summed over elements, of a run that has not diverged:
+    # ``MOST_TESTED`` times the tested deformation
     deformation_limit: NDArray
 
     def __post_init__(self) -> None:
@@ -54,11 +54,11 @@ def elements_of(
     # lanes of one plant are filled together
     for plant, own in dict(zip(plants, modes, strict=True)).items():
         alike = np.array([p is plant for p in plants])
-        # force on the structure below which nothing needs to be resolved, N
+        # forces on the structure below this one need no accuracy, N
         least = 1e-5 * plant.structure.total_mass
         for e, element in enumerate(plant.elements):
             device = element.device
-            # scales begin at a ten-thousandth of what the device was tested to
+            # initial scales are 1e-4 of the tested deformation
             small = 1e-4 * device.deformation_scale / device.length
             force = max(small * own.stiffness[e], least / device.force_scale)
             numbers[e, module.SLOT_K_REF, alike] = own.stiffness[e]
@@ -86,5 +86,5 @@ def elements_of(
 
 
 def _tested(plant: IsolatedStructure) -> float:
-    """Summed deformations to which a plant's devices were tested, in their own scale, m."""
+    """Sum of the tested deformations of a plant's devices, in their own scale, m."""
     return sum(e.device.deformation_scale / e.device.length for e in plant.elements)

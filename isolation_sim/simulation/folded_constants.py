@@ -1,8 +1,8 @@
-"""Rewrite a kernel's text so that Numba compiles less of it.
+"""Constant folding in a kernel's text, to reduce Numba's compile time.
 
-Numba's own analysis, not LLVM, takes most of the time of compiling, and it looks at every constant
-and every product of two by itself. What the text's constants decide is therefore put in first:
-offsets are summed, a loop of one pass is its body, and a branch that cannot be taken is left out.
+Numba's own analysis, not LLVM, takes most of the compile time, and it processes every constant and
+every product. Known constants are therefore inserted first: offsets are summed, a loop with one
+pass is replaced by its body, and a branch that cannot be taken is removed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _COMPARISONS = {
 
 
 def folded_constants(text: str) -> str:
-    """A module's text with its integer constants put in, and unsigned array indices."""
+    """A module's text with inserted integer constants and unsigned array indices."""
     tree = ast.parse(text)
     constants = {}
     for node in tree.body:
@@ -39,7 +39,7 @@ def folded_constants(text: str) -> str:
 
 
 def _statements(visitor: ast.NodeTransformer, body: list[ast.stmt]) -> list[ast.stmt]:
-    """Statements after a visit, which may have made several, or none, of one."""
+    """Statements after a visit, which may replace one by several or none."""
     result: list[ast.stmt] = []
     for statement in body:
         new = visitor.visit(statement)
@@ -48,7 +48,7 @@ def _statements(visitor: ast.NodeTransformer, body: list[ast.stmt]) -> list[ast.
 
 
 class _Fold(ast.NodeTransformer):
-    """Put known names in; do what integer arithmetic, branches and loops they decide."""
+    """Insert known names; evaluate integer arithmetic, branches and loops from them."""
 
     def __init__(self, known: dict[str, object]):
         self.known = known
@@ -115,22 +115,22 @@ def _integer(node: ast.expr) -> int | None:
 
 
 def _is_array(node: ast.expr) -> bool:
-    """Whether a name or a group's field is an array, and not a tuple of constants."""
+    """Whether a name or a group's field is an array rather than a tuple of constants."""
     name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
     return name.islower()
 
 
 def _leaves(node: ast.AST) -> bool:
-    """Whether a statement leaves the loop that it stands in, or goes to its next pass."""
+    """Whether a statement leaves its loop or continues with the next pass."""
     if isinstance(node, ast.Break | ast.Continue | ast.For | ast.While):
         return isinstance(node, ast.Break | ast.Continue)
     return any(map(_leaves, ast.iter_child_nodes(node)))
 
 
 class _UnsignedIndices(ast.NodeTransformer):
-    """Make array indices unsigned: Numba then leaves out the test for a negative one."""
+    """Make array indices unsigned, so that Numba omits the test for negative ones."""
 
-    # That test takes much of the kernel's time where an index is not known when it is compiled.
+    # For an index unknown at compile time this test takes much of the kernel's time.
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         self.generic_visit(node)

@@ -1,4 +1,4 @@
-"""The time grid: a record's samples and a controller's instants, cut into windows."""
+"""The time grid: a record's samples and a controller's instants, divided into windows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_INTERVALS = 4
-"""Most grid intervals that one step may span."""
+"""Largest number of grid intervals of one step."""
 
 
 @dataclass(frozen=True)
@@ -19,12 +19,12 @@ class Grid:
     time: NDArray  # (n_points,): Grid points, s
     samples: NDArray  # (n_samples,) int: Grid point of each sample of the record
     # (n_windows + 1, 3) int: First grid point, class and number of intervals of each window; the
-    # last row closes
+    # last row is the end
     windows: NDArray
     spans: NDArray  # (n_classes,): Length of a class of windows, s
     intervals: NDArray  # (n_classes,) int: Number of grid intervals of a class of windows
-    # (n_windows, 3) int: Number of the measurement taken, of the decision made and of the command
-    # that begins at the window's start; -1 for none
+    # (n_windows, 3) int: Indices of the measurement, the decision and the new command at the
+    # window's start; -1 for none
     events: NDArray
 
     @cached_property
@@ -53,7 +53,7 @@ def make_grid(
 ) -> Grid:
     """Merge a record's samples with the instants of measurements, decisions and commands."""
     kinds = [np.empty(0) if t is None else np.asarray(t, float) for t in (sensed, decided, begun)]
-    # instants closer than a millionth of a sample are one
+    # instants closer than a millionth of a sample are merged
     unit = dt * 1e-6
     ticks = np.round(np.arange(n_samples) * dt / unit).astype(np.int64)
     event_ticks = [np.round(t / unit).astype(np.int64) for t in kinds]
@@ -84,7 +84,7 @@ def make_grid(
 
 
 def _cut(stops: NDArray) -> tuple[NDArray, NDArray]:
-    """Cut the stretches between stops into windows of a power of two of intervals."""
+    """Divide the parts between stops into windows with a power of two of intervals."""
     first: list[NDArray] = []
     count: list[NDArray] = []
     start, left = stops[:-1].copy(), np.diff(stops)

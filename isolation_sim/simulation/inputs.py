@@ -1,4 +1,4 @@
-"""Forms in which a run takes its plant and its ground motions."""
+"""Conversion of a run's plant and ground motions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..structures import IsolatedStructure
 
 
 def traceable(isolated: IsolatedStructure) -> IsolatedStructure:
-    """Return the structure; laws that cannot be traced raise `InputError`."""
+    """Return the structure; raises `InputError` for laws that cannot be traced."""
     for law in isolated.group_laws:
         check_traceable(law)
     return isolated

@@ -36,9 +36,9 @@ def integrate(
 ):
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
-    position: the window and the stage within it, where the next call goes on. What the other groups
-    hold is said in ``arguments.py``. Returns FINISHED, DECIDE or BUFFER_FULL; what became of each
-    lane is in ``lanes.alive``.
+    position: window and stage at which the next call continues. The other groups are described in
+    ``arguments.py``. Returns FINISHED, DECIDE or BUFFER_FULL; the status of each lane is in
+    ``lanes.alive``.
     """
     w, u = scratch
     active, going, channel = lanes.active, lanes.going, law_numbers.channel
@@ -111,8 +111,8 @@ def integrate(
 
 @inline
 def update_current(e, g, coils, law_numbers, going, w):
-    """Give an element the current that it has from a grid point on; whether it is another one."""
-    # Numba compiles a function once more for an argument that is a constant
+    """Set an element's current from a grid point on; return whether it changes."""
+    # Numba compiles a function again for a constant argument
     n, slot = np.int64(N_PARAMETERS[KIND[e]]), np.int64(SLOT_PARAMETER[KIND[e]])
     changed = take_current(e, g, coils, law_numbers, going, n, slot, w)
     if changed:
@@ -122,7 +122,7 @@ def update_current(e, g, coils, law_numbers, going, w):
 
 @inner
 def set_force(e, w, going):
-    """Force under an element's new parameters."""
+    """Force with an element's new parameters."""
     prepare_held(e, w, e * STRIDE * LANES, going)
     probe(e, w, e * STRIDE * LANES, going)
     shift_force(e, np.int64(DIRECTIONS[e]), w, going)

@@ -8,10 +8,9 @@ Part of the compiled kernel; see ``kernel_integration_template.py``.
 def solve_step(step, sizes, table, z, u, w, lanes):
     """Forces and states at the nodes and the end of one step; z and u are only read.
 
-    ``lanes`` receives ``defects``: how far a lane's force polynomial misses the force at the step's
-    ends, relative to the peak force, infinite where the iteration did not contract; ``errors``: the
-    guess of what that does to the response; ``kinks``: whether an element has a kink within the
-    step.
+    Sets in ``lanes``: ``defects``, the difference of force polynomial and force at the step's ends
+    over the peak force, infinite if the iteration did not converge; ``errors``, its estimated
+    effect on the response; ``kinks``, whether an element has a kink within the step.
     """
     n_modes, n_pad, n_sub, offset = sizes.n_modes, sizes.n_pad, step.n_sub, step.offset
     h, share, tolerance = step.length, step.share, step.left

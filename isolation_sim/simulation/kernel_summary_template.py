@@ -322,9 +322,10 @@ def bound_inside(
     track,
     at,
 ):
-    """Bounds between the second and third of four grid points; how many exceed their peaks.
+    """Bounds between the second and third of four grid points; number above their peaks.
 
-    What follows the modes is smooth: its change of slope tells. ``margins`` are for the rest.
+    The part from the modes is smooth: its bound follows from the change of slope. ``margins`` are
+    for the other parts.
     """
     exceeded = 0
     for k in range(ROWS):
@@ -342,7 +343,7 @@ def bound_inside(
 
 @inner
 def find_bulges(bulges, interval, intervals, history, sizes, values, begun, ended, track, at_block):
-    """How far every force leaves the straight line inside an interval, N in the device's scale."""
+    """Largest distance of every force from its chord inside an interval, N, device scale."""
     n_pad, n_elements = sizes.n_pad, sizes.n_elements
     forces, steps, cuts = history.forces, history.steps, history.cuts
     window = intervals.window_of[interval]
@@ -390,9 +391,9 @@ def near_in(lane, values, begun, ended, track, at):
 
 @exact
 def find_swings(swings, unrest, loudness, interval, sizes, intervals, quantities, history):
-    """Amplitude of every fast mode inside an interval, about its quasi-static value.
+    """Amplitude of every fast mode inside an interval about its quasi-static response.
 
-    It follows ground motion and forces that are linear in time without swinging.
+    Ground motion and forces that are linear in time do not excite this amplitude.
     """
     _, n_pad, n_elements, n_ground = sizes[:4]
     fast, follows = quantities.fast, quantities.follows
@@ -422,7 +423,7 @@ def find_swings(swings, unrest, loudness, interval, sizes, intervals, quantities
 
 @inner
 def find_loudness(loudness, quantities, track):
-    """Most that a fast mode swings any quantity, over the peak that is known so far."""
+    """Largest effect of a fast mode on any quantity, over the present peak."""
     moduli, n_directions = quantities.fast_moduli, quantities.n_directions
     for k in range(quantities.fast.shape[0]):
         for lane in range(LANES):
@@ -446,10 +447,10 @@ def restless(unrest):
 
 @inner
 def find_margins(margins, block, n_items, sizes, quantities, bulges, swings):
-    """Bound on the contribution of curved forces and fast modes to a block's values.
+    """Bounds for the effect of curved forces and fast modes on a block's values.
 
-    What follows a force directly has kinks where the current begins to change. Modes that are too
-    fast for the grid add what they swing to either side.
+    Quantities that depend directly on a force have kinks at the start of a change of current. Modes
+    too fast for the grid add their amplitude in both directions.
     """
     rows, _, n_directions, fast, moduli, forced, _ = quantities
     n_modes, _, n_elements, n_ground = sizes[:4]
@@ -508,7 +509,7 @@ def take_norms(values, at, n_items, n_directions):
 
 @inner
 def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, dense, track):
-    """Evaluate a lane's candidates, those of an interval at once, the most promising first."""
+    """Evaluate a lane's candidates by interval, the largest bounds first."""
     place, bound, number, chosen = candidates
     per_block = 8 // quantities.n_directions
     while True:
@@ -559,7 +560,7 @@ def row_of(item, per_block):
 def raise_peaks(
     lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense, track
 ):
-    """Raise the peaks of some quantities to their extrema inside a grid interval, in one lane."""
+    """Update the peaks of some quantities inside a grid interval, in one lane."""
     n_modes, n_pad, n_elements, n_ground = sizes[:4]
     windows, window_of, lengths, ground = intervals
     _, n_quantities, n_directions, _, _, _, _ = quantities
@@ -744,7 +745,7 @@ def evaluate(block, lane, sizes, quantities, dense):
 
 @exact_inline
 def follow(row, n_directions, first, n_here, earlier, inside, length, past, item, at, dense, track):
-    """Raise a quantity's peak by its next instants and by the parabolas through three of them.
+    """Update a quantity's peak with its next instants and the parabolas through three of them.
 
     earlier: instants before this step; inside: instants of the step before the interval's end;
     past: distance of the instants before the step, zero where they are too far apart for parabolas.

@@ -1,16 +1,16 @@
-"""Windows, choice of steps and records: the time integration without the elements' own work.
+"""Windows, step size control and records: the part of the integration that no law changes.
 
 A module of its own, compiled once for all laws and included by the integration. See
 ``kernel_integration_template.py``.
 """
 
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
-MOST_STEPS = 4096  # tried in one window; what still misses the tolerance then is counted
+MOST_STEPS = 4096  # tried in one window; after these, steps that miss the tolerance are counted
 
 
 @shared
 def begin_window(position, sizes, course, measurements, coils, channel, lanes, z, w):
-    """Sensors, decision and commands at a window's start; whether the decision has been made."""
+    """Sensors, decision and commands at a window's start; return whether it has been decided."""
     window = position[WINDOW_NOW]
     windows, _, events, ground = course
     command, driver, coil, _, moving, coil_history = coils
@@ -82,7 +82,7 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
 
 @shared
 def take_current(e, g, coils, law_numbers, going, n, slot, w):
-    """Mark the lanes in which an element gets another current that stays; set its parameters."""
+    """Mark the lanes with a new constant current of an element; set its parameters."""
     c = law_numbers.channel[e]
     changed = False
     for lane in range(LANES):
@@ -98,7 +98,7 @@ def take_current(e, g, coils, law_numbers, going, n, slot, w):
 
 @shared
 def shift_force(e, n_directions, w, going):
-    """Let the force jump, at a step's start, to that under another current."""
+    """Change the force at a step's start to that of a new current."""
     for direction in range(n_directions):
         for lane in range(LANES):
             if going[lane]:
@@ -123,7 +123,7 @@ def any_lane(mask):
 
 @shared
 def choose_step(window, sizes, limits, course, propagation, lanes, u):
-    """The next step, of the lanes that are furthest behind; its coefficients and its ground."""
+    """The next step of the lanes with the least time; its coefficients and ground motion."""
     windows, spans, _, ground = course
     offsets, modes, table, built, phi, integral = propagation
     n_levels = sizes.n_levels
@@ -207,7 +207,7 @@ def choose_step(window, sizes, limits, course, propagation, lanes, u):
 
 @shared
 def judge_step(step, sizes, limits, lanes):
-    """Accept a step, or have it cut, lane by lane; whether any lane accepts it."""
+    """Accept or reject a step in each lane; return whether any lane accepts it."""
     n_levels = sizes.n_levels
     lanes.counts[1, 0] += 1
     running = 0
@@ -246,7 +246,7 @@ def judge_step(step, sizes, limits, lanes):
 
 @shared
 def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
-    """Record an accepted step; modes and forces at the grid points that it spans.
+    """Record an accepted step; modes and forces at its grid points.
 
     width: numbers of an element in a step's record.
     """
@@ -315,7 +315,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
 
 @shared
 def close_step(step, limits, lanes, forces, w):
-    """Forces at an accepted step's end, where the lanes are, and the length of their next step."""
+    """Forces at an accepted step's end, progress of the lanes, and length of their next step."""
     active, place, level, base = lanes.active, lanes.place, lanes.level, lanes.base
     tried, hold, worst = lanes.tried, lanes.hold, lanes.worst
     if (step.number + 1) % step.per_interval == 0:
@@ -352,7 +352,7 @@ def close_step(step, limits, lanes, forces, w):
 
 @shared
 def close_window(position, course, limits, coils, channel, lanes, w):
-    """Status of each lane, and the coil currents at a window's end; whether any lane is alive."""
+    """Status of each lane and coil currents at a window's end; return whether any is alive."""
     window = position[WINDOW_NOW]
     command, driver, coil, applied, _, _ = coils
     g, kind, n_intervals = (
@@ -396,7 +396,7 @@ def close_window(position, course, limits, coils, channel, lanes, w):
 
 @inline
 def share_scale(w, active):
-    """Measure a small element's force by a twentieth of the largest on the structure."""
+    """Scale of a small element's force: at least 1/20 of the largest force on the structure."""
     for lane in range(LANES):
         if active[lane] == 0:
             continue
@@ -426,7 +426,7 @@ def coil_current(start, command, lag, slew, t):
 
 @inline
 def piece_at(e, lane, current, law_breaks, n_pieces):
-    """Piece of a device's dependence on the current that holds at a current (A)."""
+    """Piece of a device's current dependence at a current (A)."""
     piece = 0
     while piece < n_pieces - 1 and current >= law_breaks[e, piece + 1, lane]:
         piece += 1
@@ -449,10 +449,10 @@ def set_parameters(e, lane, node, current, law_numbers, n, slot, w):
 
 @shared
 def move_currents(step, window, e, course, coils, law_numbers, lanes, n, slot, w):
-    """Parameters at the nodes and the end of a step while the current moves; whether it does.
+    """Parameters at the nodes and the end of a step with a changing current; whether it changes.
 
-    The current's path bends where a slew limit ends, that of the parameters from one piece of
-    their dependence on the current to the next.
+    The current has a kink at the end of a slew limit. The parameters have one between two pieces of
+    their dependence on the current.
     """
     command, driver, coil, _, moving, _ = coils
     g = course.windows[window, 0]
@@ -501,7 +501,7 @@ def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, 
 
 @shared
 def keep_force(forces, kind, point, e, w, slot, mask):
-    """Keep an element's force beyond its reference, N, at a grid point."""
+    """Record an element's residual force, N, at a grid point."""
     for lane in range(LANES):
         if mask[lane]:
             at = (point * N_ELEMENTS + e) * FORCES + kind
@@ -547,7 +547,7 @@ def read_sensors(
 
 @inner
 def set_commands(g, target, first, n_channels, clamp, driver, command, coil, alive, counts):
-    """The commands from grid point g on within the drivers' limits; counts clamped commands."""
+    """The drivers' commands from grid point g on; counts clamped commands."""
     for c in range(n_channels):
         for lane in range(LANES):
             value = target[first, lane, c]
@@ -573,7 +573,7 @@ def set_commands(g, target, first, n_channels, clamp, driver, command, coil, ali
 
 @inline
 def call_controllers(k, function, decided, measured_for, addresses):
-    """Decision k of every lane, by a compiled controller; rows of doubles at given addresses."""
+    """Decision k of every lane, by a compiled controller."""
     (
         measured,
         measured_step,

@@ -1,4 +1,4 @@
-"""The energy ledger of a run: where the energy came from and where it went.
+"""The energy ledger of a run: supplied, stored and dissipated energies.
 
 Every term is integrated separately from the piecewise solution of the run. The modes are propagated
 exactly to the Gauss points of each grid interval (or of each step, if steps are smaller), the
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from .trajectory import Trajectory
 
 QUADRATURE_ERROR = 1e-10
-"""Change of a piece's work, over the work of the input, from which its halves are halved again."""
+"""Change of a piece's work over the input energy that requires another division into halves."""
 MOST_HALVINGS = 12
 _ARRAYS = "length interval first from_window offset size tau0 tau1 window z elements".split()
-"""Data that differ from piece to piece."""
+"""Arrays with one entry per piece."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Ledger:
     Attributes
     ----------
     time : (n_samples,) array
-        s.
+        Time, s.
     input_J : (n_samples,) array
         Work of the ground on the structure, relative motion: -int q'^T M r a_g dt.
     kinetic_J, strain_J : (n_samples,) array
@@ -56,13 +56,13 @@ class Ledger:
     device_dissipation_J : (n_samples,) array
         Energy lost in the devices.
     field_work_J : (n_samples,) array
-        Work that changing the current did on the devices' stored energy.
+        Work of changes of the current on the devices' stored energy.
     control_device_work_J : (n_samples,) array
         Work of the structure on its control devices: int sum_k F_k v_k dt. These are the elements
-        with a coil; where none has one, all that hold the structure to the ground.
+        with a coil; without any coil, all elements between structure and ground.
     absolute_input_J : (n_samples,) array
         Work of the ground on the structure, absolute motion: int V_0^T v_g dt with the base shear
-        V_0. It is ``input_J`` wherever the ground is at rest.
+        V_0. It equals ``input_J`` when the ground is at rest.
     closure_error : float
         Largest mismatch of the balance over the peak of the input.
     """
@@ -140,7 +140,7 @@ def ledger(run: Trajectory) -> Ledger:
 
 
 def _carried(run: Trajectory, velocity: NDArray) -> NDArray:
-    """Kinetic energy of the absolute motion beyond that of the relative motion, J."""
+    """Kinetic energy of the absolute motion minus that of the relative motion, J."""
     structure = run.isolated.structure
     inertia = structure.mass @ structure.influence
     ground = np.stack([record.velocity for record in run.records], axis=1)
@@ -151,7 +151,7 @@ def _carried(run: Trajectory, velocity: NDArray) -> NDArray:
 def _device_powers(
     element, law: Law, x: tuple, v: tuple, states: tuple, current: NDArray, rate: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Whole, lost and field power of one device, in the structure's scale, W."""
+    """Total, dissipated and field power of one device, in the structure's scale, W."""
     device = element.device
     i = current[:, element.channel] if element.channel is not None else np.zeros_like(x[0])
     di = rate[:, element.channel] if element.channel is not None else np.zeros_like(x[0])
@@ -172,7 +172,7 @@ def _device_powers(
 
 
 def _stored(run: Trajectory) -> tuple[NDArray, NDArray]:
-    """Devices' stored energy at the grid points, and the part added by jumps of the current, J."""
+    """Devices' stored energy at the grid points, and the work of current jumps there, J."""
     n_points = len(run.grid.time)
     stored, jumps = np.zeros(n_points), np.zeros(n_points)
     before = _currents_before(run)
@@ -219,7 +219,7 @@ def _currents_before(run: Trajectory) -> NDArray:
 
 
 class _Pieces:
-    """The run's smooth pieces: a grid interval, or a step where steps are smaller."""
+    """The run's smooth pieces: grid intervals, or steps if they are smaller."""
 
     # On a piece the ground is linear, the elements' forces on the structure are quadratics and the
     # device states cubics.
@@ -278,9 +278,9 @@ class _Pieces:
 
     def work(self, low: NDArray, high: NDArray) -> NDArray:
         """The five works, J, between fractions of every piece."""
-        # Input, loss in structure and in devices, whole work on the control devices, field work.
-        # While a field moves, stretches are halved until that changes nothing any more: the stored
-        # energy may depend strongly on the field.
+        # Input, dissipation in structure and in devices, total work on the control devices, field
+        # work. While a current changes, the pieces are halved until the works converge, because
+        # the stored energy may depend strongly on the field.
         total = self._integral(low, high)
         start = self.run.work.coil_history[self.window, :, 0]
         moves = np.any(self.run.work.command[self.first, :, 0] != start, axis=1)
@@ -337,9 +337,9 @@ class _Pieces:
         return total * (high - low) * self.length
 
     def stretches(self) -> Iterator[tuple[NDArray, NDArray]]:
-        """Fractions of every piece between which its current does not bend."""
-        # It bends where a slew limit ends, and where a device's dependence on the current goes from
-        # one polynomial to the next.
+        """Fractions of every piece between which its current has no kink."""
+        # It has a kink at the end of a slew limit, and between two polynomials of a device's
+        # dependence on the current.
         inner = (self._bends() - self.from_window[:, None]) / self.length[:, None]
         inside = np.any((inner > 0) & (inner < 1), axis=0)
         one = np.ones((len(self.length), 1))
@@ -349,8 +349,8 @@ class _Pieces:
         yield from zip(cuts.T[:-1], cuts.T[1:], strict=True)
 
     def _bends(self) -> NDArray:
-        """Times from each piece's window to where a current bends, s, (n_pieces, n_bends)."""
-        # Infinite where it does not get there.
+        """Times from each piece's window to the kinks of a current, s, (n_pieces, n_bends)."""
+        # Infinite for kinks that the current does not reach.
         work, elements = self.run.work, self.run.isolated.elements
         times = [np.empty((len(self.window), 0))]
         for channel in range(self.run.isolated.n_channels):

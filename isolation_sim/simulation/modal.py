@@ -1,4 +1,4 @@
-"""The linear structure in complex modes, with the elements' reference springs and dashpots."""
+"""Complex modes of the linear structure with the elements' reference springs and dashpots."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..errors import InputError
 class Modes:
     """A structure in complex modes: z' = eigenvalues z + columns u, outputs Re(rows z)."""
 
-    # One of each conjugate pair is kept, its rows doubled; real eigenvalues are kept as they are.
+    # One mode of each conjugate pair is stored, with doubled rows; real modes are stored unchanged.
 
     eigenvalues: NDArray  # (n_modes,) complex: 1/s
     # (2 n, n_modes) complex: Displacements (m) and velocities (m/s) of the n degrees of freedom
@@ -57,9 +57,9 @@ def modes_of(
     inverse = np.linalg.inv(mass)
     b = np.asarray(directions, float).reshape(-1, n)
     scale = forces / lengths
-    # a mechanism (or an exactly critical damper) has no complete set of modes: the reference
-    # elements are then made a little stiffer, which changes nothing, for their forces are
-    # subtracted from the elements' own
+    # a mechanism (or an exactly critical damper) has no complete set of modes. Then the reference
+    # elements are made a little stiffer. This does not change the solution, since their forces are
+    # subtracted from the elements' forces
     for attempt in range(6):
         k_ref = references + attempt * 0.37 * (references + _floor(mass, b, scale))
         c_ref = attempt * 0.05 * k_ref
@@ -67,15 +67,15 @@ def modes_of(
         c = damping + b.T @ np.diag(scale * c_ref) @ b
         a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ k, -inverse @ c]])
         eigenvalues, vectors = np.linalg.eig(a)
-        # balance displacement and velocity rows before judging the modes' independence
+        # balance displacement and velocity rows before testing the independence of the modes
         speed = np.sqrt(np.abs(eigenvalues).max() * np.abs(eigenvalues).mean())
         weights = np.concatenate([np.full(n, speed), np.ones(n)])
         if np.linalg.cond(weights[:, None] * vectors) < 1e6:
             break
     else:
         raise InputError(
-            "the structure has no complete set of modes: a part can drift with no stiffness and "
-            "no element resisting it"
+            "the structure has no complete set of modes; expected: a stiffness or an element in "
+            "every motion"
         )
     left = np.linalg.inv(vectors)
     tiny = 1e-9 * np.abs(eigenvalues)

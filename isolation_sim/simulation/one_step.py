@@ -1,7 +1,7 @@
-"""One integration step in NumPy, slow and readable: the method of the compiled kernel.
+"""One integration step in NumPy: a slow, readable version of the compiled kernel.
 
-The kernel (``kernel_integration_template.py``, ``element_code.py``) takes the same step in complex
-modes, for many runs side by side. Nothing here is used by a simulation: tests compare the two.
+The kernel (``kernel_integration_template.py``, ``element_code.py``) makes the same step in complex
+modes, for many runs in parallel. Simulations do not use this module; tests compare the two.
 
 The method is exponential collocation with the three Gauss points of the step as nodes:
 
@@ -59,7 +59,7 @@ def step(
         return measure @ x[: len(x) // 2], measure @ x[len(x) // 2 :]
 
     def residual(k: int, x: NDArray, s: NDArray) -> NDArray:
-        """Forces of device k along its directions, less those of its reference."""
+        """Residual forces of device k along its directions: forces minus those of its reference."""
         group, law, parameters = devices[k]
         d, v = (row[group] for row in motion(x))
         forces, _ = law.respond(tuple(d), tuple(v), tuple(s), parameters)

@@ -1,4 +1,4 @@
-"""From runs to the kernel's arrays: one run, or several side by side in lanes."""
+"""Conversion of runs to the kernel's arrays: one run, or several runs in lanes."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from .sensing import arrived, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
 
 STRONGEST = 30.0
-"""Peak ground acceleration beyond any record, m/s^2: a unit or a scale is wrong."""
+"""Peak ground acceleration above all records, m/s^2: a unit or a scale is wrong."""
 
 
 @lru_cache(maxsize=256)
 def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
-    """Modes of a structure with reference springs for its devices, and its outputs over them."""
-    # A device's reference is its stiffness to fast motion in the middle of its range of current:
-    # the kinks that a ground motion's samples put into the response then nearly drop out of what
-    # the steps must approximate.
+    """Modes of a structure with reference springs for its devices, and its outputs."""
+    # The reference of a device is its stiffness to fast motion at the middle current. The residual
+    # force, which the steps approximate, then hardly contains the kinks from the samples of the
+    # ground motion.
     structure, elements = isolated.structure, isolated.elements
     references = []
     for element in elements:
@@ -58,11 +58,11 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
 
 def _fast_stiffness(device: Device, current: float) -> float:
     """Stiffness of a device to a fast motion about rest, in its own scale, N/m."""
-    # By differences: it only has to be about right, and CasADi takes a while to load.
+    # By differences: an approximation is enough, and CasADi takes time to load.
     law, parameters = device.law, device.parameters_at(current)
     step = 1e-4 * device.deformation_scale / device.length
     rest = (0.0,) * len(law.states) if law.rest is None else law.rest(parameters)
-    # in a motion too fast for relaxation a state follows its rate per velocity
+    # in fast motion, without relaxation, a state changes by its rate per velocity
     slopes = [
         (a - b) / 2
         for a, b in zip(
@@ -90,14 +90,14 @@ def _uniform_grid(n_samples: int, dt: float) -> Grid:
 def _cached_tables(
     module: ModuleType, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
 ) -> Tables:
-    """Coefficients of runs without events; kept, since they depend on the structure alone."""
-    # The kernel fills them in as it goes, so that threads must not share them.
+    """Cached coefficients of runs without events, which depend only on the structure."""
+    # The kernel fills them during a run, so that threads must not share them.
     return Tables.empty(module, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
 
 
 def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> ModuleType:
-    """Compiled kernel for a structure's elements; ``alike``: all lanes are of one structure."""
-    # a device of several directions is its first element's; the others follow it
+    """Compiled kernel for a structure's elements; ``alike``: all lanes have the same structure."""
+    # a device of several directions belongs to its first element
     laws: list[Law | None] = []
     for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
         laws += [law, *[None] * (len(group) - 1)]
@@ -118,14 +118,14 @@ class Lane:
     # (n_channels, 6): Lag (s), slew (A/s), lowest current, highest current, step and initial
     # current (A) of each coil
     coils: NDArray
-    context: RunContext  # What the controller was told
+    context: RunContext  # Information for the controller
     schedule: Schedule | None  # Commands known before the run
-    # The controller in compiled code; neither this nor a schedule: it decides in Python
+    # The controller in compiled code; without this and a schedule it decides in Python
     compiled: CompiledDecision | None
 
     @property
     def key(self) -> tuple:
-        """Properties that runs must share to be integrated side by side."""
+        """Key of the runs that can be computed together."""
         record = (len(self.records[0].acceleration), self.records[0].dt)
         if self.schedule is not None:
             control: tuple = tuple(self.schedule.time.tolist())
@@ -143,7 +143,7 @@ class Lane:
 
 @lru_cache(maxsize=1024)
 def _plant_key(isolated: IsolatedStructure) -> tuple:
-    """Properties that two plants must share to be integrated side by side."""
+    """Key of the plants that can be computed together."""
     modes, outputs = modes_for(isolated)
     elements = tuple(
         (e.device.law, e.channel, e.device.current.coefficients.shape, e.follows)
@@ -170,7 +170,7 @@ class Plan:
         if first.schedule is None:
             self._closed_loop(n, dt, sensors, computation_delay)
         else:
-            # one more channel, for the elements that no coil drives
+            # one more channel, for the elements without a coil
             self.chosen = np.zeros((len(first.schedule.time), len(lanes), width + 1))
             for k, lane in enumerate(lanes):
                 assert lane.schedule is not None
@@ -195,7 +195,7 @@ class Plan:
         if len(time) == len(records[0].acceleration):
             return np.stack([r.acceleration for r in records], axis=1)
         ground = np.stack([np.interp(time, r.time, r.acceleration) for r in records], axis=1)
-        # a sample is itself, though its instant on the grid may be rounded otherwise
+        # the instants on the grid may differ from the samples by rounding
         ground[self.grid.samples] = np.stack([r.acceleration for r in records], axis=1)
         return ground
 
@@ -206,13 +206,13 @@ class Plan:
         asked = decided - sensors.delay
         if sensors.sampling is not None:
             asked = np.floor(asked / sensors.sampling * (1 + 1e-12)) * sensors.sampling
-        # before the first sample a sensor reads the building at rest
+        # before the first sample a sensor measures the building at rest
         sensed, measured_for = np.unique(np.maximum(asked, 0.0), return_inverse=True)
         measured_for = arrived(len(sensed), sensors)[measured_for.ravel()]
         self.grid = make_grid(n, dt, sensed, decided, decided + delay)
         self.chosen = np.zeros((len(decided), len(lanes), width + 1))
         names = context.outputs[: len(context.outputs) - width]
-        given = [
+        motion_rows = [
             measured_motion(lane.isolated, names, o.names, sensors.compensation)
             for lane, o in zip(lanes, self.outputs, strict=True)
         ]
@@ -220,10 +220,10 @@ class Plan:
         compiled = [lane.compiled for lane in lanes]
         self.sensing = Sensing(
             measure=np.stack(
-                [row @ o.rows for row, o in zip(given, self.outputs, strict=True)], axis=2
+                [row @ o.rows for row, o in zip(motion_rows, self.outputs, strict=True)], axis=2
             ),
             # each lane has the noise of its own single run
-            noise=np.stack([noise @ row.T for row in given], axis=2)
+            noise=np.stack([noise @ row.T for row in motion_rows], axis=2)
             if noise.size
             else np.zeros((0, 0, len(lanes))),
             n_measurements=len(sensed),
@@ -266,7 +266,7 @@ class Plan:
         )
 
     def failure(self, work: Workspace, lane: int) -> InputError | Diverged | None:
-        """Why a run did not reach its end, and when; None if it did."""
+        """Reason and time of an early end; None for a complete run."""
         code = int(work.alive[lane])
         if code == self.module.ALIVE:
             return None
@@ -283,7 +283,7 @@ class Plan:
 
 
 def refused(current: float, time: float, context: RunContext, channel: int) -> InputError:
-    """Name the refused current, its time, and the expected range."""
+    """Error for a refused current, with its time and the limits."""
     low, high = context.low[channel], context.high[channel]
     remedy = (
         "" if np.isnan(current) else "; current_outside='clamp' clamps and counts such commands"
@@ -305,7 +305,7 @@ _FATES = (
 
 
 def _likely_cause(lane: Lane) -> str:
-    """Where to look first, from the size of the motion and of the devices."""
+    """Probable cause of a divergence, from the size of the motion and of the devices."""
     peak = max(record.pga for record in lane.records)
     if peak > STRONGEST:
         return (

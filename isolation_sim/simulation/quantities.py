@@ -1,4 +1,4 @@
-"""Quantities that criteria are taken of, as rows over a structure's outputs."""
+"""Quantities of the criteria, as rows over a structure's outputs."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from ..structures import IsolatedStructure, Structure
 
 def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:
     """Quantities that the criteria are taken of, as rows over a structure's outputs."""
-    # A floor's acceleration, the base's displacement and a storey's drift are vectors over the
-    # directions of ground motion, taken at the dofs that the ground moves: the floors' centres.
-    # Rotations count through the forces and the isolators' displacements only. The isolator force
-    # is that of the elements with a coil that hold the structure to the ground; of all that hold it
-    # where none has a coil.
+    # Floor acceleration, base displacement and storey drift are vectors over the directions of
+    # ground motion, at the dofs of these directions: the floors' centres. Rotations have an effect
+    # only on forces and isolator displacements. The isolator force is that of the elements with a
+    # coil between structure and ground; without any coil, of all elements between them.
     structure = isolated.structure
     n_directions = len(structure.directions)
     index = {name: k for k, name in enumerate(names)}
@@ -83,10 +82,10 @@ def _by_direction(moved: NDArray) -> NDArray:
 
 
 def _outermost(positions: NDArray) -> NDArray:
-    """Corners of the convex hull: a rigid slab moves no point further than one of these."""
+    """Corners of the convex hull; one of them has the largest displacement of a rigid slab."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         return np.sort(ConvexHull(positions).vertices)
-    except (QhullError, ValueError):  # in one line, or too few
+    except (QhullError, ValueError):  # on one line, or too few
         return np.arange(len(positions))

@@ -29,16 +29,16 @@ if TYPE_CHECKING:
     from .ledger import Ledger
 
 
-_KEPT = (
+_SAVED = (
     "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
     "reached_of_tests", "implausible",
 )  # fmt: skip
-"""Parts of a run that are saved and pickled."""
+"""Saved and pickled attributes of a run."""
 
 
 class Run(Printed, Trajectory):
-    """Result of one run; everything is computed when it is first used.
+    """Result of one run; its quantities are computed on first use.
 
     Its arrays over time are those of `isolation_sim.simulation.trajectory.Trajectory`.
 
@@ -51,23 +51,23 @@ class Run(Printed, Trajectory):
     controller : str
         Name of the controller.
     source : str
-        Where the controller comes from, to be cited.
+        Source of the controller, for citations.
     clamped : int
-        Commands that were clamped to the driver's limits.
+        Number of commands clamped to the driver's limits.
     steps : int
-        Integration steps taken, rejected ones included.
+        Number of integration steps, with rejected ones.
     unresolved : int
-        Steps that missed the tolerance when the smallest size, or the work allowed in a part of the
-        run, was reached; as at a force that jumps back and forth.
+        Number of steps that missed the tolerance at the smallest step size, or at the largest
+        number of steps in a window, as with a force that jumps repeatedly.
     reached : float
-        Tolerance that all steps meet: the target unless some are unresolved.
+        Tolerance met by all steps: the target, or a larger value if some are unresolved.
     """
 
-    source = ""  # runs saved by older versions have none
+    source = ""  # runs saved by older versions have no source
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything that a report shows, without the simulation's working memory."""
-        return {name: getattr(self, name) for name in _KEPT}
+        """Data for all reports, without the simulation's working memory."""
+        return {name: getattr(self, name) for name in _SAVED}
 
     def __repr__(self) -> str:
         motion = ", ".join(record.name for record in self.records)
@@ -84,12 +84,12 @@ class Run(Printed, Trajectory):
 
     @checked
     def save(self, folder: str | Path) -> Path:
-        """Write the run; ``isolation_sim.load`` gives it back.
+        """Write the run; ``isolation_sim.load`` loads it again.
 
         Parameters
         ----------
         folder : str or pathlib.Path
-            Made if it does not exist; gets ``result.npz`` and ``history.nc``.
+            Created if it is missing; contains ``result.npz`` and ``history.nc``.
 
         Returns
         -------
@@ -116,8 +116,8 @@ class Run(Printed, Trajectory):
         Returns
         -------
         pandas.DataFrame
-            A column for each output, named with its unit, and each coil's current; the index is
-            the time in s.
+            One column per output, named with its unit, and per coil current; the index is the
+            time in s.
         """
         import pandas
 
@@ -130,14 +130,14 @@ class Run(Printed, Trajectory):
 
     @cached_property
     def history(self) -> xarray.Dataset:
-        """Everything over time, with named axes and units."""
+        """All time histories, with named axes and units."""
         from .history import dataset
 
         return dataset(self)
 
     @cached_property
     def energy(self) -> Ledger:
-        """Where the energy came from and where it went."""
+        """Energy ledger of the run."""
         from .ledger import ledger
 
         return ledger(self)
@@ -159,13 +159,13 @@ class Run(Printed, Trajectory):
 
     @cached_property
     def reached_of_tests(self) -> Reached:
-        """Peak deformations and currents beside those at which the devices were tested."""
+        """Peak deformations and currents, with those of the device tests."""
         currents = peak_currents(self.work)
         return reached(self.isolated, self.modes, self.work, self.criteria, currents)
 
     @cached_property
     def implausible(self) -> list[str]:
-        """Tell of periods that no building has."""
+        """Return warnings about implausible periods."""
         values = self.modes.eigenvalues
         swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
         return implausible(self.isolated, 2 * np.pi / float(np.min(swinging, initial=np.inf)))
@@ -176,8 +176,8 @@ class Run(Printed, Trajectory):
         Returns
         -------
         list of str
-            Elements that deform further than their law was tested, coils with more current than
-            was tested, commands that were clamped, and periods that no building has.
+            Elements beyond the tested deformation, coils beyond the tested current, clamped
+            commands, and implausible periods.
         """
         sentences = [*self.implausible, *of_runs({self.controller: self})]
         if self.clamped:
@@ -189,7 +189,7 @@ class Run(Printed, Trajectory):
 
     @checked
     def plot(self, direction: str | None = None, element: str | None = None) -> Figure:
-        """Draw the run on one page: histories, loop, envelopes over the height, energies.
+        """Draw the run on one page: time histories, loop, peaks over the height, energies.
 
         Parameters
         ----------

@@ -25,9 +25,9 @@ def write_run(run: Run, path: str | Path, scenario: str = "") -> Path:
     run : Run
         A run.
     path : str or pathlib.Path
-        File to write, replaced whole or not at all.
+        File to write; replaced completely or not at all.
     scenario : str
-        TOML of the scenario that produced it, saved with it.
+        TOML of the scenario of the run, saved with it.
 
     Returns
     -------

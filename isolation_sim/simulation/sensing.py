@@ -1,4 +1,4 @@
-"""Sensors of a structure's outputs: noise, lost samples, compensation of delay."""
+"""Sensor models: noise, lost samples, compensation of delay."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from .control import Sensors
 
 
 def arrived(n_samples: int, sensors: Sensors) -> NDArray:
-    """Latest sample that has arrived when each sample is due."""
-    # a stream of its own: losing samples does not change the noise on the others
+    """Latest received sample at the time of each sample."""
+    # a separate random stream: lost samples do not change the noise of the others
     random = np.random.default_rng([sensors.seed, 1])
     lost = random.random(n_samples) < sensors.dropout
     lost[:1] = False
@@ -24,11 +24,11 @@ def arrived(n_samples: int, sensors: Sensors) -> NDArray:
 def noise_of(
     names: Sequence[str], known: Sequence[str], n_samples: int, sensors: Sensors
 ) -> NDArray:
-    """Noise of every sensor that a controller may need."""
+    """Noise of every sensor of a controller."""
     if not sensors.noise:
         return np.zeros((0, 0))
     size = np.zeros(len(known))
-    # an output's own name counts for more than that of its quantity
+    # the name of an output has priority over that of its quantity
     for key, value in sorted(sensors.noise.items(), key=lambda item: item[0] in known):
         concerned = [name == key or name.endswith("_" + key) for name in known]
         if not any(concerned):
@@ -40,7 +40,7 @@ def noise_of(
     noise = np.zeros((n_samples, len(known)))
     noise[:, measured] = random.standard_normal((n_samples, len(measured)))
     if sensors.compensation:
-        # a stream of its own: the noise of a sample does not depend on how many follow
+        # a separate random stream: the noise of a sample does not depend on the number of samples
         other = np.random.default_rng([sensors.seed, 2])
         noise[:, others] = other.standard_normal((n_samples, len(others)))
     return noise * size
@@ -49,7 +49,7 @@ def noise_of(
 def measured_motion(
     isolated: IsolatedStructure, names: Sequence[str], known: Sequence[str], ahead: float
 ) -> NDArray:
-    """Measurements of a controller, as rows over all outputs: motion extrapolated in time."""
+    """A controller's measurements, as rows over all outputs, with the extrapolated motion."""
     # Displacement + ahead * velocity + ahead^2 / 2 * relative acceleration, and velocity + ahead *
     # relative acceleration; a relative acceleration is that of accelerometers on the structure less
     # the ground's.

@@ -1,4 +1,4 @@
-"""A plant that is driven step by step from outside: by a learner, a laboratory, another program."""
+"""A plant simulated step by step for a caller: a learner, a laboratory or another program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .run import NoControl, check_options, prepared
 
 
 class Outside(NoControl):
-    """Stands where a run has its controller: the currents come from outside."""
+    """Controller of a run whose currents come from the caller."""
 
     name = "simulator"
 
@@ -31,34 +31,34 @@ class Outside(NoControl):
         self.period, self._measures = period, measures
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Quantities to measure."""
+        """Outputs to measure for the caller."""
         return self._measures
 
     def schedule(self, context: RunContext) -> None:
-        """Nothing is known before: the caller decides."""
+        """No commands are known before: the caller decides."""
 
 
 @checked
 class Simulator:
-    """A plant that is simulated step by step.
+    """A plant simulated step by step.
 
-    It is `simulate` turned inside out: the same compiled integration, sensors, timing and coil
-    driver, and so the same bits, but the currents come from the caller, and the ground motion may.
+    It uses the compiled integration, sensors, timing and coil driver of `simulate`, and gives the
+    same results to the last bit. The caller sets the currents and optionally the ground motion.
 
     Parameters
     ----------
     isolated : IsolatedStructure
         The plant.
     ground : Record or sequence of Record, optional
-        Ground acceleration, m/s^2, one record per direction; without it every step is given its
-        ground acceleration, and ``period`` and ``duration`` are needed.
+        Ground acceleration, m/s^2, one record per direction. Without it every call of ``step``
+        needs the ground acceleration, and ``period`` and ``duration`` are required.
     period : float, optional
         Length of a step, s; the record's sampling interval by default.
     duration : float, optional
         Longest simulated time without a record, s.
     dt : float, optional
-        Sampling interval of the ground motion without a record, s; ``period`` by default, of which
-        it must be a whole part.
+        Sampling interval of the ground motion without a record, s; ``period`` by default, or
+        ``period`` divided by an integer.
     measures : sequence of str, optional
         Outputs to measure, such as ``"base_displacement_m"``; all by default.
     driver : CoilDriver, optional
@@ -77,7 +77,7 @@ class Simulator:
     isolated : IsolatedStructure
         The plant.
     measures : tuple of str
-        Names of the measured quantities: the outputs, then the coil currents.
+        Names of the measured values: the outputs, then the coil currents.
     low, high : numpy.ndarray, shape (n_channels,), A
         Limits of the coil currents.
     period : float, s
@@ -92,8 +92,8 @@ class Simulator:
 
     Notes
     -----
-    The memory for all steps, about a kilobyte a step for a building of six degrees of freedom, is
-    taken at the start, so that no step waits for any.
+    The memory for all steps, about 1 kB per step for a building of six degrees of freedom, is
+    allocated at the start.
 
     Examples
     --------
@@ -123,13 +123,15 @@ class Simulator:
     ):
         check_options(tolerance, current_outside, computation_delay)
         self.isolated = isolated
-        self._given_ground = ground is None
+        self._ground_by_step = ground is None
         if ground is None:
             records: tuple[Record, ...] = still_ground(isolated, period, duration, dt)
         else:
             for name, value in (("duration", duration), ("dt", dt)):
                 if value is not None:
-                    raise InputError(f"{name} is {value} s; expected: none beside a record")
+                    raise InputError(
+                        f"{name} is {value} s; expected: none, since there is a record"
+                    )
             records = (ground,) if isinstance(ground, Record) else tuple(ground)
         first = records[0]
         self.period = first.dt if period is None else float(period)
@@ -140,7 +142,7 @@ class Simulator:
         delays = self._sensors.delay, computation_delay
         if self.period > 0:
             self.n_steps = int(np.ceil(first.duration / self.period * (1 - 1e-12)))
-            # the ground rests behind the record: the last step ends in a measurement, too
+            # the ground is at rest after the record, since the last step ends with a measurement
             rest = int(self.n_steps * self.period / first.dt * (1 + 1e-9)) + 2 - len(first)
             records = tuple(
                 replace(r, acceleration=np.append(r.acceleration, np.zeros(max(rest, 0))))
@@ -171,14 +173,14 @@ class Simulator:
         return self._k >= self.n_steps
 
     def reset(self, seed: int | None = None, ground_acceleration: ArrayLike = 0.0) -> Any:
-        """Put the plant to rest at time 0.
+        """Reset the plant to rest at time 0.
 
         Parameters
         ----------
         seed : int, optional
-            Seed of the sensors' noise and dropout; the last one by default, at first the sensors'.
+            Seed of the sensors' noise and dropout; the last seed by default, at first the sensors'.
         ground_acceleration : float or array_like, shape (n_directions,), default 0, m/s^2
-            At time 0; only without a record.
+            Ground acceleration at time 0; only without a record.
 
         Returns
         -------
@@ -199,10 +201,10 @@ class Simulator:
             self._measured_for = self._plan.sensing.measured_for.tolist()
         plan = self._plan
         self._work = plan.workspace(self._tolerance, self._clamp, record_steps=False)
-        if self._given_ground:
+        if self._ground_by_step:
             self._work.ground[0, :, 0] = self._checked_ground(ground_acceleration, 1)
         elif np.any(ground_acceleration):
-            raise InputError("ground_acceleration is given; expected: none beside a record")
+            raise InputError("ground_acceleration is set; expected: none, since there is a record")
         with kernel.compiling(plan.module):
             self._integrate = self._work.integrator()
             self._integrate()
@@ -245,17 +247,17 @@ class Simulator:
             raise InputError(
                 f"current is {current!r} A; expected: one number, or {self._width}, one per coil"
             ) from None
-        if self._given_ground:
+        if self._ground_by_step:
             self._put_ground(ground_acceleration)
         elif ground_acceleration is not None:
-            raise InputError("ground_acceleration is given; expected: none beside a record")
+            raise InputError("ground_acceleration is set; expected: none, since there is a record")
         self._integrate()
         if work.alive[0] != self._plan.module.ALIVE:
             self._k = self.n_steps
             failure = self._plan.failure(work, 0)
             assert failure is not None
             raise failure
-        # what is kept of short steps is read by nobody here
+        # the records of short steps are not needed here
         work.step_count[0] = 0
         self._k = k + 1
         return self._measure()
@@ -264,16 +266,16 @@ class Simulator:
         row = self._work.measured[self._measured_for[self._k], 0, : len(self.measures)]
         return self._measurement._make(row.tolist())
 
-    def _put_ground(self, ground_values: ArrayLike | None) -> None:
+    def _put_ground(self, values: ArrayLike | None) -> None:
         """Write a step's ground acceleration to its grid points."""
-        if ground_values is None:
+        if values is None:
             raise InputError(
                 "ground_acceleration is missing; expected: a number, m/s^2, as there is no record"
             )
         first, last = self._points[self._k], self._points[self._k + 1]
         dt = self._lane.records[0].dt
         n = round(self.period / dt)
-        ground, rows = self._work.ground[:, :, 0], self._checked_ground(ground_values, n)
+        ground, rows = self._work.ground[:, :, 0], self._checked_ground(values, n)
         if last - first == n:
             ground[first + 1 : last + 1] = rows
             return
@@ -286,24 +288,24 @@ class Simulator:
         grid_samples = self._work.grid.samples
         ground[grid_samples[self._k * n + 1 : (self._k + 1) * n + 1]] = rows
 
-    def _checked_ground(self, ground_values: ArrayLike, n_samples: int) -> NDArray:
+    def _checked_ground(self, values: ArrayLike, n_samples: int) -> NDArray:
         """Ground acceleration at a step's samples, (n_samples, n_directions)."""
         n_directions = self._work.ground.shape[1]
-        rows = np.asarray(ground_values, float)
+        rows = np.asarray(values, float)
         if rows.size != n_samples * n_directions or not np.isfinite(rows).all():
             raise InputError(
-                f"ground_acceleration is {ground_values!r}; expected: finite numbers, shape "
-                f"({n_samples}, {n_directions}): one per sample and direction, m/s^2"
+                f"ground_acceleration is {values!r}; expected: finite numbers, shape ({n_samples}, "
+                f"{n_directions}): one per sample and direction, m/s^2"
             )
         return rows.reshape(n_samples, n_directions)
 
     @property
     def state(self) -> dict[str, NDArray]:
-        """All that the next steps depend on; assigning it continues from there, to the same bits.
+        """Complete state of the simulation; after an assignment it continues with the same bits.
 
-        A dictionary of arrays, so that ``np.savez(path, **simulator.state)`` keeps it and
-        ``simulator.state = np.load(path)`` brings it back, in another process too. The other
-        simulator must be built from the same arguments.
+        It is a dictionary of arrays: ``np.savez(path, **simulator.state)`` saves it, and
+        ``simulator.state = np.load(path)`` restores it, also in another process. The other
+        simulator must have the same arguments.
         """
         work, grid = self._work, self._work.grid
         window, point = self._windows[self._k], self._points[self._k]
@@ -323,36 +325,31 @@ class Simulator:
         }
 
     @state.setter
-    def state(self, ground_values: Mapping[str, NDArray]) -> None:
+    def state(self, values: Mapping[str, NDArray]) -> None:
         own = self.state
-        alike = set(own) == set(ground_values) and np.array_equal(
-            own["grid"], ground_values["grid"]
-        )
+        alike = set(own) == set(values) and np.array_equal(own["grid"], values["grid"])
         free = ("measured", "chosen")
-        if not alike or any(
-            own[n].shape[n in free :] != ground_values[n].shape[n in free :] for n in own
-        ):
+        if not alike or any(own[n].shape[n in free :] != values[n].shape[n in free :] for n in own):
             raise InputError(
-                "state is of another simulator; expected: one that was built from the same "
-                "plant, ground motion and options"
+                "state is of another simulator; expected: the same plant, ground motion and options"
             )
-        k, seed, taken, begun = (int(number) for number in ground_values["k"])
+        k, seed, taken, begun = (int(number) for number in values["k"])
         if seed != self._seed:
             self.reset(seed)
         self._k, work, point = k, self._work, self._points[k]
-        row = len(ground_values["z"])
-        work.measured[self._measured_for[k] : taken] = ground_values["measured"]
-        work.chosen[begun:k] = ground_values["chosen"]
-        work.z[point * row : (point + 1) * row] = ground_values["z"]
-        work.states[point], work.command[point] = ground_values["states"], ground_values["command"]
-        work.ground[point] = ground_values["ground"]
+        row = len(values["z"])
+        work.measured[self._measured_for[k] : taken] = values["measured"]
+        work.chosen[begun:k] = values["chosen"]
+        work.z[point * row : (point + 1) * row] = values["z"]
+        work.states[point], work.command[point] = values["states"], values["command"]
+        work.ground[point] = values["ground"]
         work.step_count[0] = 0
-        work.position[:] = ground_values["position"]
+        work.position[:] = values["position"]
         for name, array in work.carried().items():
-            array[...] = ground_values[name]
+            array[...] = values[name]
 
     def _so_far(self, window: int) -> tuple[int, int]:
-        """Measurements taken and commands begun when a decision is due at a window's start."""
+        """Numbers of measurements and commands before the decision at a window's start."""
         events = self._work.grid.events
         return int(events[: window + 1, 0].max()) + 1, int(events[:window, 2].max(initial=-1)) + 1
 
@@ -360,7 +357,7 @@ class Simulator:
 def still_ground(
     isolated: IsolatedStructure, period: float | None, duration: float | None, dt: float | None
 ) -> tuple[Record, ...]:
-    """Records at rest, one per direction, whose place a caller's ground acceleration takes."""
+    """Records at rest, one per direction, as placeholders for the caller's ground acceleration."""
     for name, value in (("period", period), ("duration", duration)):
         if value is None or not 0 < value < np.inf:
             raise InputError(f"{name} is {value}; expected without a record: a time above 0 s")
@@ -368,7 +365,7 @@ def still_ground(
     dt = period if dt is None else dt
     parts = round(period / dt) if dt > 0 else 0
     if parts < 1 or abs(parts * dt - period) > 1e-9 * period:
-        raise InputError(f"dt is {dt} s; expected: a whole part of the period, {period} s")
+        raise InputError(f"dt is {dt} s; expected: the period, {period} s, divided by an integer")
     n = int(np.ceil(duration / period * (1 - 1e-12))) * parts + 1
     still = Record(np.zeros(max(n, 2)), dt, name="given step by step")
     return (still,) * len(isolated.structure.directions)

@@ -1,4 +1,4 @@
-"""A device alone, moved step by step: the numerical half of a hybrid test."""
+"""A single device, moved step by step: the numerical substructure of a hybrid test."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..laws.device import Device
 
 @checked
 class DeviceSimulator:
-    """A device that is moved step by step and answers with its force.
+    """A device moved step by step, which returns its force.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class DeviceSimulator:
     period : float, s
         Length of a step.
     tolerance : float, default 1e-6
-        Target accuracy of the force, relative to its peak so far; 1e-12 to 1e-2.
+        Target accuracy of the force, relative to its present peak; 1e-12 to 1e-2.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class DeviceSimulator:
         n, n_parameters = len(device.law.states), len(device.law.parameters)
         self._states, self._trial = np.zeros((2, max(n, 1)))
         self._parameters = np.zeros(n_parameters)
-        # the kernel's arguments for derivatives, which nobody asks for here
+        # the kernel's arguments for derivatives, which are not needed here
         self._unused = (np.zeros(0, np.int64), np.zeros(0), np.zeros((max(n, 1), 0)))
         self._by = np.zeros((max(n, 1), n + n_parameters))
         # steps within a period, largest force so far; time, displacement, velocity, current
@@ -73,7 +73,7 @@ class DeviceSimulator:
         return float(self._end[0])
 
     def reset(self) -> None:
-        """Put the device to rest at time 0."""
+        """Reset the device to rest at time 0."""
         self._states[:] = 0.0
         self._settings[:] = 1.0, 1e-300
         self._end[:] = 0.0, 0.0, 0.0, np.nan
@@ -90,8 +90,8 @@ class DeviceSimulator:
         current : float, default 0, A
             Coil current during the step, A.
         velocity : float, optional, m/s
-            Velocity at the end of the step: the device follows the cubic through both ends; without
-            it, it moves at constant velocity.
+            Velocity at the end of the step; the motion is the cubic through both ends. Without it
+            the velocity is constant.
 
         Returns
         -------
@@ -132,7 +132,7 @@ class DeviceSimulator:
 
     @property
     def state(self) -> dict[str, NDArray]:
-        """All that the next steps depend on; assigning it continues from there."""
+        """Complete state of the simulation; after an assignment it continues from there."""
         return {
             "states": self._states.copy(), "settings": self._settings.copy(),
             "end": self._end.copy(),

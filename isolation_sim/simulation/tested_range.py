@@ -1,4 +1,4 @@
-"""How far a run leaves the deformations and currents that its devices were tested at."""
+"""Comparison of a run's deformations and currents with those of the device tests."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .modal import Modes
 from .workspace import Workspace, padded
 
 OVER_TESTED = ("deformation_over_tested", "current_over_tested")
-"""Names of the peaks over those of the tests, in ``Batch`` and in a sweep's table."""
+"""Names of the ratios of peaks to tested values, in ``Batch`` and in a sweep's table."""
 
 
 class Reached(NamedTuple):
-    """Peaks of one run beside those of the tests, in the structure's scale."""
+    """Peaks of one run and tested values, in the structure's scale."""
 
     # deformation, tested_deformation: of each element, m; current, tested_current: of each coil, A.
 
@@ -30,12 +30,12 @@ class Reached(NamedTuple):
 
     @property
     def deformation_ratio(self) -> float:
-        """Largest deformation over the tested one; 0 where no element says."""
+        """Largest ratio of deformation to tested deformation; 0 without tests."""
         return float(np.max(self.deformation / self.tested_deformation, initial=0.0))
 
     @property
     def current_ratio(self) -> float:
-        """Largest current over the tested one; 0 where no device says."""
+        """Largest ratio of current to tested current; 0 without tests."""
         tested = np.where(self.tested_current > 0, self.tested_current, np.inf)
         return float(np.max(self.current / tested, initial=0.0))
 
@@ -49,7 +49,7 @@ def reached(
     lane: int = 0,
 ) -> Reached:
     """Compare one lane of a finished block with the tests."""
-    # ``criteria`` and ``currents``, what `peak_currents` returns, are of the whole block.
+    # ``criteria`` and ``currents`` (from `peak_currents`) are those of the whole block.
     tested_deformation, tested_current = _tested(isolated)
     return Reached(
         _peak_deformations(isolated, modes, work, criteria, lane),
@@ -61,7 +61,7 @@ def reached(
 
 def peak_currents(work: Workspace) -> NDArray:
     """Largest command of each coil in each lane, (n_channels + 1, lanes), A."""
-    # a command holds over a window
+    # a command is constant over a window
     commands = work.command[work.grid.windows[:-1, 0]]
     return np.maximum(commands.max(axis=0), -commands.min(axis=0))
 
@@ -90,7 +90,7 @@ def _peak_deformations(
         if not np.isfinite(element.device.tested_deformation):
             continue
         if at_base[e]:
-            # the isolators of most buildings: known to the kernel already
+            # the isolators of most buildings: the kernel already has this peak
             peaks[e] = np.atleast_1d(criteria["peak_base_displacement_m"])[lane]
             continue
         if z is None:
@@ -105,7 +105,7 @@ def _peak_deformations(
 
 @lru_cache(maxsize=256)
 def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
-    """Whether each element deforms by the displacement of the only base dof."""
+    """Whether the deformation of each element is the displacement of the only base dof."""
     structure = isolated.structure
     base = np.zeros(structure.n_dofs)
     base[list(structure.base)] = 1.0
@@ -114,7 +114,7 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
 
 
 def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:
-    """Lines that name elements and coils beyond their tests; the runs by controller."""
+    """Warnings about elements and coils beyond their tests, for runs by controller."""
     sentences = []
     for e, name in enumerate(isolated.element_names):
         beyond = {
@@ -132,7 +132,7 @@ def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[s
         beyond = {
             run: each.current[c]
             for run, each in runs.items()
-            # a controller that is told a limit may pass it by a rounding error
+            # a controller with this limit may exceed it by a rounding error
             if each.current[c] > each.tested_current[c] * (1 + 1e-9)
         }
         if beyond:
@@ -149,13 +149,13 @@ def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
 
 
 def of_runs(runs: Mapping[str, Any]) -> list[str]:
-    """Lines for several runs (``Run``) of one plant."""
+    """Warnings for several runs (``Run``) of one plant."""
     first = next(iter(runs.values()))
     return exceeded({name: run.reached_of_tests for name, run in runs.items()}, first.isolated)
 
 
 def beyond_tests(deformation: ArrayLike, current: ArrayLike) -> list[str]:
-    """Lines for many runs, from their peaks over those of the tests, (n_runs,) each."""
+    """Warnings for many runs, from their ratios to the tested values, (n_runs,) each."""
     sentences = []
     for ratios, what in (
         (deformation, "deform an isolator or element further than its law was tested"),

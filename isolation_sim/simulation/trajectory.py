@@ -25,7 +25,7 @@ __all__ = ["Trajectory"]
 
 
 class Trajectory:
-    """Time histories of one run, computed when first used; `Run` documents them."""
+    """Time histories of one run, computed on first use; see also `Run`."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class Trajectory:
 
     @cached_property
     def command(self) -> NDArray:
-        """Commands in force at the samples, (n_samples, n_channels), A."""
+        """Commands at the samples, (n_samples, n_channels), A."""
         work = self.work
         start = np.repeat(self.grid.windows[:-1, 0], self.grid.windows[:-1, 2])
         command = work.command[np.append(start, start[-1]), : self.isolated.n_channels, 0]
@@ -95,7 +95,7 @@ class Trajectory:
         Parameters
         ----------
         name : str
-            Such as ``"floor5_acceleration_m_s2"``; see ``outputs.names``.
+            Name such as ``"floor5_acceleration_m_s2"``; see ``outputs.names``.
 
         Returns
         -------
@@ -134,7 +134,7 @@ def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
 def coil_current(
     start: NDArray, command: NDArray, lag: NDArray, slew: NDArray, t: NDArray
 ) -> NDArray:
-    """Coil current a time t after a command was set; as in the kernel, for arrays."""
+    """Coil current at a time t after a command; the kernel's formula for arrays."""
     gap = command - start
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         fast = np.where(np.isfinite(slew), np.maximum(np.abs(gap) - slew * lag, 0) / slew, 0.0)

@@ -1,8 +1,8 @@
-"""Isolators that are a functional mock-up unit: building and unit stepped together.
+"""Co-simulation of the building with isolators in a functional mock-up unit (FMU).
 
-Both go from sample to sample. The unit's force is linear in time within a step. Its value at the
-end is iterated until the unit gives it for the motion to which it leads. A jump of the force with
-the current is found by a step of next to no length.
+Both make steps from sample to sample. The unit's force is linear in time within a step. Its value
+at the end of the step is iterated until it equals the unit's force for the resulting motion. A very
+short step determines the jump of the force with the current.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from .workspace import Workspace
 
 MOST_ITERATIONS = 60
 NO_LENGTH = 1e-6
-"""Length of the step that shows a jump, in steps."""
+"""Length of the step for a jump, as a share of a step."""
 
 
 def unit_element(isolated: IsolatedStructure) -> int | None:
-    """Number of the element that is a unit; None if all are laws."""
-    found = [e for e, element in enumerate(isolated.elements) if element.device.law.unit]
-    if len(found) > 1:
+    """Index of the element with an FMU; None if all have laws."""
+    units = [e for e, element in enumerate(isolated.elements) if element.device.law.unit]
+    if len(units) > 1:
         raise InputError(
-            f"{len(found)} elements are functional mock-up units; expected: one, in one direction"
+            f"{len(units)} elements are functional mock-up units; expected: one, in one direction"
         )
-    return found[0] if found else None
+    return units[0] if units else None
 
 
 def refuse_unit(isolated: IsolatedStructure) -> None:
-    """Refuse a plant with a unit where many runs go side by side, or step by step."""
+    """Refuse a plant with an FMU in parallel runs and step-by-step simulation."""
     e = unit_element(isolated)
     if e is not None:
         raise InputError(
@@ -46,7 +46,7 @@ def refuse_unit(isolated: IsolatedStructure) -> None:
 
 
 def check_limits(element: Element, driver: CoilDriver) -> None:
-    """Refuse a unit without limits of its current, which no law gives."""
+    """Refuse an FMU without limits of its current."""
     if not np.isfinite(element.device.current_range).all() and None in (driver.low, driver.high):
         raise InputError(
             f"{element.device.law.unit}: limits of the current are missing; expected: "
@@ -55,14 +55,14 @@ def check_limits(element: Element, driver: CoilDriver) -> None:
 
 
 def at_every_sample(controller: Control, dt: float) -> Control:
-    """The controller, asked at every sample; it decides at its own instants."""
+    """The controller, called at every sample; it decides at its own instants."""
     every = 1 if controller.period is None else round(controller.period / dt)
     if every < 1 or (controller.period and abs(controller.period - every * dt) > 1e-6 * dt):
         raise InputError(
             f"{controller.name}: period is {controller.period} s; expected where the isolators are "
             f"a unit: a multiple of the record's interval, {dt:g} s"
         )
-    # decisions one by one, in Python
+    # single decisions in Python
     own: Any = controller.in_python() if hasattr(controller, "in_python") else copy(controller)
     own_prepare, own_reset, own_current = own.prepare, own.reset, own.current
     asked, held = 0, None
@@ -90,7 +90,7 @@ def at_every_sample(controller: Control, dt: float) -> Control:
 
 
 class Coupling:
-    """Integrates a run from decision to decision, the unit beside it."""
+    """Integrates a run together with its FMU, from decision to decision."""
 
     def __init__(self, work: Workspace, isolated: IsolatedStructure, e: int):
         element = isolated.elements[e]
@@ -104,7 +104,7 @@ class Coupling:
         self.unit.check_has(self.inputs, (self.output,), "variables in [isolator]")
         if not self.unit.saves_state:
             raise InputError(
-                f"{law.unit}: cannot save its state, which stepping back needs; expected: a unit "
+                f"{law.unit}: cannot save its state, which the iteration needs; expected: a unit "
                 "with canGetAndSetFMUstate"
             )
         if not (work.grid.events[:, 1] >= 0).all():
@@ -112,7 +112,7 @@ class Coupling:
                 f"{law.unit}: isolators are a unit, and measurements or commands are delayed; "
                 "expected: no delays, and no sampling of the sensors"
             )
-        # the law's numbers are shared by all runs of the plant: this one writes to its own
+        # all runs of the plant share the law's numbers; this run changes its own copy
         *others, self.coils, numbers, lanes, history, scratch = work.arguments
         self.table = numbers.table.copy()
         self.table.flags.writeable = False
@@ -133,7 +133,7 @@ class Coupling:
         window, begin = int(work.position[0]), self._motion()
         start, end = work.grid.time[work.grid.windows[window : window + 2, 0]]
         length = float(end - start)
-        kept, state = self._keep(window), unit.get_state()
+        saved, state = self._keep(window), unit.get_state()
         guess = 2.0 * self.force - self.last
         self.last = self.force
         status = self._try(guess, length)
@@ -145,16 +145,16 @@ class Coupling:
             self.force = jumped
         self.current = after
         for _ in range(MOST_ITERATIONS):
-            self._back(window, kept)
+            self._back(window, saved)
             status = self._try(guess, length)
             if work.alive[0] != work.module.ALIVE:
                 break
             motion = self._motion()
-            found = self._asked(start, length, motion, 0.5 * (before + after))
+            force = self._asked(start, length, motion, 0.5 * (before + after))
             if after != before:
-                found = self._force_now(end, length, motion, after, found)
-            self.largest = max(self.largest, abs(found))
-            change, guess = abs(found - guess), found
+                force = self._force_now(end, length, motion, after, force)
+            self.largest = max(self.largest, abs(force))
+            change, guess = abs(force - guess), force
             if change <= 0.1 * self.small * self.largest:
                 break
             unit.set_state(state)
@@ -175,7 +175,7 @@ class Coupling:
     def _force_now(
         self, time: float, length: float, motion: NDArray, current: float, otherwise: float
     ) -> float:
-        """Force under a current at once, where the unit takes a step that is short enough."""
+        """Force at a current without a change of motion, if the FMU accepts a very short step."""
         if not self.unit.takes_any_step:
             return otherwise
         state = self.unit.get_state()
@@ -189,7 +189,7 @@ class Coupling:
         return self.unit.step(time, length, inputs, [self.output])[0]
 
     def _try(self, force: float, length: float) -> int:
-        """Integrate to the next decision with a force that becomes this one at the step's end."""
+        """Integrate to the next decision with a force that is linear in time to this value."""
         work, module = self.work, self.work.module
         self.w[self.base + module.SLOT_START[module.KIND[self.e]]] = self.force
         work.states[work.grid.windows[work.position[0], 0], self.e, 0, 0] = self.force
@@ -200,7 +200,7 @@ class Coupling:
         return work.integrate()
 
     def _keep(self, window: int) -> dict[str, NDArray]:
-        """All that the next step changes and depends on."""
+        """Complete state before the next step."""
         work, point = self.work, self.work.grid.windows[window, 0]
         row = len(work.z) // (len(work.grid.time) + 2)
         return {
@@ -211,11 +211,11 @@ class Coupling:
             **{name: array.copy() for name, array in work.carried().items()},
         }
 
-    def _back(self, window: int, kept: dict[str, NDArray]) -> None:
+    def _back(self, window: int, saved: dict[str, NDArray]) -> None:
         work, point = self.work, self.work.grid.windows[window, 0]
-        row = len(kept["z"])
-        work.position[:], work.step_count[:] = kept["position"], kept["step_count"]
-        work.z[point * row : (point + 1) * row] = kept["z"]
-        work.states[point] = kept["states"]
+        row = len(saved["z"])
+        work.position[:], work.step_count[:] = saved["position"], saved["step_count"]
+        work.z[point * row : (point + 1) * row] = saved["z"]
+        work.states[point] = saved["states"]
         for name, array in work.carried().items():
-            array[...] = kept[name]
+            array[...] = saved[name]

@@ -1,4 +1,4 @@
-"""Many plants of one kind, driven step by step side by side, each from its own start."""
+"""Many plants of one kind, simulated step by step in parallel."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from .run import check_options, prepared
 from .simulator import Outside, still_ground
 
 FEWEST_BLOCKS = 8
-"""Blocks of lanes a thread that are worth handing over to it."""
+"""Least number of blocks of lanes per thread."""
 
 
 @checked
 class VectorSimulator:
-    """Many plants of one kind that are simulated step by step, side by side.
+    """Many plants of one kind, simulated step by step in parallel.
 
-    Each has its own current, ground motion and start: any of them can be put back to rest while the
-    others go on. What each does is what `Simulator` does, with ideal sensors.
+    Each plant has its own current, ground motion and start. Any of them can be reset to rest while
+    the others continue. Each gives the results of a `Simulator` with ideal sensors.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ class VectorSimulator:
     period : float, s
         Length of a step.
     dt : float, optional
-        Sampling interval of the ground motion, s; ``period`` by default, of which it must be a
-        whole part.
+        Sampling interval of the ground motion, s; ``period`` by default, or ``period`` divided by
+        an integer.
     measures : sequence of str, optional
         Outputs to measure; all by default.
     driver : CoilDriver, optional
@@ -53,18 +53,18 @@ class VectorSimulator:
     tolerance : float, default 1e-6
         Target accuracy, relative to each quantity's peak; 1e-12 to 1e-2.
     threads : int, optional
-        Number of threads; as many as there are processors by default.
+        Number of threads; one per processor by default.
 
     Attributes
     ----------
     n : int
         Number of plants.
     measures : tuple of str
-        Names of the measured quantities: the outputs, then the coil currents.
+        Names of the measured values: the outputs, then the coil currents.
     low, high : numpy.ndarray, shape (n_channels,), A
         Limits of the coil currents.
     samples : int
-        Samples of the ground motion in a step.
+        Number of samples of the ground motion per step.
 
     Raises
     ------
@@ -117,14 +117,14 @@ class VectorSimulator:
     def reset(
         self, which: ArrayLike | None = None, ground_acceleration: ArrayLike = 0.0
     ) -> NDArray:
-        """Put plants to rest.
+        """Reset plants to rest.
 
         Parameters
         ----------
         which : array_like of bool, shape (n,), optional
-            Which ones; all by default.
+            Plants to reset; all by default.
         ground_acceleration : array_like, shape (n, n_directions), default 0, m/s^2
-            From which each one's ground motion starts; of the others it is ignored.
+            Initial ground acceleration of each plant; ignored for plants that are not reset.
 
         Returns
         -------
@@ -164,7 +164,7 @@ class VectorSimulator:
         self._currents[: self.n] = currents
         self._ground[: self.n] = ground_acceleration
         if np.isnan(self._currents).any():
-            raise InputError("currents contain a value that is not a number; expected: amperes")
+            raise InputError("currents contain NaN; expected: numbers, A")
         if self._pool is None:
             self._step_blocks(self._parts[0])
         else:
@@ -185,7 +185,7 @@ class VectorSimulator:
 
 
 class _Block:
-    """A block of lanes, integrated over the same stretch of its grid again and again."""
+    """A block of lanes, integrated repeatedly over the same part of its grid."""
 
     def __init__(self, work: Any, n_channels: int, n_measures: int):
         self.work, self.n_channels = work, n_channels
@@ -199,7 +199,7 @@ class _Block:
         with kernel.compiling(work.module):
             self.integrate = work.integrator()
             self.integrate()
-        # what is carried from step to step, lanes last, and its value at rest
+        # state between two steps, lanes last, and its value at rest
         self.carried = [array.reshape(-1, LANES) for array in work.carried().values()]
         self.at_rest = [array.copy() for array in self.carried]
         self.at_rest_measured = work.measured[0, :, :n_measures].copy()
@@ -207,7 +207,7 @@ class _Block:
         self.rest(np.arange(LANES), np.zeros((LANES, work.module.N_GROUND)))
 
     def rest(self, lanes: NDArray, ground: NDArray) -> NDArray:
-        """Put lanes to rest at a ground acceleration; returns their measurements."""
+        """Reset lanes to rest at a ground acceleration; returns their measurements."""
         for array, value in zip(self.carried, self.at_rest, strict=True):
             array[:, lanes] = value[:, lanes]
         self.z[self.begin][:, lanes] = 0.0
@@ -218,11 +218,11 @@ class _Block:
         return rows
 
     def step(self, currents: NDArray, ground: NDArray, measured: NDArray, alive: NDArray) -> None:
-        """Move all lanes on by one period."""
+        """Simulate all lanes over one period."""
         work, begin, end = self.work, self.begin, self.end
         work.chosen[1, :, : self.n_channels] = currents
         self.ground[begin + 1 : end + 1] = ground.transpose(1, 2, 0)
-        # as if the decision at the stretch's start had just been made
+        # continue after the decision at the start of this part
         work.position[:] = self.window, work.module.COMMAND
         self.integrate()
         work.step_count[0] = 0

@@ -154,13 +154,13 @@ def test_what_is_refused(stiffening, strong_motion):
     simulator.reset()
     with pytest.raises(InputError, match=r"current is \[1, 2\] A; expected: one number, or 1"):
         simulator.step([1, 2])
-    with pytest.raises(InputError, match="expected: none beside a record"):
+    with pytest.raises(InputError, match="expected: none, since there is a record"):
         simulator.step(1.0, 0.0)
-    with pytest.raises(InputError, match="expected: none beside a record"):
+    with pytest.raises(InputError, match="expected: none, since there is a record"):
         Simulator(stiffening, strong_motion, duration=1.0)
     with pytest.raises(InputError, match="period is None; expected without a record"):
         Simulator(stiffening, duration=1.0)
-    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: a whole part"):
+    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: the period"):
         Simulator(stiffening, period=0.1, duration=1.0, dt=0.03)
     with pytest.raises(InputError, match="base_displacment_m"):
         Simulator(stiffening, strong_motion, measures=["base_displacment_m"])

@@ -64,8 +64,8 @@ def test_a_plant_that_diverges_leaves_the_others_alone(stiffening):
 def test_what_is_refused(stiffening):
     with pytest.raises(InputError, match="n is 0; expected: 1 or more"):
         VectorSimulator(stiffening, 0, period=0.02)
-    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: a whole part"):
+    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: the period"):
         VectorSimulator(stiffening, 2, period=0.02, dt=0.03)
     vector = VectorSimulator(stiffening, 2, period=0.02)
-    with pytest.raises(InputError, match="currents hold what is not a number"):
+    with pytest.raises(InputError, match="currents contain NaN"):
         vector.step([[0.0], [np.nan]], np.zeros((2, 1, 1)))
