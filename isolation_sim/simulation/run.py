@@ -1,4 +1,4 @@
-"""One run: simulation of an isolated structure with a ground motion and a controller."""
+"""One run: an isolated structure, a ground motion and a controller, integrated in compiled code."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def simulate(
     if e is not None:
         if nominal is None:
             raise InputError(
-                f"{isolated.elements[e].device.law.unit}: an FMU's equations are unknown to the "
-                "controller; expected: nominal, a plant with a law, or [nominal] in a scenario"
+                f"{isolated.elements[e].device.law.unit}: nobody can tell a controller what a unit "
+                "computes; expected: nominal, a plant with a law, or [nominal] in a scenario"
             )
         check_limits(isolated.elements[e], driver)
         controller = at_every_sample(controller, one_per_direction(ground)[0].dt)
@@ -89,12 +89,12 @@ def simulate(
 def fixed_base_run(
     isolated: IsolatedStructure, ground: Record | Sequence[Record], tolerance: float = 1e-6
 ) -> Run:
-    """Simulate the superstructure on a fixed base."""
+    """Simulate the superstructure on a base that is held."""
     return simulate(isolated.fixed_base(), ground, NoControl(), tolerance=tolerance)
 
 
 class NoControl:
-    """Controller without a command, for a structure without coils."""
+    """No command: for a structure without coils."""
 
     name = FIXED_BASE
     period: float | None = None
@@ -108,14 +108,14 @@ class NoControl:
         return ()
 
     def schedule(self, context: RunContext) -> Schedule | None:
-        """One instant, without a coil."""
+        """One instant, no coil."""
         return Schedule(np.zeros(1), np.zeros((1, len(context.low))))
 
     def compiled(self, context: RunContext) -> None:
         """No decision."""
 
     def reset(self, context: RunContext) -> None:
-        """Nothing to reset."""
+        """Nothing to forget."""
 
     def current(self, t: float, measurement: Any) -> float:
         """No current."""
@@ -125,12 +125,12 @@ class NoControl:
 def check_actuation(
     driver: CoilDriver | None, sensors: Sensors | None
 ) -> tuple[CoilDriver, Sensors]:
-    """Return driver and sensors; ideal by default."""
+    """Return driver and sensors, ideal ones where none are given."""
     return driver or CoilDriver(), sensors or Sensors()
 
 
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
-    """Check the options."""
+    """Refuse options that cannot be used."""
     if not 1e-12 <= tolerance <= 1e-2:
         raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
     if current_outside not in ("refuse", "clamp"):
@@ -149,28 +149,19 @@ def prepared(
     trial: Callable[[Control], Run] | None,
     alone: bool = False,
 ) -> Lane:
-    """Set a controller's run context; get its commands or its compiled decision."""
-    traceable(isolated)
-    if not alone:
-        refuse_unit(isolated)
-    if nominal is not None:
-        traceable(nominal)
-    if not isolated.elements:
-        raise InputError(
-            f"{isolated.structure.name} has no isolator or other element; put it on one with "
-            ".on(device) or add one with .with_element(...)"
-        )
+    """Tell a controller its run context and ask for its commands or its compiled decision."""
+    tested = _check_plant(isolated, alone)
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
     nominal = _by_papers_rule(isolated) if nominal is None else traceable(nominal)
     context = _run_context(nominal, records, controller, coils, tested, driver, delays)
-    # a controller with its own period decides during the run
+    # a controller with a period of its own decides as it goes
     _check_memory(isolated, records, controller.period, controller.name)
     controller.prepare(context, trial)
     controller.reset(context)
     schedule = controller.schedule(context)
     compiled = None if schedule is not None else controller.compiled(context)
-    # decisions with a report or with further inputs are made outside the kernel
+    # decisions that are reported on, or that are given more than measurements, are made outside
     if compiled is not None and (
         compiled.inputs or (alone and getattr(controller, "report", None))
     ):
@@ -197,26 +188,26 @@ def _check_plant(isolated: IsolatedStructure, alone: bool) -> NDArray:
 def _check_memory(
     isolated: IsolatedStructure, records: tuple[Record, ...], period: float | None, name: str
 ) -> None:
-    """Refuse a run with arrays larger than this computer's memory."""
-    n_samples, duration = len(records[0].acceleration), records[0].duration
-    n_decisions = duration / period if period else 0.0
+    """Refuse a run whose arrays are larger than this computer's memory."""
+    n_samples = len(records[0].acceleration)
+    n_decisions = records[0].duration / period if period else 0.0
     # modes at the points and at the steps, forces, states, commands
     numbers = 12 * isolated.structure.n_dofs + 24 * len(isolated.elements) + 16
     size = 8.0 * numbers * (n_samples + n_decisions)
     if size <= memory_size():
         return
-    cause = f"ground motion of {n_samples:,} samples"
+    description = f"ground motion of {n_samples:,} samples"
     if n_decisions > n_samples:
-        cause = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
+        description = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
     raise InputError(
-        f"{cause}: a run needs about {size / 1e9:.3g} GB; expected: up to "
+        f"{description}: a run needs about {size / 1e9:.3g} GB; expected: up to "
         f"{memory_size() / 1e9:.3g} GB, this computer's memory"
     )
 
 
 @lru_cache
 def memory_size() -> float:
-    """Physical memory of this computer, bytes; 8 GB if unknown."""
+    """Physical memory of this computer, bytes; 8 GB where the system does not say."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
@@ -225,14 +216,14 @@ def memory_size() -> float:
 
 @lru_cache(maxsize=256)
 def _by_papers_rule(isolated: IsolatedStructure) -> IsolatedStructure:
-    """The plant with instantaneous devices, whose force follows the current, for controllers."""
+    """The plant with devices whose force answers to the current, which controllers count on."""
     elements = tuple(replace(e, device=papers_rule(e.device)) for e in isolated.elements)
     unchanged = all(a.device is b.device for a, b in zip(elements, isolated.elements, strict=True))
     return isolated if unchanged else replace(isolated, elements=elements)
 
 
 def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> tuple[Record, ...]:
-    """One record per direction, all with the same samples."""
+    """One record a direction, all on the same samples."""
     records = one_per_direction(ground)
     directions = isolated.structure.directions
     if len(records) != len(directions):
@@ -257,10 +248,10 @@ def _coils(isolated: IsolatedStructure, driver: CoilDriver) -> NDArray:
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
         for name in ("low", "high", "initial"):
-            value = getattr(driver, name)
-            if value is not None and not low <= value <= high:
+            limit = getattr(driver, name)
+            if limit is not None and not low <= limit <= high:
                 raise InputError(
-                    f"coil driver: {name} {value} A is outside {low:.4g} to {high:.4g} A, where "
+                    f"coil driver: {name} {limit} A is outside {low:.4g} to {high:.4g} A, where "
                     f"the device on channel {channel} is meaningful"
                 )
         low = low if driver.low is None else driver.low
@@ -305,24 +296,24 @@ def _run_context(
         outputs=(*controller.measures(nominal), *(f"coil{c}_current_A" for c in range(len(coils)))),
         driver=driver,
         delays=delays,
-        # a controller without this information cannot use it
+        # what a controller is not told it cannot use
         ground=records if getattr(controller, "preview_time", 0.0) > 0 else None,
     )
 
 
 def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[], int]) -> None:
-    """Run to the end; a controller in plain Python decides between parts of the integration."""
+    """Run to the end; a controller in plain Python decides between stretches."""
     decide = plan.module.DECIDE
     if advance() != decide:
         return
     context, sensing = plan.lanes[0].context, plan.sensing
     measurement_type = namedtuple("Measurement", context.outputs)  # type: ignore[misc]
-    width, n_measures = len(plan.lanes[0].coils), len(context.outputs)
+    width, n_given = len(plan.lanes[0].coils), len(context.outputs)
     events, position = work.grid.events[:, 1].tolist(), work.position
     times, rows = sensing.decided.tolist(), sensing.measured_for.tolist()
     while True:
         k = events[position[0]]
-        measurement = measurement_type._make(work.measured[rows[k], 0, :n_measures].tolist())
+        measurement = measurement_type._make(work.measured[rows[k], 0, :n_given].tolist())
         currents = np.atleast_1d(controller.current(times[k], measurement))
         if currents.shape not in ((width,), (1,)):
             raise InputError(

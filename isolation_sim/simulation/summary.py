@@ -1,4 +1,4 @@
-"""Criteria of finished runs in compiled code, for one run or many runs in parallel."""
+"""Criteria of finished runs, summed up in compiled code: of one run or of many side by side."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from .quantities import quantity_rows
 from .workspace import Workspace
 
 RESOLVED = 1.9
-"""Largest |eigenvalue| times grid interval of a mode whose peaks show at the grid points."""
+"""Change of a mode between two grid points, |eigenvalue| times interval, whose values still show
+its peaks."""
 
 
 def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
@@ -43,33 +44,20 @@ def item_peaks(isolated: IsolatedStructure, work: Workspace) -> dict[str, NDArra
 
 def _summed(
     plants: Sequence[IsolatedStructure], work: Workspace
-) -> tuple[tuple[tuple[str, list[int]], ...], NDArray, NDArray]:
-    """Quantities with their items' numbers; peaks and mean squares of items, (n_items, lanes)."""
-    quantities = _quantities(tuple(plants[: work.module.TABLE_LANES]))
-    fast = np.flatnonzero(quantities.fastest * work.grid.longest > RESOLVED)
-    moduli = quantities.moduli[:, fast]
-    of_fast = (
-        moduli, np.einsum("imt,met->iet", moduli, quantities.forced[fast]),
-        quantities.follows[:, :, fast],
-    )  # fmt: skip
-    # with one memory layout: Numba would compile again for another one
-    peak, total = work.summarise(
-        Quantities(
-            quantities.rows, quantities.n_items, quantities.n_directions, fast,
-            *map(np.ascontiguousarray, of_fast),
-        )
-    )  # fmt: skip
-    return quantities.items, peak, total
+) -> tuple[tuple[tuple[str, list[int]], ...], NDArray]:
+    """Criteria with their items' numbers; peaks and mean squares of items, (2, n_items, lanes)."""
+    items, quantities = _on_a_grid(tuple(plants[: work.module.TABLE_LANES]), work.grid.longest)
+    return items, work.summarise(quantities)
 
 
 def summary_key(isolated: IsolatedStructure) -> tuple:
-    """Return the key of the structures of one block: names and items of criteria."""
+    """Return the properties that structures of one block share: names and items of criteria."""
     items = _rows(isolated)[0]
     return tuple((name, tuple(numbers)) for name, numbers in items)
 
 
 class _Quantities(NamedTuple):
-    """Quantities of some lanes' structures, in the kernel's form."""
+    """Quantities of some lanes' structures, as the kernel takes them."""
 
     # items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
     # rows over the modes, (n_items, n_modes, lanes); forced: most that a mode moves when an
@@ -90,7 +78,7 @@ class _Quantities(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _quantities(plants: tuple[IsolatedStructure, ...]) -> _Quantities:
-    """Quantities of the structures of a block."""
+    """Quantities of structures that go side by side."""
     per_lane = [_rows(plant) for plant in plants]
     rows, moduli = (np.stack([one[k] for one in per_lane], axis=-1) for k in (1, 2))
     modes = [modes_for(plant)[0] for plant in plants]
@@ -130,7 +118,7 @@ def _rows(
     """Names of a structure's quantities with their items' numbers; rows, and moduli, of items."""
     modes, outputs = modes_for(isolated)
     named = quantity_rows(isolated, outputs.names)
-    # an item of several quantities, such as a floor's acceleration, is computed once
+    # an item of several quantities, such as a floor's acceleration, is followed once
     numbers: dict[bytes, int] = {}
     items = tuple(
         (name, [numbers.setdefault(item.tobytes(), len(numbers)) for item in own])
@@ -138,7 +126,7 @@ def _rows(
     )
     shape = len(numbers), *named["drift_m"].shape[1:]
     rows = np.frombuffer(b"".join(numbers)).reshape(shape) @ outputs.rows
-    # the kernel's forces are residual forces, without the reference springs and dashpots
+    # the kernel's forces are those beyond the reference springs and dashpots
     n = modes.eigenvalues.size
     deformation, velocity = np.moveaxis(real_rows(modes.deformation), 1, 0)
     reference = modes.stiffness[:, None] * deformation + modes.damping[:, None] * velocity
