@@ -7,14 +7,14 @@ from controllers.mpc import MPC
 from ground_motions import el_centro_1940
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
-from studies.benchmarks.do_mpc_peer import ALONE, DoMPC, Kept
+from studies.benchmarks.do_mpc_peer import ALONE, DoMPC, Recorder
 from studies.benchmarks.mpc import DRIVER
 
 
 def test_do_mpc_finds_the_first_move_that_the_iterated_controller_finds():
     pytest.importorskip("do_mpc")
     plant, first, count = reference_building().on(reference_isolators()), 198, 4
-    one = Kept(first, count, **ALONE | {"horizon": 0.4, "blocks": 20}, iterations=60)
+    one = Recorder(first, count, **ALONE | {"horizon": 0.4, "blocks": 20}, iterations=60)
     simulate(plant, el_centro_1940().cut(0.0, (first + count) * MPC.period), one, driver=DRIVER)
     assert len(one.cases) == count
     peer = DoMPC(plant, one, np.abs([case.state for case in one.cases]).max(axis=0))

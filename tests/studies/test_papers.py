@@ -35,8 +35,8 @@ from studies.papers.table import (
     claim,
     compare,
     equation,
-    found,
     layout,
+    note,
     outlier,
 )
 
@@ -344,7 +344,7 @@ def test_every_remark_is_computed_or_marked(outcome):
             if check.remark.basis is Basis.READING:
                 assert str(check.remark).startswith("reading: ")
     with pytest.raises(ValueError, match="needs computed values"):
-        found("the model misses its own paper")
+        note("the model misses its own paper")
 
 
 def test_readings_quote_the_paper(outcome):
