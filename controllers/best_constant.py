@@ -1,4 +1,4 @@
-"""The constant current that serves a plant and a ground motion best."""
+"""The best constant current for a plant and a ground motion."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ CRITERIA: dict[str, Callable[[Run, Run], float]] = {
 class BestConstant(Held):
     """The constant current that minimises a criterion, found by a search over runs.
 
-    It knows the plant and the whole ground motion, so it is what a controller must beat to be
-    worth its wires, not one that could be built. The criterion need not be convex in the
-    current: a grid finds the valley, a bounded scalar search its bottom.
+    It knows the plant and the whole ground motion and cannot be built: it is the reference that a
+    controller should beat. The criterion need not be convex in the current: a grid search is
+    refined by a bounded scalar search.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class BestConstant(Held):
         self.report = f"{self.found:.3g} A, found by trial runs of this motion"
 
     def held(self, context: RunContext) -> float:
-        """Return the current found."""
+        """Return the best current."""
         if self.found is None:
             raise InputError(
                 "best_constant has not searched yet: call prepare(context, trial) first, as "

@@ -1,4 +1,4 @@
-"""Bryson's rule: each output over the largest value that is acceptable, the squares added."""
+"""Bryson's rule: the sum of squared outputs, each over its largest acceptable value."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ __all__ = ["Bound", "Clairvoyant", "Plant", "bound", "causal_bound", "pareto", "
 DISPLACEMENT, ACCELERATION, DRIFT = (
     "base_displacement_m", "floor_acceleration_m_s2", "drift_m"
 )  # fmt: skip
-"""Whose peaks may be weighted; names as in ``isolation_sim.criteria``."""
+"""Quantities whose peaks may be weighted; names as in ``isolation_sim.criteria``."""
 EQUALLY = {DISPLACEMENT: 1.0, ACCELERATION: 1.0}
 """The weighted peaks that controllers are compared by."""
 ITERATIONS = 300
@@ -41,9 +41,9 @@ ITERATIONS = 300
 LONG = 1000
 """Intervals of a motion above which its first half is solved before."""
 _TRIFLE = 0.02
-"""Weight of the other peak at an end of the Pareto front, so that it is not worse than need be."""
+"""Weight of the other peak at an end of the Pareto front, which keeps it from growing freely."""
 _WITHIN = 1.001
-"""How far a point of the front may be above its bound, by engine and optimisation differing."""
+"""Largest excess of a point over its bound, by differences between engine and optimisation."""
 
 
 class Plant(NamedTuple):

@@ -25,7 +25,7 @@ OBSERVER, DEVICE_STATES, GAINS = range(3)
 
 
 def put_target(settings: NDArray, observer: NDArray, z: NDArray, devices: NDArray) -> None:
-    """Tell the force tracking which forces are wanted."""
+    """Pass the target forces to the force tracking."""
     width, m = 2 * int(observer[N_DOFS]), int(observer[N_ELEMENTS])
     for e in range(m):
         devices[MOTION + 2 * m + e] = 0.0
@@ -37,7 +37,7 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from a Kalman filter's estimate, then the currents nearest to them."""
+    """Target forces from a Kalman filter's estimate, then the currents nearest to them."""
     # Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
     # ``kalman_update``.
     observer = settings[int(settings[OBSERVER]) :]
@@ -52,7 +52,7 @@ def _decide_extended(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, tangent: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from an extended Kalman filter's estimate, then the nearest currents."""
+    """Target forces from an extended Kalman filter's estimate, then the nearest currents."""
     # Measured: accelerations (m/s^2), deformations (m) and coil currents (A). Memory: that of
     # ``extended_update``, then that of the force tracking.
     observer = settings[int(settings[OBSERVER]) :]

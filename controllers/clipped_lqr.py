@@ -34,7 +34,7 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from the state, then the currents that come nearest to them."""
+    """Target forces from the state, then the currents nearest to them."""
     # Measured: displacements (m), velocities (m/s) and coil currents (A). Memory: that of the force
     # tracking.
     n, m = int(settings[N_DOFS]), int(settings[N_ELEMENTS])
@@ -59,12 +59,12 @@ def _decide(
 class ClippedLQR(BrysonsRule):
     """Linear-quadratic regulator, clipped to the forces of the isolators.
 
-    The regulator is designed on the structure with its isolators linearised at a reference current,
-    and its control forces are what is added to those of these reference isolators. An isolator can
-    do little but vary about such a spring and dashpot, so that the regulator wants forces that are
-    mostly within reach; a regulator that had to provide the whole isolator force would be
-    penalised for carrying the building. Weights follow Bryson's rule: each output is divided by
-    the largest value that is acceptable, and the squares are added.
+    The regulator is designed on the structure with its isolators linearised at a reference current.
+    Its control forces are added to those of these reference isolators. The force of an isolator
+    varies little about such a spring and dashpot, so that most control forces are within its range.
+    A regulator of the whole isolator force would be penalised for carrying the building. Weights
+    follow Bryson's rule: each output is divided by its largest acceptable value, and the squares
+    are added.
 
     The target force goes through the inverse of the nominal law, with device states integrated
     along the measured deformation, and is clipped to the nearest possible force. The defaults are
@@ -113,7 +113,7 @@ class ClippedLQR(BrysonsRule):
         return Decision(_decide, settings, tracking.memory, tracking.model)
 
     def force_gains(self, nominal: IsolatedStructure, reference: NDArray) -> NDArray:
-        """Wanted force of each driven element per unit of each displacement and velocity."""
+        """Target force of each driven element per unit of each displacement and velocity."""
         frequency, linear = linear_model(nominal, reference)
         driven = [element for element in nominal.elements if element.channel is not None]
         passive = []
@@ -154,7 +154,7 @@ def regulator_gain(a: NDArray, b: NDArray, q: NDArray, r: NDArray, s: NDArray) -
 
 @contextmanager
 def designing(name: str) -> Iterator[None]:
-    """Say in one line that a Riccati equation has no solution within the numbers' accuracy."""
+    """Raise an error of one line if a Riccati equation has no accurate solution."""
     try:
         yield
     except ValueError as error:

@@ -96,7 +96,7 @@ class CompiledController(Controller):
 
     @abstractmethod
     def decision(self, context: RunContext) -> Decision:
-        """Put the decision's constants together."""
+        """Assemble the constants of the decision."""
 
     def reset(self, context: RunContext) -> None:
         """Assemble the decision and clear the memory."""

@@ -1,7 +1,7 @@
-"""Inverse current map: the lowest current at which a device gives a wanted force.
+"""Inverse current map: the lowest current at which a device gives a target force.
 
 Bounds on the force and on its slope over an interval of the current (``enclosure``) say whether the
-wanted force can be inside, and whether the force is monotone there. An interval in which it can be
+target force can be inside, and whether the force is monotone there. An interval in which it can be
 and is not is halved, from the lowest current on (Hansen and Walster 2004, chapters 9 and 12): no
 crossing is passed over, and where there is none, nothing nearer is.
 """
@@ -23,7 +23,7 @@ from .device_model import DeviceModel, next_break
 from .enclosure import Range
 
 TOLERANCE = 1e-9
-"""Within this, relative to the largest force met, the wanted force counts as reached."""
+"""Within this, relative to the largest force met, the target force counts as reached."""
 NEARER = 1e-6
 """An interval that could hold a force nearer by more than this, in the same measure, is halved."""
 FINEST = 1e-11
@@ -54,7 +54,7 @@ def crossing(
     enough = max(least_slope * PRECISION * (high - low), ROUNDING * max(abs(at_low), abs(at_high)))
     if least_slope > 0.0 and abs(at_high - target) <= enough:
         return high, at_high
-    # the ends' distances from the wanted force, halved where the other end moves twice in a row
+    # the ends' distances from the target force, halved where the other end moves twice in a row
     miss_low, miss_high, moved = at_low - target, at_high - target, 0
     for step in range(200):
         middle = 0.5 * (low + high)
@@ -216,7 +216,7 @@ class MappedCurrent(NamedTuple):
     force : float, N
         The force there.
     saturated : bool
-        Whether the wanted force is out of reach.
+        Whether no current in the range gives the target force.
     """
 
     current: float
@@ -263,7 +263,7 @@ class CurrentMap:
         Parameters
         ----------
         force : float, N
-            Wanted force, in the structure's scale.
+            Target force, in the structure's scale.
         x : float, m
             Deformation in the structure's scale.
         v : float, m/s

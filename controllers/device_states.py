@@ -1,7 +1,7 @@
 """Internal states of the nominal devices, integrated along the measured motion.
 
-No sensor reads a device's internal states. A controller therefore integrates the law that it
-believes in along the measured deformation.
+No sensor measures the internal states of a device. A controller therefore integrates its nominal
+law along the measured deformation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .device_model import N_STATES
 
 SCRATCH = 5
-"""Numbers of scratch a state that ``follow_states`` asks for."""
+"""Scratch numbers per state that ``follow_states`` needs."""
 STEPS_PER_RATE = 2.0
 """Steps in the time constant of the fastest state; explicit Runge-Kutta needs 0.36 to be stable."""
 LONGEST_STEP = 0.01
@@ -68,7 +68,7 @@ def follow_states(
         fastest = fastest_rate(e, x, v, states, current, row, work, state_rates)
         step = min(1.0 / (STEPS_PER_RATE * h * fastest + 1.0), LONGEST_STEP / h)
         step = max(step, 1.0 / MOST_STEPS)
-        # the last two steps share what is left, lest a sliver of a step remains
+        # the last two steps are equal, so that no tiny step remains
         left = 1.0 - done
         step = left if step >= left else min(step, 0.5 * left)
         for stage in range(4):

@@ -44,7 +44,7 @@ class UnitController(Controller):
         self._measured = {name: self.variables.get(name, name) for name in self._unit.inputs}
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Return the outputs that stand behind the unit's inputs."""
+        """Return the outputs that correspond to the unit's inputs."""
         known = (*output_names(nominal), *_coils(nominal, "current"))
         for name, measured in self._measured.items():
             if measured not in known:
@@ -56,7 +56,7 @@ class UnitController(Controller):
         return tuple(dict.fromkeys(m for m in self._measured.values() if m not in currents))
 
     def reset(self, context: RunContext) -> None:
-        """Start the unit anew."""
+        """Restart the unit."""
         own = {self.variables.get(name, name): name for name in self._unit.outputs}
         commands = _coils(context.nominal, "command")
         for command in commands:
@@ -70,14 +70,14 @@ class UnitController(Controller):
         self._unit.start()
 
     def current(self, t: float, measurement: Any) -> NDArray:
-        """Let the unit step."""
+        """Advance the unit by one step."""
         settings = {name: getattr(measurement, own) for name, own in self._measured.items()}
         commands = self._unit.step(t, self._period, settings, self._commands)
         return np.clip(commands, self._low, self._high)
 
 
 def of_file(file: Path) -> type[UnitController]:
-    """Class of the controllers that a unit is."""
+    """Class of controllers of a unit's file."""
     return type(file.stem, (UnitController,), {"file": str(file), "name": str(file)})
 
 

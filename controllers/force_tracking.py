@@ -1,7 +1,7 @@
-"""From wanted device forces to coil currents, inside a compiled decision.
+"""From target device forces to coil currents, inside a compiled decision.
 
-Several controllers say which forces they want; what they have in common is here: the devices'
-states, followed along their motion, and the currents whose forces come nearest to the wanted ones.
+The common part of controllers that compute target forces: the devices' states, integrated along
+their motion, and the currents whose forces are nearest to the target forces.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .open_loop import highest_tested, lowest
 # the settings begin with these; then each device's coil (-1 for none) and numbers, and each coil's
 # range
 N_DEVICES, N_STATES_EACH, N_NUMBERS, COILS = range(4)
-# the memory: last instant; each device's deformation, velocity, wanted force, weight and a row
+# the memory: last instant; each device's deformation, velocity, target force, weight and a row
 # that picks it out; the devices' states; scratch
 MOTION = 1
 
@@ -39,7 +39,7 @@ def follow_device(
     e: int, new_x: float, new_v: float, h: float, settings: NDArray, memory: NDArray,
     currents: NDArray, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Take over a device's new motion, and let its states follow."""
+    """Store a device's new motion, and integrate its states."""
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
     width, first = int(settings[N_NUMBERS]), COILS + m
     x, v = memory[MOTION : MOTION + m], memory[MOTION + m : MOTION + 2 * m]
@@ -55,7 +55,7 @@ def follow_device(
 def device_force(
     e: int, current: float, settings: NDArray, memory: NDArray, combined_force: Callable
 ) -> float:
-    """Force of one device, moving as it was last told."""
+    """Force of one device at its last motion."""
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
     first = COILS + m
     numbers = settings[first : first + m * int(settings[N_NUMBERS])]
@@ -72,7 +72,7 @@ def nearest_currents(
     settings: NDArray, memory: NDArray, command: NDArray, combined_force: Callable,
     combined_range: Callable,
 ) -> None:  # fmt: skip
-    """Currents whose forces come nearest to the wanted ones."""
+    """Currents whose forces are nearest to the target forces."""
     m, n_states = int(settings[N_DEVICES]), int(settings[N_STATES_EACH])
     first = COILS + m
     numbers = settings[first : first + m * int(settings[N_NUMBERS])]
@@ -89,7 +89,7 @@ def nearest_currents(
             n_own += int(weights[e])
         if n_own > 1:
             # forces of one coil's devices move along a line as its current changes, exactly if
-            # they are affine in it: what is wanted is projected onto that line
+            # they are affine in it: the target forces are projected onto that line
             length = 0.0
             for e in range(m):
                 if weights[e] != 0.0:
@@ -134,7 +134,7 @@ def driven_elements(nominal: IsolatedStructure, name: str) -> tuple[Element, ...
 
 
 def motion_of_driven(nominal: IsolatedStructure, name: str) -> tuple[str, ...]:
-    """Outputs that tell how the driven elements move."""
+    """Outputs of the motion of the driven elements."""
     return tuple(
         f"{element.name}_{quantity}"
         for element in driven_elements(nominal, name)

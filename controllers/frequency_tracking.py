@@ -39,7 +39,7 @@ def dominant_frequency(cosine: float, decay: float, h: float) -> float:
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
-    """Follow the ground's frequency, and look the current up."""
+    """Track the frequency of the ground motion, and look up the current."""
     # Measured: ground acceleration (m/s^2), then the coil currents (A).
     h = t - memory[LAST]
     memory[LAST] = t
@@ -58,7 +58,7 @@ def _decide(
         miss = y - memory[COEFFICIENTS] * y1 - memory[COEFFICIENTS + 1] * y2
         memory[COEFFICIENTS] += g1 * miss / scale
         memory[COEFFICIENTS + 1] += g2 * miss / scale
-        # while nothing happens nothing is learnt, and nothing must be forgotten
+        # without ground motion there is no update and no forgetting
         if y1 * g1 + y2 * g2 > 1.0 - retained:
             memory[COVARIANCE] = (p11 - g1 * g1 / scale) / retained
             memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / retained
@@ -72,7 +72,7 @@ def _decide(
     k = int(min(place, 1.0) * (N_FREQUENCIES - 1) + 0.5)
     for c in range(len(command)):
         row = settings[TABLE + c * (N_FREQUENCIES + 1) :]
-        # a quiet ground has no frequency: the current at the end of each row
+        # no frequency without ground motion: the current at the end of each row
         quiet = math.sqrt(memory[POWER]) < settings[THRESHOLD]
         target = row[N_FREQUENCIES] if quiet else row[k]
         left = math.exp(-h / settings[SETTLING])
@@ -129,7 +129,7 @@ class FrequencyTracking(CompiledController):
         return (f"ground_{directions[0]}_acceleration_m_s2",)
 
     def decision(self, context: RunContext) -> Decision:
-        """Filters and table; nothing known of the frequency at the start."""
+        """Filters and table; the frequency is unknown at the start."""
         driven_elements(context.nominal, self.name)
         table = np.stack([self.best_currents(context, c) for c in range(len(context.low))])
         quiet = lowest(context)[:, np.newaxis]

@@ -21,14 +21,14 @@ RULES = (
     (0.0, 0.0, 0.0, 0.5, 1.0),  # middling
     (0.0, 0.0, 0.0, 0.0, 0.0),  # large
 )
-"""Current, as a share of the range, when the deformation and its velocity are so."""
+"""Current of each rule, as a share of the range, by deformation and velocity."""
 # settings: these, then each element's coil
 DEFORMATION, VELOCITY, LOW, HIGH, OWN_COILS = range(5)
 
 
 def share(deformation: float, velocity: float) -> float:
     """Weighted mean of the rules, each weighted by the product of its two memberships."""
-    # triangular sets one beside the other: the memberships of two neighbours add up to 1, so that
+    # adjacent triangular sets: the memberships of two neighbours add up to 1, so that
     # the weighted mean is interpolation between the rules
     row = 2.0 * min(deformation, 1.0)
     column = 2.0 + 2.0 * min(max(velocity, -1.0), 1.0)
@@ -42,7 +42,7 @@ def share(deformation: float, velocity: float) -> float:
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
-    """Give each coil the largest current that its elements ask for."""
+    """Give each coil the largest current that the rules of its elements require."""
     # Measured: each element's deformation (m) and velocity (m/s), then the coil currents (A).
     for c in range(len(command)):
         most = 0.0

@@ -36,7 +36,7 @@ def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray,
     combined_force: Callable, combined_range: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Wanted forces from accelerations, then the currents nearest to them."""
+    """Target forces from accelerations, then the currents nearest to them."""
     # Measured: accelerations (m/s^2), each element's deformation (m) and velocity (m/s), coil
     # currents (A). Memory: the controller's state and scratch, then that of the force tracking.
     n, n_x, m = int(settings[N_DOFS]), int(settings[N_X]), int(settings[N_U])
@@ -180,7 +180,7 @@ class H2(CompiledController):
     def plant(
         self, nominal: IsolatedStructure, reference: NDArray, period: float
     ) -> tuple[WeightedPlant, float, NominalLinearModel]:
-        """Put the design model together."""
+        """Assemble the design model."""
         ground = GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping)
         linear = nominal_linear_model(nominal, reference, ground)
         driven = np.array([element.channel is not None for element in nominal.elements])

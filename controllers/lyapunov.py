@@ -19,7 +19,7 @@ from .observers.kalman import TRACKING, kalman_memory, kalman_update
 from .observers.observer import N_DOFS, N_ELEMENTS
 from .settings import Number, SearchRange, setting
 
-# settings: where the observer's begin; the softening; how the energy falls with each element's
+# settings: where the observer's begin; the softening; the rate of the energy with each element's
 # force, per unit of displacement and velocity; the observer's
 START, SOFTENING, ROWS = range(3)
 
@@ -85,7 +85,7 @@ class Lyapunov(Estimating, BrysonsRule):
     )  # fmt: skip
 
     def decision(self, context: RunContext) -> Decision:
-        """How the energy depends on the forces, then the observer."""
+        """Dependence of the energy on the forces, then the observer."""
         driven_elements(context.nominal, self.name)
         observer = self.observer(context)
         estimating = observer.decision()

@@ -246,7 +246,7 @@ class MPC(Estimating, CompiledController):
         )
 
     def decision(self, context: RunContext) -> Decision:
-        """Put the prediction, its settings and its memory together."""
+        """Assemble the prediction, its settings and its memory."""
         from .clipped_lqr import linear_model
         from .predictive import decision as at
         from .predictive import state_seen
@@ -281,7 +281,7 @@ class MPC(Estimating, CompiledController):
         blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks
         block = growing_blocks(n_steps, min(blocks, n_steps))
         n_late, n_known = self._n_late(context), self._n_known(context)
-        # until a coil has answered, a lag and a decision later
+        # until the coil has responded: one lag and one decision later
         reach = min(int(np.ceil(coils[:, 0].max() / step - 1e-9)) + 1, n_steps)
         sizes = Sizes(n_steps, n_late, n_known, int(block[-1] + 1), reach, self.order)
         pulses = np.stack([p.pulses(coils[:, k].copy(), reach) for k in (2, 3)], axis=1)
@@ -295,7 +295,7 @@ class MPC(Estimating, CompiledController):
             at.LOWEST_CURRENTS: np.tile(coils[:, 2], (n_late + n_steps - n_known + 1, 1)),
             at.OBSERVER_SCALES: scales,
         }  # fmt: skip
-        # the strength, which changes, is in the memory
+        # the force-scale estimate changes and is in the memory
         settings |= dict(enumerate([*p.plant[:8], *p.plant[9:]], at.DECAY))
         memory = initial_memory(p, step, sizes, prior, observer)
         return Decision(function, flat_arrays(settings), memory, p.model)
@@ -369,7 +369,7 @@ class MPC(Estimating, CompiledController):
         return times + (context.delays[1] - n_late * step if n_late else 0.0)
 
     def reset(self, context: RunContext) -> None:
-        """Set the prediction up and forget the last run."""
+        """Prepare the prediction and clear the memory of the last run."""
         super().reset(context)
         compiled = compile_decision(self._decision, len(context.low))
         ahead = self._ahead(context)
@@ -379,7 +379,7 @@ class MPC(Estimating, CompiledController):
         self.report = Report()
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
-        """Decision in compiled code, which knows of no deadline."""
+        """Decision in compiled code, without a deadline."""
         found = None if self.deadline is not None else super().compiled(context)
         if found is None:
             return None
@@ -411,7 +411,7 @@ class MPC(Estimating, CompiledController):
         return self.memory_array(UNITS).copy()
 
     def current(self, t: float, measurement: Any) -> NDArray:
-        """Decide in compiled code, watched from outside."""
+        """Decide in compiled code, and record the statistics of the decision."""
         from .predictive import decision as at
 
         began = perf_counter()

@@ -35,7 +35,7 @@ ON, OFF, BAND, KIND, WASH_OUT, COILS = range(6)
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
-    """Switch each coil by the products of its elements, added."""
+    """Switch each coil by the sum of the products of its elements."""
     # Measured: both factors of each element, then the coil currents. Memory: last instant (s), last
     # commands (A), and each element's last acceleration (m/s^2) and velocity (m/s).
     n_coils = len(command)

@@ -91,7 +91,7 @@ class SlidingMode(CompiledController):
 
 
 def carried_masses(nominal: IsolatedStructure, currents: NDArray) -> NDArray:
-    """Mass that each driven element carries: the whole, shared out by stiffness."""
+    """Mass carried by each driven element: the total mass, distributed by stiffness."""
     structure, driven = nominal.structure, driven_elements(nominal, "carried masses")
     rows = np.array([element.direction for element in driven])
     along = np.argmax(np.abs(rows @ structure.influence), axis=1)

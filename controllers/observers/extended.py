@@ -58,7 +58,7 @@ def equations(
             e, x, v, z[first : first + each], coil_current(e, tracking, currents),
             numbers[e * width : (e + 1) * width], work,
         )  # fmt: skip
-        # the force acts on velocities; then each of the device's states has its rate
+        # the force acts on velocities; the rates of the device's states follow
         for k in range(1 + own):
             entry = work[k * (3 + own) : (k + 1) * (3 + own)]
             begin, end = (n, 2 * n) if k == 0 else (first + k - 1, first + k)
@@ -96,7 +96,7 @@ def extended_update(
     work = memory[at:]
 
     if memory[0] == 1.0:
-        # the coil's lag makes the current of the interval lie about midway
+        # with the coil lag, the current of the interval is about the mean of its ends
         for c in range(n_coils):
             currents[c] = 0.5 * (currents[c] + measured[n_y + c])
         equations(z, currents, settings, dynamics, rates, work, tangent)
@@ -123,7 +123,7 @@ def extended_update(
         for i in range(n_all):
             on_state[k * n_all + i] = 0.0
     for k in range(n):
-        # an absolute acceleration is the relative one without what the ground's filter adds
+        # the absolute acceleration does not contain the output of the ground filter
         innovations[k] -= rates[n + k]
         for i in range(n_all):
             on_state[k * n_all + i] = dynamics[(n + k) * size + i]
@@ -144,7 +144,7 @@ def extended_update(
                 rates[i] += p[i * size + j] * row[j]
             variance += row[i] * rates[i]
         miss = innovations[k]
-        # those that follow learn from what this one changes
+        # the next measurements use the state corrected by this one
         for other in range(k + 1, n_y):
             change = 0.0
             for i in range(n_all):
@@ -196,8 +196,8 @@ class ExtendedKalmanFilter(Observer):
     def linear(self) -> tuple[NDArray, NDArray, NDArray]:
         """Dynamics of structure and ground, the influence of forces, and the noise density.
 
-        The noise is that of the whole state: the device states walk at random, lest the filter
-        trust them without bounds.
+        The noise acts on the whole state. The device states follow a random walk: the filter then
+        does not become certain of them.
         """
         structure, rows = self.nominal.structure, self.nominal.element_rows
         a, b, g, _, _ = structure_and_ground(structure, rows, self.ground)
@@ -237,7 +237,7 @@ class ExtendedKalmanFilter(Observer):
         return n_all + n_y + n_all**2
 
     def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
-        """Sort a row out."""
+        """Unpack a row."""
         n, n_z, (n_all, n_y) = self.nominal.structure.n_dofs, len(self.linear[0]), self._sizes()
         q, p, ground, states, innovations, covariance = np.split(
             rows, [n, 2 * n, n_z, n_all, n_all + n_y], axis=1

@@ -1,4 +1,4 @@
-"""The unknown ground motion, as an observer or a regulator believes in it: filtered white noise."""
+"""Model of the unknown ground motion in observers and regulators: filtered white noise."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from isolation_sim.errors import InputError
 @checked
 @dataclass(frozen=True)
 class GroundNoise:
-    """White noise at bedrock, seen through the filter of Kanai and Tajimi.
+    """White noise at bedrock through the filter of Kanai and Tajimi.
 
     Attributes
     ----------

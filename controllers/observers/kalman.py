@@ -23,7 +23,7 @@ TRACKING, HEAD = 4, 5
 
 
 def kalman_memory(settings: NDArray) -> int:
-    """Where the force tracking begins in a Kalman filter's memory."""
+    """First place of the force tracking in a Kalman filter's memory."""
     n_z, n_y, m = int(settings[N_Z]), int(settings[N_Y]), int(settings[N_ELEMENTS])
     return 1 + 2 * n_z + m + 2 * n_y
 
@@ -163,7 +163,7 @@ class KalmanFilter(Observer):
         deviations = []
         for element in self.nominal.elements:
             amperes = 0.0 if element.channel is None else float(self.reference[element.channel])
-            # noise is fast: the stiffness is that at half the sampling frequency
+            # noise has high frequencies: the stiffness is that at half the sampling frequency
             stiffness = element.device.linearised(amperes, 0.5 / self.period)
             deviations.append(abs(stiffness) * self.noise.deformation)
         return np.array(deviations)
@@ -185,7 +185,7 @@ class KalmanFilter(Observer):
         return n_z + len(self.nominal.elements) * self.tracking.model.n_states + n_y
 
     def estimate(self, time: NDArray, rows: NDArray) -> Estimate:
-        """Sort a row out; the covariance is that of the steady state."""
+        """Unpack a row; the covariance is that of the steady state."""
         n, n_z = self.nominal.structure.n_dofs, len(self.design["transition"])
         m, n_states = len(self.nominal.elements), self.tracking.model.n_states
         q, p, ground, states, innovations = np.split(

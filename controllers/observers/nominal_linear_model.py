@@ -18,7 +18,7 @@ class NominalLinearModel:
     """Linear equations z' = A z + B r + G w, with accelerations C z + D r."""
 
     # The state z holds displacements, velocities and the ground's filters. Each element is a spring
-    # and a dashpot; r is what its force is more than theirs, and w white noise at bedrock.
+    # and a dashpot; r is the remainder of its force, and w white noise at bedrock.
 
     a: NDArray  # (n_z, n_z): Dynamics
     b: NDArray  # (n_z, n_elements), 1/kg: Of the elements' further forces

@@ -116,7 +116,7 @@ class Observer(ABC):
 
     devices: ClassVar[type[DeviceModel]] = DeviceModel
     tracking_at: ClassVar[int]
-    """Place in the settings that says where the force tracking's begin."""
+    """Place in the settings with the first place of the force tracking."""
 
     def __init__(
         self,
@@ -144,7 +144,7 @@ class Observer(ABC):
 
     @staticmethod
     def measures(nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Names of the outputs that it wants measured.
+        """Names of the measured outputs.
 
         Parameters
         ----------
@@ -169,7 +169,7 @@ class Observer(ABC):
 
     @abstractmethod
     def decision(self) -> Decision:
-        """Put the observer into compiled form.
+        """Compile the observer.
 
         Returns
         -------

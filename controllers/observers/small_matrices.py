@@ -1,4 +1,4 @@
-"""Matrices in flat arrays, row by row, for compiled decisions, which may not make arrays."""
+"""Matrices in flat arrays, row by row, for compiled decisions, which cannot allocate arrays."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def step_matrices(
 ) -> None:
     """Transition exp(a) and covariance added by white noise over a step of unit length.
 
-    Taylor polynomials of a fraction of the step, doubled: a step of twice the length has the
-    transition squared, and adds what the first half added, carried on, to what the second adds.
+    Taylor polynomials of a fraction of the step, then doubling: a step of twice the length has the
+    squared transition, and adds the propagated noise of its first half to that of its second.
 
     References
     ----------

@@ -48,7 +48,7 @@ def _function(law: Law) -> Any:
 
 
 class TangentModel(DeviceModel):
-    """Devices with one function more, ``tangent``."""
+    """Devices with the further function ``tangent``."""
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 VIOLATED = 1e-9
 """Violation from which a constraint is added to the active set."""
 DEPENDENT = 1e-24
-"""Squared part of a normal beyond the active ones, over its square, that counts as none."""
+"""Relative squared part of a normal outside the active ones, below which it counts as dependent."""
 MOST = 40
 """Iterations per unknown before the solver gives up."""
 
@@ -74,7 +74,7 @@ def solve(
                 add(basis, factor, d, n_active, n)
                 active[n_active] = place
                 n_active += 1
-                if abs(place) <= n:  # to the last bit, from however far
+                if abs(place) <= n:  # exact to the last bit, from any distance
                     x[abs(place) - 1] = (upper if place > 0 else lower)[abs(place) - 1]
                 break
             remove(blocking, basis, factor, multiplier, active, n_active, n)
@@ -110,7 +110,7 @@ def unconstrained(
 
 
 def dot(a: NDArray, b: NDArray, n: int) -> float:
-    """Scalar product of the first n entries, in four sums that a processor adds side by side."""
+    """Scalar product of the first n entries, in four sums that a processor adds in parallel."""
     s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
     for k in range(n // 4):
         s0 += a[4 * k] * b[4 * k]
@@ -132,7 +132,7 @@ def excess(place: int, rows: NDArray, upper: NDArray, lower: NDArray, x: NDArray
 def most_violated(
     rows: NDArray, n_rows: int, upper: NDArray, lower: NDArray, x: NDArray
 ) -> tuple[int, float]:
-    """Constraint that is violated most, and by how much; 0 for none."""
+    """Most violated constraint and its violation; 0 for none."""
     place, worst, n = 0, VIOLATED, len(x)
     for k in range(n + n_rows):
         value = x[k] if k < n else dot(rows[k - n], x, n)
@@ -161,7 +161,7 @@ def turn(a: NDArray, b: NDArray, cosine: float, sine: float, begin: int, n: int)
 
 
 def add(basis: NDArray, factor: NDArray, d: NDArray, n_active: int, n: int) -> None:
-    """Take a normal, J'n in ``d``, into the factor."""
+    """Add a normal, J'n in ``d``, to the factor."""
     for k in range(n - 1, n_active, -1):
         if d[k] != 0.0:
             length = math.hypot(d[k - 1], d[k])
@@ -175,7 +175,7 @@ def remove(
     which: int, basis: NDArray, factor: NDArray, multiplier: NDArray, active: NDArray,
     n_active: int, n: int,
 ) -> None:  # fmt: skip
-    """Take a constraint out of the active set."""
+    """Remove a constraint from the active set."""
     for j in range(which, n_active - 1):
         for k in range(j + 2):
             factor[k, j] = factor[k, j + 1]
@@ -183,7 +183,7 @@ def remove(
         length = math.hypot(factor[j, j], factor[j + 1, j])
         cosine, sine = factor[j, j] / length, factor[j + 1, j] / length
         turn(basis[j], basis[j + 1], cosine, sine, 0, n)
-        # the columns behind are still one place to the right
+        # the following columns are still one place to the right
         turn(factor[j], factor[j + 1], cosine, sine, j + 2, n_active)
         factor[j, j], factor[j + 1, j] = length, 0.0
     multiplier[n_active - 1] = multiplier[n_active]

@@ -66,7 +66,7 @@ def condense(
 
     row = 0
     for k in range(n_steps + 1):
-        # what a later block does is not felt yet
+        # later blocks have no effect yet
         now = min(k, n_steps - 1)
         active = (int(block[now]) + 1) * n_channels
         for o in range(y.shape[1]):
@@ -102,19 +102,19 @@ def condense(
                 for c in range(n_channels):
                     span = coils[c, 3] - coils[c, 2]
                     clearance += more * (past[now, c, width] - coils[c, 2]) / span
-            # a jump of the current shows in the accelerations alone
+            # a jump of the current changes the accelerations only
             for moment in range(2 if kind == 1 and y_before.shape[0] > 0 else 1):
                 if moment == 1:
                     value = y_before[k, o] / unit
                     for j in range(active):
                         span = coils[j % n_channels, 3] - coils[j % n_channels, 2]
                         by[j] = dy_before[k, o, j] * (span / unit)
-                # only what some admissible change can bring above the level
+                # only outputs that an admissible change can bring above the level
                 for sign in (1.0, -1.0):
                     extreme = sign * value
                     first = row
                     for c in range(n_channels):
-                        # a coil's current in its range moves by as much as its command in its own
+                        # relative to their ranges, a coil current changes as much as its command
                         for q in range(active // n_channels):
                             j = q * n_channels + c
                             slope = sign * by[j] + more * past[now, c, j]
@@ -136,7 +136,7 @@ def condense(
         for b in range(a):
             hessian[b, a] = hessian[a, b]
 
-    # the coil never asks its driver for a faster change than the driver's slew
+    # a command never changes faster than the slew rate of the driver
     for c in range(n_channels):
         lag, slew = coils[c, 0], coils[c, 1]
         if slew < 1e30:

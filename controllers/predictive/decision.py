@@ -19,9 +19,9 @@ from .slow_ground import follow_slow
 from .uncontrolled import follow_uncontrolled
 
 STOPPING = 0.35
-"""Time in which the ground comes to rest after the horizon, while the building floats on, s."""
+"""Time constant with which the ground velocity vanishes after the horizon, s."""
 INFEASIBLE = 1e-6
-"""How far a solution may be outside a constraint, in the programme's units."""
+"""Largest violation of a constraint by a usable solution, in the programme's units."""
 
 # arrays of the settings: single numbers, then those of ``prediction_kernel``, then the others
 (
@@ -35,7 +35,7 @@ INFEASIBLE = 1e-6
     ACCELERATION_LEVEL, LINEARISATIONS, LEARNS, KEPT, LEARNT_BEFORE, PULL, VELOCITY_KEPT, FADED,
     SLOW_LIMIT, N_DISPLACEMENTS, N_ACCELERATIONS, JUMPS, PRESENT,
 ) = range(22)  # fmt: skip
-# arrays of the memory: single numbers, what is kept from one decision to the next, and scratch
+# arrays of the memory: single numbers, data from one decision to the next, and scratch
 (
     STATE, FORCE_SCALES, OBSERVER_SETTINGS, OBSERVER_MEMORY, PLAN, GIVEN, Z_THEN, STATES_THEN,
     CURRENT_THEN, Z_NOW, STATES_NOW, CURRENT_NOW, GROUND_MOTION, GROUND_PAST, COEFFICIENTS,
@@ -103,7 +103,7 @@ def decide_by_motion(
     t: float, accelerations: NDArray, rest: NDArray, settings: NDArray, memory: NDArray,
     command: NDArray, device_side: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Predict, linearise, solve, and give the plan's first command."""
+    """Predict, linearise, solve, and return the first command of the plan."""
     numbers, state = array1(settings, NUMBERS), array1(memory, STATE)
     coils, lowest = array2(settings, COIL_TABLE), array2(settings, LOWEST_CURRENTS)
     plan, trial, before = array2(memory, PLAN), array2(memory, TRIAL), array1(memory, BEFORE)
@@ -139,7 +139,7 @@ def decide_by_motion(
             for c in range(n_channels):
                 plan[k, c] = coils[c, 2]
 
-    # what was measured is late: the state at the decision
+    # the measurement is delayed: predict the state at the decision
     z_then, s_then = array1(memory, Z_THEN), array2(memory, STATES_THEN)
     values = work[0]
     if n_late > 0:
@@ -175,7 +175,7 @@ def decide_by_motion(
                 for c in range(n_channels):
                     trial[k, c] = plan[k, c]
             break
-    # what the solver leaves of a bound, 1e-6 at most, no coil gets to see
+    # violations of a bound by the solver, 1e-6 at most, do not reach a coil
     for c in range(n_channels):
         lag = coils[c, 0]
         start = i[c] if lag > 0.0 else before[c]
@@ -191,7 +191,7 @@ def follow_motion(
     t: float, current: NDArray, settings: NDArray, memory: NDArray, plant: tuple,
     state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Modes from the motion seen, and device states carried along it."""
+    """Modes from the measured motion, and device states integrated along it."""
     state, rows, numbers = array1(memory, STATE), plant[4], plant[7]
     z, seen = array1(memory, Z_THEN), array1(memory, Z_SEEN)
     motion, to_modes = array1(memory, MOTION_SEEN), array2(settings, TO_MODES)
@@ -295,7 +295,7 @@ def improve(n_known: int, settings: NDArray, memory: NDArray) -> bool:
     for d in range(acceleration.shape[0]):
         for k in range(n_known):
             state[STRONGEST] = max(state[STRONGEST], abs(acceleration[d, k]), 1e-3)
-    # a unit that grows too late would let the plan trade any acceleration for displacement
+    # a unit that grows too late would let the plan accept any acceleration to avoid displacement
     for kind in range(2):
         least = numbers[LEAST_PEAK] * state[STRONGEST]
         if kind == 0:
@@ -307,7 +307,7 @@ def improve(n_known: int, settings: NDArray, memory: NDArray) -> bool:
             for k in range(len(bearable)):
                 bearable[k] = max(course[first + k, 1], max(peaks[1], least))
     units[2] = units[0] * numbers[FREQUENCY]
-    # relative to ground that stops, a floating base has the ground's velocity on top of its own
+    # relative to ground that stops, a free base has the ground velocity in addition to its own
     for o in range(n_d):
         lost = 0.0
         for d in range(along.shape[1]):

@@ -1,4 +1,4 @@
-"""Arrays of several axes in one flat array, which begins with the place and shape of each."""
+"""Arrays of several axes in one flat array, which begins with their places and shapes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PER_ARRAY = 4
 
 
 def array(flat: NDArray, k: int) -> NDArray:
-    """Array k, in its own shape; of the decision's text, the other three."""
+    """Array k in its own shape; compiled decisions use the other three functions."""
     begin, *shape = (int(number) for number in flat[PER_ARRAY * k : PER_ARRAY * (k + 1)])
     shape = [n for n in shape if n >= 0]
     return flat[begin : begin + int(np.prod(shape))].reshape(shape)
@@ -46,7 +46,7 @@ def array3(flat: NDArray, k: int) -> NDArray:
 
 
 def flat_arrays(arrays: Mapping[int, ArrayLike]) -> NDArray:
-    """Put arrays of one to three axes, by their numbers from 0 on, into one."""
+    """Write arrays of one to three axes, numbered from 0, into one."""
     rows = [np.asarray(arrays[k], dtype=float) for k in range(len(arrays))]
     begins = PER_ARRAY * len(rows) + np.cumsum([0, *(one.size for one in rows)])
     heads = [

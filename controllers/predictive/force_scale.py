@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from isolation_sim.structures import IsolatedStructure
 
 CERTAIN = 0.1
-"""Acceleration, m/s^2. A second of it, as predicted, weighs as much as the nominal model."""
+"""Acceleration, m/s^2. One second of it has the same weight as the nominal model."""
 LOWEST, HIGHEST = 0.3, 3.0
 
 
 def balance(nominal: IsolatedStructure) -> tuple[NDArray, NDArray]:
-    """Rows that give each direction's mean acceleration, from accelerations and from forces."""
+    """Rows of each direction's mean acceleration, from accelerations and from forces."""
     along = nominal.structure.influence.T
     mass = np.diag(along @ nominal.structure.mass @ along.T)[:, np.newaxis]
     return along @ nominal.structure.mass / mass, -along @ nominal.element_rows.T / mass
@@ -28,7 +28,7 @@ def learn_scale(
     acceleration: NDArray, force: NDArray, by_inertia: NDArray, by_force: NDArray, keep: float,
     prior: float, sums: NDArray,
 ) -> float:  # fmt: skip
-    """Force over that of the nominal model, 0.3 to 3, with one more instant taken into account."""
+    """Update the force over that of the nominal model, 0.3 to 3, by one more instant."""
     # sums: (2,): of squares and of products; ``prior`` each at the start
     for k in range(2):
         sums[k] = keep * sums[k] + (1.0 - keep) * prior

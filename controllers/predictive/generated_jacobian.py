@@ -16,7 +16,7 @@ from ..observers.tangent import TangentModel
 
 
 class PredictionModel(TangentModel):
-    """Devices with one function more, ``device_side``, in the laws' own scales."""
+    """Devices with the further function ``device_side``, in the laws' own scales."""
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:

@@ -1,4 +1,4 @@
-"""A model of the ground motion to come, identified as it arrives, for Numba."""
+"""Forecast of the ground motion by a model that is identified during the motion, for Numba."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import math
 from numpy.typing import NDArray
 
 FORGETTING = 0.999
-"""Weight of a sample against the next one: a memory of 1000 samples."""
+"""Forgetting factor per sample: a memory of 1000 samples."""
 PRIOR = 1e-2
-"""Variance of a coefficient before anything is known."""
+"""Prior variance of a coefficient."""
 RECENT = 0.98
-"""Weight of a square among those of the model's errors against the next one's."""
+"""Forgetting factor of the mean square of the model's errors."""
 DRIFT = 10.0
 """Memory of the ground's velocity, s, so that an accelerometer's offset does not accumulate."""
 
 
 def drive(new: float, motion: NDArray, returning: tuple) -> float:
-    """Acceleration that drives the ground against the pull by which its velocity comes back."""
+    """Innovation: the ground acceleration plus the term that returns its velocity to zero."""
     pull, h, faded, _ = returning
     motion[1] = faded * (motion[1] + 0.5 * h * (motion[0] + new))
     motion[0] = new
@@ -42,7 +42,7 @@ def learn(
         coefficients[a] += gain[a] / spread * error
         for b in range(order):
             covariance[a, b] = (covariance[a, b] - gain[a] * gain[b] / spread) / FORGETTING
-    # quiet ground teaches nothing: what is not excited must not be forgotten without end
+    # no update under quiet ground: without excitation, forgetting would let the covariance grow
     trace = 0.0
     for a in range(order):
         trace += covariance[a, a]
@@ -60,7 +60,7 @@ def extrapolate(
     known: int, coefficients: NDArray, past: NDArray, ground: NDArray, motion: NDArray,
     returning: tuple, drives: NDArray,
 ) -> None:  # fmt: skip
-    """Continue a ground acceleration by its expected values."""
+    """Extrapolate a ground acceleration by its expected values."""
     pull, h, faded, fading = returning
     most = 0.0
     for a in range(len(past)):
@@ -85,7 +85,7 @@ def forecast_deviation(
     """Standard deviation of accelerations from their forecast."""
     strays[:] = 0.0
     for d in range(coefficients.shape[0]):
-        # an unforeseen sample and what the model expects to follow it
+        # an innovation of one sample and its expected continuation
         for k in range(len(shape)):
             shape[k] = 1.0 if k == 0 else 0.0
             for a in range(min(coefficients.shape[1], k)):

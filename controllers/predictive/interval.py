@@ -1,4 +1,4 @@
-"""A structure carried exactly over one interval, device forces and ground motion interpolated."""
+"""Exact propagation of a structure over an interval, with interpolated forces and ground motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Propagator:
     # The modes are in real form: all real parts, then all imaginary ones.
 
     decay: NDArray  # (n, n): From the modes
-    # (n, n_elements, n_nodes): From what each device's force (N, device scale) differs by from its
+    # (n, n_elements, n_nodes): From the difference of each device's force (N, device scale) and its
     # reference spring and dashpot, at equally spaced nodes of the interval
     force: NDArray
     # (n, n_directions, 2): From the ground acceleration (m/s^2) at the interval's two ends
@@ -28,7 +28,7 @@ class Propagator:
 
 
 def propagator(modes: Modes, h: float, t: float, n_nodes: int) -> Propagator:
-    """Carry modes from the start of an interval to a time in it."""
+    """Propagate modes from the start of an interval to a time in it."""
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     at, weights = t * (nodes + 1) / 2, t * weights / 2
     kernel = weights * np.exp(np.multiply.outer(modes.eigenvalues, t - at))

@@ -23,14 +23,14 @@ class Sizes(NamedTuple):
     n_late: int  # From the measurement to the decision
     n_known: int  # Samples of the ground motion that are known after the measured one
     n_blocks: int
-    reach: int  # Steps until a coil has answered
+    reach: int  # Steps until a coil has responded
     order: int  # Of the autoregressive model
 
 
 def initial_memory(
     prediction: Prediction, step: float, sizes: Sizes, prior: float, observer: Decision | None
 ) -> NDArray:
-    """Everything at rest; ``prior``: sums of the force scale before anything is known."""
+    """Everything at rest; ``prior``: sums of the force scale at the start."""
     p, (n_steps, n_late, n_known, n_blocks, reach, order) = prediction, sizes
     initial, n_channels = p.coils[:, 4], len(p.coils)
     n_dofs, n_directions = p.to_modes.shape[1] // 2, p.along.shape[1]

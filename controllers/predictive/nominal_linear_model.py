@@ -1,4 +1,4 @@
-"""A nominal model whose devices are springs and dashpots that follow the current."""
+"""A nominal model whose devices are springs and dashpots that depend on the current."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers with which a structure, its devices and coils are predicted over a horizon."""
+"""Data for the prediction of a structure, its devices and coils over a horizon."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .interval import propagator
 from .prediction_kernel import predict
 
 STABLE = 0.8
-"""Largest product of step and a device state's fastest rate that Heun's rule is given."""
+"""Largest product of step and fastest rate of a device state in Heun's rule."""
 
 
 class Prediction:
@@ -141,7 +141,7 @@ class Prediction:
         ]  # fmt: skip
 
     def pulses(self, current: NDArray, reach: int) -> NDArray:
-        """Accelerations that answer to a pulse of the ground's, from rest, at held currents."""
+        """Acceleration response to a ground pulse from rest, at constant currents."""
         commands = np.tile(current, (reach, 1))
         rest, states = np.zeros(self.rows.shape[-1]), self.initial_states()
         n_directions, first, answers = len(self.plant[3]), self.n_displacements, []
@@ -159,14 +159,14 @@ class Prediction:
 
 
 def growing_blocks(n_steps: int, n_blocks: int) -> NDArray:
-    """Blocks of commands: one step long at first, where a plan matters most, and growing."""
+    """Lengths of the blocks of commands: one step at first, then growing."""
     left = 1.0 - np.arange(n_steps) / n_steps
     blocks = np.round(n_blocks * (1.0 - left ** (n_steps / n_blocks))).astype(int)
     return np.minimum(blocks, n_blocks - 1)
 
 
 def _square(rows: NDArray) -> NDArray:
-    """Rows over the modes without the imaginary parts of real modes, which are no unknowns."""
+    """Rows over the modes without the imaginary parts of real modes, which are zero."""
     # an overdamped mode's imaginary part is always zero: a unit row keeps the matrix invertible
     n, width = rows.shape
     if n == width:

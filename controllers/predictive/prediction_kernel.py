@@ -22,7 +22,7 @@ def motion_of(rows: NDArray, z: NDArray, n_modes: int) -> float:
 
 
 def carry(decay: NDArray, z: NDArray, out: NDArray, n_modes: int) -> None:
-    """Decay of the modes, real parts then imaginary ones."""
+    """Propagate the modes, real parts then imaginary ones."""
     for m in range(n_modes):
         re, im = decay[0, m], decay[1, m]
         out[m] = re * z[m] - im * z[n_modes + m]
@@ -151,7 +151,7 @@ def predict(
             sa[e, q] = s[e, q]
     for c in range(n_channels):
         ia[c] = i[c]
-    # at both ends of a step: a block that begins must not find what the last call left behind
+    # at both ends of a step: a new block must not use values of the last call
     dza[:] = 0.0
     dsa[:] = 0.0
     dia[:] = 0.0

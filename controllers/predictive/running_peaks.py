@@ -1,7 +1,7 @@
-"""Peaks so far of a response that is known at equal steps, for Numba.
+"""Peaks so far of a response sampled at equal steps, for Numba.
 
-Between samples the response is taken to be the parabola through the last three. A change of current
-breaks it off: both of its sides count, and a new parabola begins.
+Between samples the response is the parabola through the last three samples. A change of current
+ends it: both sides count, and a new parabola begins.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def count_peaks(
 def follow_peaks(
     outputs: NDArray, n_displacements: int, n_accelerations: int, past: NDArray, peaks: NDArray
 ) -> None:
-    """Go on to the next sample."""
+    """Advance to the next sample."""
     # past: (2, n_outputs): the last sample and the one before; peaks: (3,): displacement,
     # acceleration, and how many past samples there are
     count_peaks(outputs, n_displacements, n_accelerations, peaks)

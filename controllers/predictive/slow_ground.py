@@ -18,9 +18,9 @@ FELT, TRIGGER = 0.01, 0.1
 SPAN = 0.1
 """Time over which the rate of the acceleration is measured, s; over a sample it would be noise."""
 GROWTH = 0.4
-"""Time that a stronger swing is given to reach its peak before its rate counts, s."""
+"""Time after the start of a stronger half cycle before its rate counts, s."""
 AMPLIFIED = 2.0
-"""Acceleration of the floors over the ground's above which the building does not follow it."""
+"""Ratio of floor to ground acceleration above which the building does not follow the ground."""
 FAST = 0.4
 """Share of the limit below which a period counts at once."""
 
@@ -34,7 +34,7 @@ def follow_slow(
     sample: NDArray, floors: float, step: float, limit: float, samples: NDArray, rates: NDArray,
     state: NDArray,
 ) -> bool:  # fmt: skip
-    """Whether all of the ground motion has been slow, with one more sample taken into account."""
+    """Whether all of the ground motion up to this sample has been slow."""
     # limit: shortest period that is slow, s; 0 for none. samples, (n, n_directions): the last ones,
     # at rest before the first; rates: the last ones; state: peak, and 1 once it is released
     last = samples.shape[0] - 1

@@ -96,14 +96,14 @@ def put_observed(measured: NDArray, settings: NDArray, memory: NDArray) -> int:
 
 
 def take_estimate(memory: NDArray) -> None:
-    """Displacements and velocities, with which every observer's state begins."""
+    """Displacements and velocities, the first entries of every observer's state."""
     motion, estimate = array1(memory, MOTION_SEEN), array1(memory, OBSERVER_MEMORY)
     for k in range(len(motion)):
         motion[k] = estimate[1 + k]
 
 
 def expect_forces(tracking_at: int, settings: NDArray, memory: NDArray) -> None:
-    """Let the observer expect the forces that were learnt."""
+    """Scale the observer's forces by the force-scale estimate."""
     observer = array1(memory, OBSERVER_SETTINGS)
     scales, force_scales = array1(settings, OBSERVER_SCALES), array1(memory, FORCE_SCALES)
     tracking = observer[int(observer[tracking_at]) :]

@@ -18,7 +18,7 @@ def follow_uncontrolled(
     plant: tuple, work: tuple, results: tuple, state: tuple, no_block: NDArray,
     device_side: Callable,
 ) -> None:  # fmt: skip
-    """Go on to the last known sample of the ground motion, and forecast beyond it."""
+    """Integrate to the last known sample of the ground motion, and forecast beyond it."""
     # n_known: known samples after the present one; lowest, (n_ahead + 1, n_channels), A
     # course, (1 + n_known + n_ahead, 2): largest displacement of a base (m) and acceleration
     # (m/s^2) from the motion's beginning up to each step from now on; step, (n_directions,

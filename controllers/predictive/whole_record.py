@@ -38,7 +38,7 @@ class Optimum:
     current: NDArray  # (n_commands, n_channels), A: Commands
     peaks: dict[str, float]  # Peaks that the transcription predicts, by quantity, SI units
     objective: float  # Weighted sum of the peaks
-    iterations: int  # Of the interior-point method
+    iterations: int  # Iterations of the interior-point method
     solved: bool  # Whether it ended within its tolerance
     variables: NDArray  # Solution, to start a neighbouring problem from
 
@@ -50,7 +50,7 @@ class WholeRecord:
     # through the ends and the middle of the interval; device states are collocated on the same
     # points (Lobatto IIIA, fourth order); coil currents follow their commands in closed form. Laws
     # are traced from their one definition. Peaks are taken on both sides of every change of current
-    # and at three instants of every interval; what lies in between is left to the certificate.
+    # and at three instants of every interval; the certificate checks the instants in between.
     # Every interval is a stage of an optimal control problem: modes, device states, currents, the
     # last commands and the peaks are its state; commands, forces and what is collocated are its
     # controls. The solver goes from stage to stage, so that its time grows with their number.
@@ -61,7 +61,7 @@ class WholeRecord:
     # quantities: Whose peaks count, such as ``"base_displacement_m"``; see
     # ``criteria.quantity_rows``.
     # roughness: Weight of the mean square change from command to command, relative to the coil's
-    # range, against the weighted peaks: it settles the currents on which no peak depends.
+    # range, against the weighted peaks: it determines the currents on which no peak depends.
     # iterations: Most of the interior-point method.
 
     def __init__(
