@@ -37,7 +37,7 @@ def test_the_scenario_of_the_page():
         (
             "biaxial = true",
             "",
-            r"isolator: .* nothing holds the rotation; expected: biaxial = true",
+            r"isolator: .* nothing resists rotation; expected: biaxial = true",
         ),
         (
             "biaxial = true",

@@ -100,7 +100,7 @@ def test_the_result_records_the_units_hash(folder, tmp_path, monkeypatch):
     ("entry", "told"),
     [
         ('name = "nowhere.fmu"', "nowhere.fmu: no such file"),
-        ('name = "broken.fmu"', "broken.fmu: no functional mock-up unit"),
+        ('name = "broken.fmu"', "broken.fmu: is no functional mock-up unit"),
         ('name = "gain.fmu"', "input 'v' is given 'v', which is no output; expected: variables"),
         ('name = "gain.fmu"\nvariables = { w = "x" }', "unknown variable of .*gain.fmu 'w'"),
         ('name = "gain.fmu"\nvariables = 3', "variables is 3; expected: a table of names"),

@@ -21,7 +21,7 @@ name = "passive_off"
 name = "passive_on"
 """
 SECTIONS = {
-    "suite": ["Verdict", "Spectra", "Statistics over the suite", "Record by record"],
+    "suite": ["Verdict", "Spectra", "Statistics over the suite", "Results by record"],
     "tuning": ["Verdict", "Gain", "Settings", "Search", "Sensitivity", "Inputs and versions"],
     "study": ["Finding", "Numbers", "Figures", "Inputs and versions"],
 }

@@ -61,7 +61,7 @@ def test_a_free_mass_with_an_element_gets_a_reference_that_holds_it():
 
 
 def test_a_free_mass_that_no_element_holds_is_refused():
-    with pytest.raises(InputError, match="drift"):
+    with pytest.raises(InputError, match="complete set of modes"):
         modes_of(
             np.diag([2e5, 1e5]), np.zeros((2, 2)), np.diag([1e6, 0.0]), np.ones((2, 1)),
             np.array([[1.0, 0.0]]), np.ones(1), np.ones(1), np.zeros(1),

@@ -82,7 +82,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     device, campaign = evaluation.device, evaluation.campaign
     law = device.law
     first = (
-        f"{law.title} misses the measured force by {100 * evaluation.error:.2g} % (RMS)",
+        f"{law.title} has an RMS force error of {100 * evaluation.error:.2g} %",
         f"The force's own noise is {100 * evaluation.noise:.2g} %.",
     )
     notes = tuple(f"{capital(note)}." for note in evaluation.notes)
@@ -156,7 +156,7 @@ def _verdict(fit: Fit) -> tuple[str, str]:
         if np.isnan(held)
         else f"on held-out runs the error is {100 * held:.2g} %"
     )
-    first = f"{name} misses the measured force by {100 * fit.error:.2g} % (RMS); {tested}."
+    first = f"{name} has an RMS force error of {100 * fit.error:.2g} %; {tested}."
     determined, count = sum(e.determined for e in fit.estimates), len(fit.estimates)
     which = f"{determined} of the" if determined < count else "all"
     second = f"The data determine {which} {count} fitted numbers."
