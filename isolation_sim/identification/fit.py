@@ -114,7 +114,7 @@ def fit(
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
-    """Put the outcome together."""
+    """Assemble the result."""
     p, runs = model.parameterisation, campaign.fitted
     low = min(float(run.current.min()) for run in runs)
     high = max(float(run.current.max()) for run in runs)

@@ -347,13 +347,12 @@ class Fit(LawEvaluation):
         }  # fmt: skip
 
     def scenario_section(self) -> str:
-        """The ``[isolator]`` section of a scenario that stands on the fitted device.
+        """The ``[isolator]`` section of a scenario that uses the fitted device.
 
         Returns
         -------
         str
-            TOML; the scales say that one device of the tested size carries the building, which is
-            what to change.
+            TOML. The scales are those of one device of the tested size: change them.
         """
         return device_section(self.device, f"fitted to {self.campaign.name}")
 

@@ -48,7 +48,7 @@ class _Harmonics(NamedTuple):
 
 
 def averaging_widths(runs: Sequence[TestRun]) -> NDArray:
-    """Find the time over which each run's force is averaged, (n_runs,), s; 0 where it is not."""
+    """Find the averaging time of each run's force, (n_runs,), s; 0 if it is not averaged."""
     found = [_harmonics(run) for run in runs]
     widths = np.zeros(len(runs))
     known = [one for one in found if one is not None]
@@ -70,7 +70,7 @@ def averaging_widths(runs: Sequence[TestRun]) -> NDArray:
 
 
 def averaging_note(widths: NDArray) -> str:
-    """Say over what time the force of the runs is averaged, (n_runs,), s; empty if it is not."""
+    """Describe the averaging times of the runs' force, (n_runs,), s; empty if there is none."""
     some = 1e3 * widths[widths > 0]
     if not len(some):
         return ""

@@ -21,7 +21,7 @@ REACH = 0.12
 _WIDEST, _SAMPLES_A_SIDE = 0.25, 12
 _HARMONICS, _HARMONICS_A_SAMPLE = 15, 0.45
 _DOUBT = 1e-3
-"""Probability to take a term for real that noise alone makes."""
+"""Significance level of a term: the probability that noise alone causes it."""
 _ROUNDING = 1e-13
 _CLEARLY = 0.5
 """Part of the harmonics' mean square that a series without corner must leave to be preferred."""

@@ -21,7 +21,7 @@ from .parameterisation import Parameterisation
 AUTO = "auto"
 """Word in place of a law's name that compares all laws."""
 HELD_OUT = 4
-"""One run in so many judges the laws if the campaign marks none."""
+"""One run in this many is held out to compare the laws, if the campaign marks none."""
 NEAR = 1.05
 """Factor on the least error up to which a law with fewer parameters is preferred."""
 WRONG_FAMILY = 2.0

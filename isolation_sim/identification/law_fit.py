@@ -31,7 +31,7 @@ _LAST = 3
 _SAFETY = 2
 """Factor on the integration steps that resolve the law: effects and noise ask for more."""
 _MOST = 16
-"""Largest number of integration steps a sample."""
+"""Largest number of integration steps per sample."""
 _NOTHING_GAINED = 1e-3
 """Share of one sample's cost; a step that gains less ends a fit."""
 _MOST_ITERATIONS = 300
@@ -52,7 +52,7 @@ class LawModel:
 
     data: MeasuredRuns  # The runs
     parameterisation: Parameterisation  # Unknown parameters of the law
-    n_steps: int = 1  # Integration steps a sample
+    n_steps: int = 1  # Integration steps per sample
     # (n_unknowns,) array or None: Values about which the law's parameters are sought; see
     # ``minimise``
     expected: NDArray | None = None
@@ -119,7 +119,7 @@ class LawModel:
         return replace(result, cost=cost, residual=residual, jacobian=result.jacobian[:rows])
 
     def resolve_steps(self, values: NDArray, safety: int = _SAFETY) -> Self:
-        """Return the model with as many integration steps a sample as the law needs."""
+        """Return the model with as many integration steps per sample as the law needs."""
         coefficients = self.parameterisation.coefficients(values[: self.n_law])
         coarse = LawModel(self.data, self.parameterisation).simulator()
         n_steps = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST).n_steps

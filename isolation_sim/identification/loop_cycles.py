@@ -126,7 +126,7 @@ def harmonics(
 def steady_cycles(
     time: np.ndarray, displacement: np.ndarray, frequency: float, peaks: np.ndarray
 ) -> np.ndarray:
-    """Tell the cycles of a test from rest and ramps before and after it."""
+    """Separate the cycles of a test from rest and ramps before and after it."""
     period = 1.0 / frequency
     amplitudes, shares = np.zeros(peaks.size), np.zeros(peaks.size)
     for k, peak in enumerate(peaks):

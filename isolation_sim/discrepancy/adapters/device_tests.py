@@ -100,7 +100,7 @@ class DeviceTests(Problem[FittedModel]):
             )  # fmt: skip
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
         self.noise = noise_residuals(self.law, self.shifts, self.seed)
-        # noise leaves no more than the law does
+        # the law leaves no more than noise
         simulated = float(np.mean(np.sum(self.noise[data.fitted] ** 2, axis=0)))
         self.noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
         part = data.thinned(SEARCHED).without_held_out()
@@ -163,7 +163,7 @@ class DeviceTests(Problem[FittedModel]):
         return replace(result, best=best)
 
     def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
-        """Models to ask whether they hold on held-out data, until one does.
+        """Models to test on held-out data, until one holds.
 
         Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
         Otherwise the last one found is dropped first.
@@ -177,7 +177,7 @@ class DeviceTests(Problem[FittedModel]):
         yield from (one.base for one in reversed(result.rounds) if one.base is not best)
 
     def _needed(self, best: FittedModel) -> FittedModel:
-        """Drop effects that most fits from other runs do not ask for."""
+        """Drop effects that most fits from other runs do not need."""
         while best.effects:
             shares = [one.needed for one in stability(self.space, best, self.seed)]
             least = int(np.argmin(shares))
@@ -249,17 +249,17 @@ class DeviceTests(Problem[FittedModel]):
 
     @cached_property
     def judged(self) -> NDArray:
-        """Samples on which the outcome is judged, (n_samples,) bool: those held out, if any."""
+        """Samples of the evaluation, (n_samples,) bool: those held out, if any."""
         return self.data.fitted if self.data.fitted.all() else ~self.data.fitted
 
     @cached_property
     def before(self) -> NDArray:
-        """Force of the simulation that was judged, N."""
+        """Force of the evaluated simulation, N."""
         return self.data.bounded((self.given or self.law).force)
 
     @cached_property
     def after(self) -> NDArray:
-        """Force with all effects found, N."""
+        """Force with all selected effects, N."""
         return self.data.bounded(self.final.force)
 
     def _misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
@@ -445,7 +445,7 @@ class DeviceTests(Problem[FittedModel]):
         return next_test(self.final, self.space, result.best, confusable)
 
     def devices(self, result: SearchResult[FittedModel]) -> tuple[Device, Device]:
-        """The law as it was judged, and with the effects found."""
+        """The evaluated law, and the law with the selected effects."""
         data, law, final = self.data, self.law, self.final
         low, high = float(data.current.min()), float(data.current.max())
         evaluated = Device(

@@ -136,7 +136,7 @@ class LoopTableTests(Problem[FittedLoops]):
     def depends_on(
         self, dependences: Sequence[Dependence], causes: Sequence[Cause], evaluation: Evaluation
     ) -> tuple[str, ...]:
-        """Conditions whose ranks go with the errors."""
+        """Conditions whose ranks correlate with the errors."""
         return significant(dependences, LOOP_CORRELATION)
 
     def devices(self, result: SearchResult[FittedLoops]) -> tuple[Device, Device]:
@@ -160,7 +160,7 @@ class LoopTableTests(Problem[FittedLoops]):
         return evaluated if self.device is None else self.device, extended
 
     def traces(self, result: SearchResult[FittedLoops]) -> tuple[Trace, ...]:
-        """Simulated loops; of the measured ones a table keeps only ellipses."""
+        """Simulated loops; a table gives only the ellipses of the measured ones."""
         table, base, best = self.table, result.base, result.best
         data = base.model.data
         before = base.model.forces(self._start(base), False)[0]
@@ -199,7 +199,7 @@ class LoopTableTests(Problem[FittedLoops]):
         )
 
     def noise_text(self) -> Text:
-        """The accuracy that takes the place of noise."""
+        """The accuracy used in place of noise."""
         return Text(
             f"A table does not contain its noise; {100 * LOOP_ACCURACY:.0f} % counts as agreement."
         )

@@ -101,7 +101,7 @@ class CauseSearch:
         return current
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
-        """Let each cause take a better variant; name none if together they remove too little."""
+        """Replace each cause by a better variant; name none if together they remove too little."""
         if len(best.cause_values) > 1:
             best = self._exchange_variants(best)
         return best if self.removed_share(best) >= TO_BLAME else self.before

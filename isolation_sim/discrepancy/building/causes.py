@@ -40,12 +40,12 @@ class Candidate:
 
     name: str  # In the catalogue
     place: str  # Which storey or channel; empty where there is only one
-    parameters: tuple[Parameter, ...]  # What is fitted
+    parameters: tuple[Parameter, ...]  # Fitted numbers
     starts: tuple[Values, ...]  # Values from which fits start
     # ``apply(model, values)`` -> BuildingModel with the cause
     apply: Callable[[BuildingModel, Values], BuildingModel]
-    says: str  # What it is, for the evidence; its values' names in braces
-    form: str = ""  # Which way of writing the cause
+    says: str  # Description for the report; names of its values in braces
+    form: str = ""  # Variant of the cause
     # Fixed numbers to report beside the fitted ones: the storey's
     numbers: tuple[tuple[str, float], ...] = ()
 
@@ -77,7 +77,7 @@ def candidates(model: BuildingModel, records: Sequence[BuildingRecord]) -> tuple
 
 
 def _storeys(model: BuildingModel) -> Iterator[Candidate]:
-    """A storey's columns, walls or braces are softer than thought."""
+    """A storey's columns, walls or braces are softer than assumed."""
     nominal = model.nominal.structure
     stiffness = shear_stiffness(nominal)
     for number, name in enumerate(nominal.storeys, start=1):
@@ -95,7 +95,7 @@ def _storeys(model: BuildingModel) -> Iterator[Candidate]:
 
 
 def _base_mass(model: BuildingModel) -> Candidate:
-    """The slab carries more or less than thought."""
+    """The mass of the base differs from the assumed one."""
     base = model.structure.base[0]
     mass = float(model.structure.mass[base, base])
 
@@ -249,7 +249,7 @@ def _limit(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
 
 
 def _biases(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
-    """A sensor shows more than it should, always the same or slowly changing."""
+    """A sensor has a constant or slowly varying error."""
     for channel in (GROUND, *records[0].channels):
         unit = channel.rpartition("displacement_")[2] if "displacement" in channel else "m/s2"
         size = 1e-3 if unit == "m" else 1e-2

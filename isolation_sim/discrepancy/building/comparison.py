@@ -122,7 +122,7 @@ class Comparison:
         return (record.values - model.bias(record))[:end] - self._cache[key]
 
     def expecting(self, model_error: float) -> Comparison:
-        """Weigh the same data by another error to be expected of any model."""
+        """Weight the same data by another expected model error."""
         floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
         fitted, held_out = (
             tuple(

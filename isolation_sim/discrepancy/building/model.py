@@ -25,7 +25,7 @@ from .record import DISPLACEMENT, BuildingRecord
 GROUND = "ground_acceleration_m_s2"
 FOUNDATION = "foundation"
 STOREY_HEIGHT = 3.5
-"""m, where a structure does not tell its own."""
+"""Storey height of a structure without heights, m."""
 TOLERANCE = 1e-6
 
 
@@ -45,12 +45,12 @@ class BuildingModel:
 
     nominal: IsolatedStructure  # As the engineer gave it; its first element is the isolation layer
     structure: Structure  # Linear part
-    # What stands around the isolators' law, with its parameters in the device's scale
+    # Effects around the isolators' law, with parameters in the device's scale
     effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
     soil: Soil | None = None  # None for a rigid soil
-    delay: float = 0.0  # Age of the recorded current when the isolators get it, s
+    delay: float = 0.0  # Delay of the recorded current at the isolators, s
     lag: float = 0.0  # Time constant with which they follow it, s
-    slew: float = np.inf  # Fastest change of the current that the supply brings about, A/s
+    slew: float = np.inf  # Slew rate of the supply, A/s
     supply_limit: float = np.inf  # Highest current that reaches them, A
     # Error of a channel as Legendre coefficients over the record's duration, in its unit
     biases: Mapping[str, NDArray] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class BuildingModel:
         return extend(device, [(e, self.effects.get(e) or absent(e, size)) for e in around])
 
     def assembled(self) -> IsolatedStructure:
-        """Put structure, isolators and soil together."""
+        """Assemble structure, isolators and soil."""
         first, *others = self.nominal.elements
         elements = (replace(first, device=self.device), *others)
         if self.soil is None:
@@ -128,7 +128,7 @@ class BuildingModel:
 
 
 class RecordedCurrent:
-    """The current of a record, linear between samples, perhaps late."""
+    """The current of a record, linear between samples, with a delay."""
 
     # Held over half a sample's step about each sample and about each middle between two.
 
@@ -162,7 +162,7 @@ class RecordedCurrent:
         raise NotImplementedError
 
     def schedule(self, context: RunContext) -> Schedule:
-        """Return what falls within the run."""
+        """Return the commands within the run."""
         time, current = self._table
         within = time < context.duration
         channels = len(context.low)
@@ -170,7 +170,7 @@ class RecordedCurrent:
 
 
 def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) -> BuildingModel:
-    """Check that a structure can stand for the building of some records."""
+    """Check that a structure can represent the building of some records."""
     structure = isolated.structure
     if len(structure.directions) != 1 or len(structure.base) != 1:
         raise InputError(

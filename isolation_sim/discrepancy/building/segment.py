@@ -1,4 +1,4 @@
-"""Residuals of some time of a building record, weighted by its noise.
+"""Residuals of a part of a building record, weighted by its noise.
 
 The covariance of both noises at each frequency, inverted, makes residuals of unit variance from
 what is noise alone.
