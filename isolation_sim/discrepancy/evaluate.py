@@ -7,16 +7,20 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..effects import separate
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.fitted import LawEvaluation, RunError
-from ..identification.force_channel import averaging_note
+from ..identification.force_channel import averaging_note, averaging_widths
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..laws import Device
 from .device.model import Model
+
+_LESS = 0.7
+"""Part of a law's squared error that averaging its force must leave, where few runs suggest it."""
 
 
 def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
@@ -39,12 +43,25 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     )  # fmt: skip
     model = Model(data, parameterisation, effects=tuple(effect for effect, _ in applied))
     force = base.force_scale * model.resolve_steps(values).forces(values, False)[0]
+    data, force = _averaged(campaign, data, force)
     errors = tuple(
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
     notes = filter(None, (*_notes(device, campaign), averaging_note(data.averaging)))
     return LawEvaluation(device, campaign, errors, tuple(notes))
+
+
+def _averaged(
+    campaign: Campaign, data: MeasuredRuns, force: NDArray
+) -> tuple[MeasuredRuns, NDArray]:
+    """Average the force of a law as the channel does, where runs too few to tell agree with it."""
+    if data.averaging.any():
+        return data, force
+    suspected = replace(data, averaging=averaging_widths(campaign.runs, suspected=True))
+    averaged = suspected.record(force)
+    wrong = [float(np.sum((one - data.force) ** 2)) for one in (force, averaged)]
+    return (suspected, averaged) if wrong[1] < _LESS * wrong[0] else (data, force)
 
 
 def _scaled(data: MeasuredRuns, length: float) -> MeasuredRuns:

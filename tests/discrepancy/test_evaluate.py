@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 import isolation_sim as iso
 from isolation_sim.cli import main
@@ -111,3 +113,46 @@ def test_what_cannot_be_evaluated_is_refused(campaign, tmp_path):
         iso.evaluate(law("improved_bouc_wen"), campaign)
     with pytest.raises(InputError, match=r"nothing\.toml"):
         iso.evaluate(tmp_path / "nothing.toml", campaign)
+
+
+def _friction_runs(samples):
+    """Two tests of a spring beside smoothed friction; SciPy averages the force."""
+    runs = []
+    for frequency in (0.5, 1.0):
+        time = np.arange(600) / (100 * frequency)
+        omega = 2 * np.pi * frequency
+        x, v = 5e-3 * np.sin(omega * time), 5e-3 * omega * np.cos(omega * time)
+        force = 1e4 * x + 500.0 * np.tanh(v / 1e-3)
+        if samples:
+            force = uniform_filter1d(force, samples, mode="nearest")
+        runs.append(TestRun(f"{frequency} Hz", time, x, v, force, 0 * x, velocity_measured=True))
+    return Campaign("friction", "made", tuple(runs))
+
+
+def test_two_runs_and_a_law_show_an_average_of_the_channel():
+    numbers = {
+        "k": [1e4],
+        "c": [0.0],
+        "alpha": [500.0],
+        "beta": [1e3],
+        "delta": [0.0],
+        "x_s": [1.0],
+        "F0": [0.0],
+    }
+    right = Device(LAWS["hyperbolic_tangent"], CurrentDependence.polynomial(numbers))
+    averaged = iso.evaluate(right, _friction_runs(11))
+    assert averaged.error < 0.005
+    assert any("moving average" in note for note in averaged.notes)
+    plain = iso.evaluate(right, _friction_runs(0))
+    assert plain.error < 1e-6
+    # friction that is smoother than the law's is no average
+    smoother = iso.evaluate(right, _smoother())
+    assert not any("moving average" in note for note in (*plain.notes, *smoother.notes))
+
+
+def _smoother():
+    runs = [
+        replace(run, force=1e4 * run.displacement + 500.0 * np.tanh(run.velocity / 5e-3))
+        for run in _friction_runs(0).runs
+    ]
+    return Campaign("smoother", "made", tuple(runs))
