@@ -49,9 +49,9 @@ tests and of buildings. Blind (cases ``clean`` and ``outside``) and blind buildi
 TO_BLAME_FITTED = 0.4
 """The same on the fitted runs of device tests: a law that diverges on held-out runs makes any
 effect look helpful there. Blind (cases ``outside``)."""
-FAR = 0.2
-"""Error of a fitted law, over the force, above which all laws are compared: it may be of the wrong
-family. Convention."""
+REMAINS = 0.03
+"""Error that the causes leave, over the force and beyond noise, above which all laws are compared:
+the law may be of the wrong family. Convention."""
 ADEQUATE = 1.25
 """Cost over that of noise below which a law is adequate, and with effects "explained". Blind
 (``clean``)."""

@@ -24,6 +24,7 @@ from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, parameterise
 from .least_squares import Optimum
 from .measured_runs import LEAST_NOISE, measured_runs
 from .noise import correlation_time
+from .parameterisation import Parameterisation
 from .workers import workers
 
 _LACKING = 3.0
@@ -96,17 +97,20 @@ def fit(
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
     choice = None
+    known = None
     if law == AUTO:
         with workers(threads) as pool:
             choice = choose_law(campaign, current_degree, pool, seed=seed)
-        law = LAWS[choice.best.law]
+        law, known = LAWS[choice.best.law], choice.best.values
     assert isinstance(law, Law)
     check_traceable(law)
     data = measured_runs(campaign.runs)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))
     advance = (lambda: progress(1)) if progress is not None else (lambda: None)
     with workers(threads) as pool:
-        model, best = fit_law(model, pool, starts=starts, seed=seed, advance=advance)
+        model, best = fit_law(
+            model, pool, starts=starts, seed=seed, start=None if fixed else known, advance=advance
+        )
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
     notes = filter(None, (chosen, averaging_note(data.averaging)))
@@ -133,14 +137,29 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     )
     estimates, covariance = _estimates(model, best)
     notes = _notes(campaign, estimates, covariance, best, errors)
-    redundancy = p.law.redundancy
-    if redundancy is not None and p.fixed.get(redundancy.held) == redundancy.value:
-        others = ", ".join(name for name in redundancy.among if name != redundancy.held)
-        notes = (
-            f"{redundancy.held} is held at {redundancy.value:g}: beside {others} it is redundant",
-            *notes,
-        )
+    notes = (*_scale_notes(p), *notes)
     return Fit(device, campaign, errors, notes, estimates, best.converged)
+
+
+def _scale_notes(p: Parameterisation) -> list[str]:
+    """How a scale that the data leave open was chosen."""
+    redundancy = p.law.redundancy
+    if redundancy is None:
+        return []
+    beside = "beside {} it is redundant"
+    if p.scaling is not None:
+        terms = " ".join(
+            f"{'+' if factor > 0 else '-'} {name}" for name, factor in p.scaling.terms.items()
+        )
+        others = ", ".join(name for name in redundancy.among if name != p.scaling.tied)
+        return [
+            f"{p.scaling.tied} is {terms.removeprefix('+ ')}, so that the hysteretic variable is 1 "
+            f"at most: {beside.format(others)}"
+        ]
+    if p.fixed.get(redundancy.held) == redundancy.value:
+        others = ", ".join(name for name in redundancy.among if name != redundancy.held)
+        return [f"{redundancy.held} is held at {redundancy.value:g}: {beside.format(others)}"]
+    return []
 
 
 def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], NDArray]:

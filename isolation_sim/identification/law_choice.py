@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..laws.law import Law
@@ -15,7 +16,7 @@ from .campaign import Campaign
 from .law_fit import LawModel, parameterise
 from .least_squares import Optimum
 from .measured_runs import MeasuredRuns, measured_runs
-from .multistart import screen_starts
+from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
 
 AUTO = "auto"
@@ -27,7 +28,9 @@ NEAR = 1.05
 WRONG_FAMILY = 2.0
 """Factor on the least error above which a law is of the wrong family."""
 _SAMPLES, _A_CYCLE = 4000, 60
-_FINALISTS = 4
+_FINALISTS = 8
+_RESOLVED = 3
+"""Best ends of a law's searches that are fitted with resolved integration steps."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,8 @@ class LawRank:
     # infinite for a law without finite forces
     error: float
     held_out: float
+    # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
+    values: NDArray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -92,7 +97,7 @@ def choose_law(
     # where the errors are nearly the same. ``advance`` is called after each law.
     # Raises InputError if no law gives finite forces.
     data = measured_runs(campaign.runs, HELD_OUT)
-    cycles = min(max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5), 6.0)
+    cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
     short = data.cycles(cycles, _A_CYCLE)
     # all samples count alike: the errors that rank the laws are pooled over runs
     short = replace(short, sigma=np.full(len(data.dt), float(np.std(data.force))))
@@ -128,12 +133,16 @@ def _rank(
                 break
         return result
 
+    def resolved(end: Optimum) -> LawRank:
+        model = LawModel(data, p).resolve_steps(end.x, 1)
+        end = replace(model, data=fitted).minimise(end.x, most, 1e-4)
+        return LawRank(law.name, law.title, len(p.scale), *_errors(model, end), end.x)
+
     begin = screen_starts(p, search, pool, starts, seed)
     ends = pool.map(lambda start: search(p, start, most), begin[: max(2, starts // 3)])
-    model = LawModel(data, p)
-    errors = [_errors(model.resolve_steps(e.x, 1), e) for e in ends if np.isfinite(e.cost)]
-    error, held_out = min(errors, default=(np.inf, np.inf))
-    return LawRank(law.name, law.title, len(p.scale), error, held_out)
+    none = LawRank(law.name, law.title, len(p.scale), np.inf, np.inf)
+    tried = pool.map(resolved, distinct(ends)[:_RESOLVED])
+    return min(tried, key=lambda one: one.error, default=none)
 
 
 def _errors(model: LawModel, end: Optimum) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Self, TypeVar
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..laws import Device
-from ..laws.law import Law
+from ..laws.law import Law, StateScaling
 from .campaign import Campaign
 from .current_basis import currents_of
 from .least_squares import Optimum, levenberg_marquardt
@@ -38,6 +38,8 @@ _MOST_ITERATIONS = 300
 _VALLEY = 1e-4
 """Share of the cost; ten steps that gain less together end a fit. The cost of a law that lacks an
 effect may have a long flat valley, along which the error hardly changes."""
+_AS_GOOD = 1.001
+"""Factor on the error up to which a parameter is held, as usual, and no state is scaled."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
 LARGEST_DERIVATIVE = 1e100
@@ -144,9 +146,10 @@ def parameterise(
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
 
-    Where every run has one current a redundant parameter is held: the one that a ``given`` device
-    does not change with the current, at its value there, else the law's own. A current that changes
-    within a run determines it.
+    Where every run has one current, a scale of a state is redundant. If the parameters follow the
+    current, the state is scaled to 1 at most; else the law's own redundant parameter is held. Of a
+    ``given`` device the one is held that it does not change with the current, at its value there. A
+    current that changes within a run determines the scale.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -166,16 +169,30 @@ def parameterise(
         np.ptp(run.current) < _STEADY * np.max(np.abs(run.current)) + _STEADY
         for run in campaign.fitted
     )
+    scaling = None
     if steady and redundancy is not None and not held.keys() & set(redundancy.among):
         name = redundancy.held
         if given is None:
-            held[name] = redundancy.value
+            if len(currents) > 1 and redundancy.scaling is not None:
+                scaling = redundancy.scaling
+            else:
+                held[name] = redundancy.value
         else:
             values = dict(zip(law.parameter_names, given.current.at(currents), strict=True))
-            constant = (n for n in (name, *redundancy.among) if _is_constant(values[n]))
-            name = next(constant, name)
-            held[name] = np.linalg.solve(np.vander(currents, increasing=True), values[name])
-    return Parameterisation(law, currents, (force, x, x / v), held, span)
+            if redundancy.scaling is not None and _is_scaled(redundancy.scaling, values):
+                scaling = redundancy.scaling
+            else:
+                constant = (n for n in (name, *redundancy.among) if _is_constant(values[n]))
+                name = next(constant, name)
+                held[name] = np.linalg.solve(np.vander(currents, increasing=True), values[name])
+    return Parameterisation(law, currents, (force, x, x / v), held, span, scaling)
+
+
+def _is_scaled(scaling: StateScaling, values: Mapping[str, NDArray]) -> bool:
+    """Whether a state is scaled to 1 at all currents."""
+    terms = np.array([factor * values[name] for name, factor in scaling.terms.items()])
+    total, size = terms.sum(axis=0), np.abs(terms).max(axis=0)
+    return bool(np.all(np.abs(total - values[scaling.tied]) <= 1e-9 * size))
 
 
 def _is_constant(values: NDArray) -> bool:
@@ -189,14 +206,16 @@ def fit_law(
     *,
     starts: int = STARTS,
     seed: int = 0,
+    start: NDArray | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[M, Optimum]:
-    """Fit a law from many starts."""
+    """Fit a law from many starts, and from one that is known to be good if there is one."""
     # Poor starts are discarded on thinned samples with parameters that do not depend on the
     # current. The best few then get their dependence on the current, the best three of these more
     # samples, and the best one all samples. No residual of a held-out sample is used, but a law
     # that diverges in the motion of held-out runs comes last. ``advance`` is called after each
-    # start.
+    # start. Where there are more currents than coefficients, the data choose between a state that
+    # is scaled and a parameter that is held.
     # Raises InputError if no start gives finite forces.
     p = model.parameterisation
     data = model.data
@@ -216,25 +235,45 @@ def fit_law(
         advance()
         return result
 
+    def fit_from(
+        p: Parameterisation, begin: Sequence[NDArray], further: Sequence[NDArray]
+    ) -> tuple[M, Optimum]:
+        tried = pool.map(lambda s: search(p, s, 40, begin[0]), begin)
+        finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
+        if not finite:
+            raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
+        own = replace(model, parameterisation=p, expected=begin[0])
+        thin = replace(own, data=data.thinned(SEARCHED))
+
+        def compare(start: NDArray) -> tuple[bool, float, NDArray]:
+            here = thin.resolve_steps(start, 1)
+            result = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
+            force = here.forces(result.x, False)[0]
+            diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
+                np.abs(result.jacobian) < LARGEST_DERIVATIVE
+            )
+            return diverges or not np.isfinite(result.cost), result.cost, result.x
+
+        last = [*(o.x for o in finite[:_LAST]), *further]
+        return refine_law(own, min(pool.map(compare, last), key=lambda one: one[:2])[2])
+
     begin = screen_starts(p, search_constant, pool, starts, seed)
-    model = replace(model, expected=begin[0])
-    tried = pool.map(lambda s: search(p, s, 40, begin[0]), begin)
-    finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
-    if not finite:
-        raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
-    thin = replace(model, data=data.thinned(SEARCHED))
+    result = fit_from(p, begin, [] if start is None else [start])
+    holding = p.holding()
+    if holding is None or _n_currents(data) <= len(p.currents):
+        return result
+    held = fit_from(holding, [holding.of(Device(p.law, p.dependence(x))) for x in begin], [])
+    error, error_held = (
+        data.relative(data.bounded(one.forces(best.x, False)[0]) - data.force, data.fitted)
+        for one, best in (result, held)
+    )
+    return held if error_held <= _AS_GOOD * error else result
 
-    def compare(start: NDArray) -> tuple[bool, float, NDArray]:
-        here = thin.resolve_steps(start, 1)
-        result = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
-        force = here.forces(result.x, False)[0]
-        diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
-            np.abs(result.jacobian) < LARGEST_DERIVATIVE
-        )
-        return diverges or not np.isfinite(result.cost), result.cost, result.x
 
-    best = min(pool.map(compare, (o.x for o in finite[:_LAST])), key=lambda one: one[:2])[2]
-    return refine_law(model, best)
+def _n_currents(data: MeasuredRuns) -> int:
+    """Number of currents of the fitted runs."""
+    means = np.sort([np.mean(data.current[run]) for run in data.runs if data.fitted[run].any()])
+    return 1 + int(np.sum(np.diff(means) > _STEADY * np.abs(means).max()))
 
 
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:

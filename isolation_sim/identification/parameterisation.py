@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..errors import InputError, unknown_name
 from ..laws import CurrentDependence, Device
 from ..laws import law as published
-from ..laws.law import Law
+from ..laws.law import Law, StateScaling
 from .characteristic_scales import characteristic_scale
 from .current_basis import bernstein
 
@@ -35,14 +35,20 @@ class Parameterisation:
         # (float, float): Range of the current in which the bounds hold, A; from the first to the
         # last of ``currents`` by default
         span: tuple[float, float] | None = None,
+        # Of a state, to 1 at most, which makes one parameter a sum of others
+        scaling: StateScaling | None = None,
     ):
-        self.law, self.currents, self.sizes = law, currents, sizes
-        self.fixed = dict(fixed or {})
+        self.law, self.currents, self.sizes, self.span = law, currents, sizes, span
+        self.fixed, self.scaling = dict(fixed or {}), scaling
+        tied = {scaling.tied: scaling.terms} if scaling is not None else {}
+        self._units = {q.name: q.unit for q in law.parameters}
+        if scaling is not None:
+            self._units |= scaling.units
         for name in self.fixed:
             if name not in law.parameter_names:
                 raise unknown_name(f"parameter of {law.name}", name, law.parameter_names)
         # The free parameters
-        self.free = tuple(q for q in law.parameters if q.name not in self.fixed)
+        self.free = tuple(q for q in law.parameters if q.name not in self.fixed | tied)
         n, names = len(currents), law.parameter_names
         # (n_powers, n_powers): Bernstein coefficients to values at ``currents``
         self.basis = bernstein(currents, span or (float(currents[0]), float(currents[-1])))
@@ -53,12 +59,17 @@ class Parameterisation:
         self.power = np.tile(np.arange(n), len(names))
         # scale, lower, upper: (n_unknowns,): Size by the data, and bounds; one free parameter's
         # coefficients after another's
-        self.scale = np.repeat([characteristic_scale(q.unit, *sizes) for q in self.free], n)
+        sized = [characteristic_scale(self._units[q.name], *sizes) for q in self.free]
+        self.scale = np.repeat(sized, n)
         # (n_coefficients, n_unknowns): Derivatives of the coefficients by the unknowns
         self.spread = np.zeros((len(names) * n, len(self.free) * n))
         for k, quantity in enumerate(self.free):
             at = names.index(quantity.name) * n
             self.spread[at : at + n, k * n : (k + 1) * n] = self._to_powers
+            for name, terms in tied.items():
+                at = names.index(name) * n
+                factor = terms.get(quantity.name, 0.0)
+                self.spread[at : at + n, k * n : (k + 1) * n] = factor * self._to_powers
         self._offset = np.zeros(len(names) * n)
         for name, value in self.fixed.items():
             powers = np.atleast_1d(value)
@@ -88,15 +99,36 @@ class Parameterisation:
             name: float(np.polynomial.polynomial.polyval(mean[0], np.atleast_1d(value)))
             for name, value in self.fixed.items()
         }
-        return Parameterisation(self.law, mean, self.sizes, fixed)
+        return Parameterisation(self.law, mean, self.sizes, fixed, scaling=self.scaling)
+
+    def holding(self) -> Parameterisation | None:
+        """Return the unknowns with a redundant parameter held; None if no state is scaled."""
+        redundancy = self.law.redundancy
+        if self.scaling is None or redundancy is None:
+            return None
+        fixed = self.fixed | {redundancy.held: redundancy.value}
+        return Parameterisation(self.law, self.currents, self.sizes, fixed, self.span)
 
     def of(self, device: Device, bounded: bool = True) -> NDArray:
         """Unknowns with which the parameters are those of a device at ``currents``."""
-        values = device.current.at(self.currents)
-        names = self.law.parameter_names
-        chosen = [np.linalg.solve(self.basis, values[names.index(q.name)]) for q in self.free]
+        values = dict(zip(self.law.parameter_names, device.current.at(self.currents), strict=True))
+        values |= self._same_scale(values)
+        chosen = [np.linalg.solve(self.basis, values[q.name]) for q in self.free]
         start = np.concatenate(chosen) if chosen else np.zeros(0)
         return np.clip(start, self.lower, self.upper) if bounded else start
+
+    def _same_scale(self, values: Mapping[str, NDArray]) -> dict[str, NDArray]:
+        """Redundant parameters that do the same, scaled as the unknowns are."""
+        redundancy = self.law.redundancy
+        if self.scaling is not None:
+            return self.scaling.scaled(values)
+        if redundancy is None or redundancy.scaling is None:
+            return {}
+        held = [name for name in redundancy.among if name in self.fixed]
+        if len(held) != 1:
+            return {}
+        value = np.polynomial.polynomial.polyval(self.currents, np.atleast_1d(self.fixed[held[0]]))
+        return redundancy.scaling.holding(held[0], value, values)
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""
@@ -122,7 +154,8 @@ class Parameterisation:
         exponents = {name: float(np.take(value, 0)) for name, value in self.fixed.items()} | bounded
         drawn = []
         for quantity in self.free:
-            size = characteristic_scale(quantity.unit, *self.sizes, exponents=exponents)
+            unit = self._units[quantity.name]
+            size = characteristic_scale(unit, *self.sizes, exponents=exponents)
             size *= 10 ** random.uniform(-decades, decades)
             if quantity.lower < 0:
                 size *= random.uniform(-1, 1)

@@ -18,12 +18,14 @@ in every direction, and in sliding ``|z|`` tends to ``(A / (beta + gamma))^(1/n)
 interaction curve is a circle for every n. See ``park_wen_ang`` for the form as published.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .in_plan import power_of_length
-from .law import InPlan, Law, Quantity, Redundancy
+from .law import InPlan, Law, Quantity, Redundancy, StateScaling
 
 # keeps log(0) and 0^(n - 2) out of derivatives at rest; changes no value above 1e-148
 _TINY = 1e-300
@@ -61,6 +63,18 @@ def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
     return A * v[0] - decay * z_x, A * v[1] - decay * z_y
 
 
+def _largest(values: Mapping[str, NDArray]) -> NDArray:
+    """Largest z from rest."""
+    A, beta, gamma, n = (values[name] for name in ("A", "beta", "gamma", "n"))
+    return (A / np.maximum(beta + gamma, _TINY)) ** (1 / n)
+
+
+def _powers(values: Mapping[str, NDArray]) -> dict[str, Any]:
+    """Powers of a factor on z in each parameter."""
+    decay = 1 - values["n"]
+    return {"alpha": -1, "A": 1, "beta": decay, "gamma": decay}
+
+
 LAW = Law(
     name="bouc_wen",
     title="Bouc-Wen",
@@ -78,7 +92,13 @@ LAW = Law(
     force=force,
     rates=rates,
     source="Yu et al., Eqs 19 and 20; Tao et al., Eq 19",
-    redundancy=Redundancy("A", 1.0, ("alpha", "A", "beta", "gamma")),
+    redundancy=Redundancy(
+        "A", 1.0, ("alpha", "A", "beta", "gamma"),
+        StateScaling(
+            "gamma", {"A": 1.0, "beta": -1.0}, {"alpha": "N", "A": "1/m", "beta": "1/m"},
+            _largest, _powers,
+        ),
+    ),
     plan=InPlan(plan_force, plan_rates, None),
     example={
         "k": (20000.0, 3000.0), "c": 300.0, "alpha": (40000.0, 10000.0), "A": 1.0,

@@ -32,14 +32,16 @@ exactly the one above, along y it has the mean stiffness. The spring is the grad
 and w follows the form of Park, Wen and Ang with the product of the vectors (see ``bouc_wen``).
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .current_dependence import CurrentDependence
 from .device import Device
 from .in_plan import length
-from .law import InPlan, Law, Quantity, Redundancy
+from .law import InPlan, Law, Quantity, Redundancy, StateScaling
 from .published import TAO, TAO_CURRENTS_A, TAO_IMPROVED
 
 # keeps 0/0 out of log1p(u) / u; changes no value above 1e-284
@@ -114,6 +116,16 @@ def _stiffness(x: Any, k: Any, d: Any) -> Any:
     return k * (1 - d * (x >= 0))
 
 
+def _largest(values: Mapping[str, NDArray]) -> NDArray:
+    """Largest z from rest."""
+    return np.sqrt(values["alpha"] / np.maximum(values["beta"] + values["gamma"], _TINY))
+
+
+def _powers(values: Mapping[str, NDArray]) -> dict[str, Any]:
+    """Powers of a factor on z in each parameter."""
+    return {"alpha": 1, "beta": -1, "gamma": -1, "theta": -1}
+
+
 def table_4() -> Device:
     """Build the identified model, linearly interpolated between its six currents (Table 4)."""
     rows = TAO_IMPROVED | {"W": tuple(1e-3 * value for value in TAO_IMPROVED["W"])}
@@ -147,6 +159,11 @@ LAW = Law(
     stored_energy=stored_energy,
     plan=InPlan(plan_force, plan_rates, plan_energy),
     source="Tao et al., Eqs 20-23 mended",
-    redundancy=Redundancy("alpha", 1e3, ("alpha", "beta", "gamma", "theta")),
+    redundancy=Redundancy(
+        "alpha",
+        1e3,
+        ("alpha", "beta", "gamma", "theta"),
+        StateScaling("alpha", {"beta": 1.0, "gamma": 1.0}, {}, _largest, _powers),
+    ),
     sets={"table_4": table_4},
 )

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
 
@@ -63,6 +64,38 @@ class Spring:
 
 
 @dataclass(frozen=True)
+class StateScaling:
+    """How a factor on a state moves between redundant parameters."""
+
+    # With the state scaled to 1 at most, one parameter is a sum of others with these factors
+    tied: str
+    terms: Mapping[str, float]
+    units: Mapping[str, str]  # Units of the parameters for a state of unit 1
+    largest: Callable[[Mapping[str, NDArray]], NDArray]  # Of the state, from the parameters
+    # Powers of a factor on the state with which each parameter changes
+    powers: Callable[[Mapping[str, NDArray]], Mapping[str, Any]]
+
+    def scaled(self, values: Mapping[str, NDArray]) -> dict[str, NDArray]:
+        """Parameters with a state of 1 at most."""
+        with np.errstate(all="ignore"):
+            return self._changed(values, 1 / self.largest(values))
+
+    def holding(
+        self, name: str, value: NDArray, values: Mapping[str, NDArray]
+    ) -> dict[str, NDArray]:
+        """Parameters that do the same, one of them at given values."""
+        with np.errstate(all="ignore"):
+            factor = (value / values[name]) ** (1 / self.powers(values)[name])
+        return self._changed(values, factor)
+
+    def _changed(self, values: Mapping[str, NDArray], factor: NDArray) -> dict[str, NDArray]:
+        # a state that stays zero has no scale
+        factor = np.where(np.isfinite(factor) & (factor > 0), factor, 1.0)
+        powers = self.powers(values)
+        return {name: values[name] * factor**power for name, power in powers.items()}
+
+
+@dataclass(frozen=True)
 class Redundancy:
     """Parameters of which one is redundant, since scaling a state moves a factor between them."""
 
@@ -74,6 +107,8 @@ class Redundancy:
     held: str
     value: float  # Value at which it is held, in its SI unit
     among: tuple[str, ...]  # The parameters
+    # With the state scaled to 1 at most the parameters follow the current more simply
+    scaling: StateScaling | None = None
 
 
 class InPlan(NamedTuple):

@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import isolation_sim as iso
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS, CurrentDependence, Device
 
@@ -26,8 +28,8 @@ def fitted(name, campaign, held, **options):
     return fit(campaign, name, **options)
 
 
-@pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen", "linearised_bouc_wen"])
-def test_a_redundant_parameter_is_held(name, campaign_of):
+def test_a_redundant_parameter_is_held(campaign_of):
+    name = "linearised_bouc_wen"
     redundancy = LAWS[name].redundancy
     result = fitted(name, campaign_of(name, 0), {})
     assert result.error == pytest.approx(0.01, rel=0.1)
@@ -36,11 +38,106 @@ def test_a_redundant_parameter_is_held(name, campaign_of):
     at = LAWS[name].parameter_names.index(redundancy.held)
     assert result.device.parameters_at(1.3)[at] == pytest.approx(redundancy.value)
     assert result.notes[0].startswith(f"{redundancy.held} is held at {redundancy.value:g}: ")
-    # a law that does not say so leaves parameters open
+    check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_of)
+
+
+def check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_of):
     silent = fitted(replace(LAWS[name], redundancy=None), campaign_of(name, 0), {})
     left = {e.name for e in silent.estimates if not e.determined}
-    assert left == set(redundancy.among)
+    assert left == set(LAWS[name].redundancy.among)
     assert any(note.startswith("the data do not determine") for note in silent.notes)
+
+
+@pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen"])
+def test_a_state_of_a_law_that_follows_the_current_is_scaled(name, campaign_of):
+    scaling = LAWS[name].redundancy.scaling
+    result = fitted(name, campaign_of(name, 0), {})
+    assert result.error == pytest.approx(0.01, rel=0.1)
+    assert all(e.determined for e in result.estimates)
+    assert scaling.tied not in [e.name for e in result.estimates]
+    for current in (0.5, 1.3, 2.0):
+        values = dict(
+            zip(LAWS[name].parameter_names, result.device.parameters_at(current), strict=True)
+        )
+        assert scaling.largest(values) == pytest.approx(1.0)
+    assert result.notes[0].startswith(f"{scaling.tied} is ")
+    assert "the hysteretic variable is 1 at most" in result.notes[0]
+    check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_of)
+
+
+@pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen"])
+def test_scaling_a_state_changes_no_force(name):
+    redundancy, law = LAWS[name].redundancy, LAWS[name]
+    values = dict(zip(law.parameter_names, published_or_example(name), strict=True))
+    held = redundancy.scaling.holding(
+        redundancy.among[-1], 2 * values[redundancy.among[-1]], values
+    )
+    for changed in (redundancy.scaling.scaled(values), held):
+        size = redundancy.scaling.largest(values | changed) / redundancy.scaling.largest(values)
+        if name == "improved_bouc_wen":
+            size = 1.0  # its state is scaled in the law
+        for x, v, z in ((1e-3, 0.02, 2e-3), (-2e-3, -0.01, 1e-3), (1e-3, -0.03, 4e-3)):
+            before, after = (
+                [law.force(x, v, (state,), p), *law.rates(x, v, (state,), p)]
+                for state, p in (
+                    (z, tuple(values.values())), (size * z, tuple((values | changed).values())),
+                )
+            )  # fmt: skip
+            np.testing.assert_allclose(after, [before[0], size * before[1]], rtol=1e-9)
+
+
+def published_or_example(name):
+    if name == "improved_bouc_wen":
+        return iso.law(name).parameters_at(1.0)
+    pairs = (np.atleast_1d(LAWS[name].example[p])[0] for p in LAWS[name].parameter_names)
+    return [float(value) for value in pairs]
+
+
+def bouc_wen_between_currents(currents, seed, yield_force=None, gamma=None):
+    """Runs of Bouc-Wen whose yield force, or whose gamma, is a straight line of the current."""
+    law, runs = LAWS["bouc_wen"], []
+    random, time = np.random.default_rng(seed), np.arange(801) * 0.005
+    for current in currents:
+        phase = random.uniform(0, 2 * np.pi, 3)
+        angles = [2 * np.pi * f * time + p for f, p in zip((0.7, 1.9, 3.1), phase, strict=True)]
+        x = sum(a * np.sin(angle) for a, angle in zip((4e-3, 1.5e-3, 8e-4), angles, strict=True))
+        v = np.gradient(x, time)
+        A, n, beta = 1.0, 1.7, 4e4
+        g = 1e4 if gamma is None else gamma(current)
+        z_y = (A / (beta + g)) ** (1 / n)
+        if yield_force is None:
+            alpha = 4e4
+        else:
+            # so does its initial slope, which z_y sets where A is 1
+            scale = 1 / (1 - 0.3 * current)
+            beta, g = beta / scale**n, g / scale**n
+            alpha = yield_force(current) / (z_y * scale)
+        values = {"k": 1e4, "c": 300.0, "alpha": alpha, "A": A, "beta": beta, "gamma": g,
+                  "n": n, "F0": 0.0}  # fmt: skip
+        device = Device(law, CurrentDependence.polynomial({k: (y,) for k, y in values.items()}))
+        run = TestRun(f"{current} A", time, x, v, x, np.full(801, current), velocity_measured=True)
+        (one,) = iso.evaluate(device, Campaign("one", "made", (run,))).errors
+        runs.append(replace(run, force=one.force))
+    return runs
+
+
+def test_a_yield_force_is_interpolated_between_the_tested_currents():
+    runs = bouc_wen_between_currents((0.0, 2.0, 1.0), 3, yield_force=lambda i: 60.0 + 60.0 * i)
+    campaign = Campaign("steep", "made", (*runs[:2], replace(runs[2], hold_out=True)))
+    scaled = fitted("bouc_wen", campaign, {})
+    held = fitted("bouc_wen", campaign, {}, fixed={"A": 1.0})
+    assert max(scaled.error, held.error) < 1e-3
+    assert scaled.held_out_error < 1e-3 < 0.01 < held.held_out_error
+
+
+def test_the_data_choose_the_scale_where_there_are_more_currents():
+    runs = bouc_wen_between_currents((0.0, 1.0, 2.0), 3, gamma=lambda i: 3e4 - 2.5e4 * i)
+    chosen = fitted("bouc_wen", Campaign("straight", "made", tuple(runs)), {})
+    assert chosen.error < 1e-3
+    assert chosen.notes[0].startswith("A is held at 1: ")
+    runs = bouc_wen_between_currents((0.0, 1.0, 2.0), 3, yield_force=lambda i: 60.0 + 60.0 * i)
+    chosen = fitted("bouc_wen", Campaign("steep", "made", tuple(runs)), {})
+    assert chosen.notes[0].startswith("gamma is A - beta, ")
 
 
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):

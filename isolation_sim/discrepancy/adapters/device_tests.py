@@ -25,11 +25,11 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
-    FAR,
     HELD_OUT_RUNS,
     NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
+    REMAINS,
     SIGNIFICANCE,
     SIGNIFICANT,
     TO_BLAME,
@@ -93,11 +93,6 @@ class DeviceTests(Problem[FittedModel]):
             self.data = replace(self.data, force=self.data.force - self.disturbance.force)
             self._fit_law()
         data = self.data
-        if self.choice is None and data.relative(self.law.force - data.force, data.fitted) > FAR:
-            self.choice = choose_law(
-                self.campaign, self.degree, self.pool, seed=self.seed,
-                advance=lambda: self.progress("comparing laws"),
-            )  # fmt: skip
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
         self.noise = noise_residuals(self.law, self.shifts, self.seed)
         # the law leaves no more than noise
@@ -128,8 +123,10 @@ class DeviceTests(Problem[FittedModel]):
         self.given: FittedModel | None = None
         if self.device is None:
             model, best = fit_law(
-                model, self.pool, seed=self.seed, advance=lambda: self.progress("fitting the law")
-            )
+                model, self.pool, seed=self.seed,
+                start=self.choice.best.values if self.choice is not None else None,
+                advance=lambda: self.progress("fitting the law"),
+            )  # fmt: skip
         else:
             start = self._parameterisation.of(self.device)
             model = replace(model, expected=start)
@@ -160,6 +157,12 @@ class DeviceTests(Problem[FittedModel]):
             )
             best = self.space.without(best, least)
             self._extend(best)
+        if self.choice is None and self._error(self.after) > REMAINS:
+            if not self._is_noise(self.after, self.judged):
+                self.choice = choose_law(
+                    self.campaign, self.degree, self.pool, seed=self.seed,
+                    advance=lambda: self.progress("comparing laws"),
+                )  # fmt: skip
         return replace(result, best=best)
 
     def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
@@ -240,11 +243,7 @@ class DeviceTests(Problem[FittedModel]):
         """RMS force that one effect corrects on the samples that judge, over that of the force."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
-        data, evaluated = self.data, self.judged
-        errors = [
-            data.relative(data.bounded(one.force) - data.force, evaluated)
-            for one in (without, self.final)
-        ]
+        errors = [self._error(self.data.bounded(one.force)) for one in (without, self.final)]
         return float(np.sqrt(max(errors[0] ** 2 - errors[1] ** 2, 0.0)))
 
     @cached_property
@@ -261,6 +260,10 @@ class DeviceTests(Problem[FittedModel]):
     def after(self) -> NDArray:
         """Force with all selected effects, N."""
         return self.data.bounded(self.final.force)
+
+    def _error(self, force: NDArray) -> float:
+        """Error of a force on the samples that judge, over that of the force."""
+        return self.data.relative(force - self.data.force, self.judged)
 
     def _misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
         """Cost of a force above that of noise; by default of the samples that judge."""
@@ -537,9 +540,12 @@ class DeviceTests(Problem[FittedModel]):
 
     @property
     def _wrong_family(self) -> bool:
-        """Whether other laws fit far better than the one that was judged."""
+        """Whether another law alone fits far better, and no worse than this one with its causes."""
+        if self.choice is None:
+            return False
         name = self.law.model.parameterisation.law.name
-        return self.choice is not None and name not in [one.law for one in self.choice.near]
+        alone = min(one.held_out for one in self.choice.ranks)
+        return name not in [o.law for o in self.choice.near] and alone < self._error(self.after)
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and features of its residual."""

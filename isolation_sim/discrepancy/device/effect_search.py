@@ -162,7 +162,8 @@ class EffectSearch:
         misfit: NDArray,
     ) -> NDArray:  # fmt: skip
         """Whether the last effect of a model is more than noise, by the costs on sets of runs."""
-        gain = cost_without - cost
+        with np.errstate(invalid="ignore"):  # both diverge: no gain
+            gain = cost_without - cost
         least = np.maximum(LEAST_PART * cost_without, LEAST_SHARE * misfit)
         return (gain > SIGNIFICANT * self.noise_gain(without, extended)) & (gain > least)
 

@@ -298,7 +298,9 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     offered = _offered(errors, OUTSIDE in ladder.causes.final.causes)
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
-    attainable = min(judged.values())
+    others = problem.choice.ranks if problem.choice is not None else ()
+    other = min(others, key=lambda one: one.held_out, default=None)
+    attainable = min(*judged.values(), other.held_out if other else np.inf)
     floor = min(diagnosis.noise_floor, attainable) if diagnosis.noise_floor > 0 else 0.0
     misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in judged
@@ -317,6 +319,11 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         notes.append("The equation stands in place of the causes.")
     if equation is None:
         notes.append("No term of an equation lowers the error on every condition left out.")
+    if other is not None and other.held_out < min(judged.values()):
+        notes.append(
+            f"{other.title} alone, another law, leaves {100 * other.held_out:.3g} %: less than any "
+            "of these."
+        )
     best = rungs[offered]
     result = Ladder(
         rungs=tuple(shown_rungs),

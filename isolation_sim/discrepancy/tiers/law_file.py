@@ -228,7 +228,7 @@ class TermParameterisation(Parameterisation):
     ):
         # as the base's, with all further parameters fixed; those with powers are freed below
         fixed = base.fixed | dict.fromkeys([*powers, *(held or {})], 0.0)
-        super().__init__(law, base.currents, base.sizes, fixed)
+        super().__init__(law, base.currents, base.sizes, fixed, base.span, base.scaling)
         n, names = len(base.currents), law.parameter_names
         own = base.spread.shape[0]
         self.spread = np.zeros_like(base.spread, shape=(len(self.owner), base.spread.shape[1]))

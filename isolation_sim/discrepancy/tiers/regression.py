@@ -76,8 +76,11 @@ class Regression:
     def of(cls, columns: NDArray, residual: NDArray, folds: Sequence[NDArray]) -> Regression:
         """Set up the products of columns, (n_samples, n), and a residual, (n_samples,)."""
         every = np.column_stack([columns, residual])
-        size = np.sqrt(np.einsum("ij,ij->j", every, every))
-        size[~(size > 0)] = 1.0
+        with np.errstate(over="ignore", invalid="ignore"):
+            size = np.sqrt(np.einsum("ij,ij->j", every, every))
+        # a column that diverges is left out
+        every[:, ~np.isfinite(size)] = 0.0
+        size[~((size > 0) & np.isfinite(size))] = 1.0
         every = every / size
         return cls(np.stack([every[fold].T @ every[fold] for fold in folds]), size)
 
