@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,16 +27,8 @@ from isolation_sim.identification.fitted import Fit, RunError, pooled
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "mr_damper"
 RESULTS = Path("results/damper")
 
-CANDIDATES: dict[str, dict[str, float]] = {
-    # One of the parameters that scaling z trades against each other is held, and n = 2. With beta
-    # held, amplitude and sharpness of the loop follow the current by alpha and A, and a current
-    # between those of the tests is predicted well; with A held it is not.
-    "bouc_wen": {"beta": 2e5, "n": 2.0},
-    "improved_bouc_wen": {"alpha": 1000.0},
-    # friction whose bristles are damped: the law of our choice
-    "lugre": {},
-}
-"""Laws to fit, with the parameters that are held."""
+LAWS = ("bouc_wen", "improved_bouc_wen", "lugre")
+"""Laws to fit; the last, friction whose bristles are damped, is our choice."""
 EVERYTHING = "nothing"
 SLOW = 0.2
 """Share of a run's peak speed below which a sample counts as near reversal."""
@@ -114,16 +106,16 @@ def currents(campaign: Campaign) -> list[str]:
 def fit_candidates(
     campaign: Campaign,
     labels: Sequence[str],
-    candidates: Mapping[str, Mapping[str, float]] = CANDIDATES,
+    laws: Sequence[str] = LAWS,
     **options: Any,
 ) -> list[Outcome]:
     """Fit every law to everything and without each label."""
     outcomes = []
-    for name, fixed in candidates.items():
+    for name in laws:
         fits = {}
         for label in (EVERYTHING, *labels):
             shown = campaign if label == EVERYTHING else without(campaign, label)
-            fits[label] = fit(shown, name, fixed=fixed, **options)
+            fits[label] = fit(shown, name, **options)
         outcomes.append(Outcome(name, fits))
     return outcomes
 

@@ -17,10 +17,8 @@ import numpy as np
 
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Diagnosis, Trace
-from isolation_sim.identification.fit import fit
-from isolation_sim.laws.registry import LAWS
 
-from .damper import CANDIDATES, prepared, without
+from .damper import prepared, without
 from .study import Outcome, Step, data_folder
 
 if TYPE_CHECKING:
@@ -46,8 +44,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     for label in labels:
         step(f"diagnosing without {LEFT_OUT[label]}", 0.0)
         shown = without(campaign, label)
-        law = fit(shown, LAW, fixed=CANDIDATES[LAW], current_degree=DEGREE).device
-        result[label] = diagnose(shown, LAWS[LAW], law, current_degree=DEGREE)
+        result[label] = diagnose(shown, LAW, current_degree=DEGREE)
         result[label].save(folder / f"diagnosis_without_{label.replace(' ', '')}")
         step(f"diagnosing without {LEFT_OUT[label]}", 1 / len(labels))
     table = [row for label, diagnosis in result.items() for row in _rows(label, diagnosis)]

@@ -227,10 +227,6 @@ Convention."""
 
 # Equation and learned term
 
-LEFT_OUT_GROUPS = 6
-"""Groups of conditions that are left out in turn. Effort."""
-SAME_CONDITION = 0.1
-"""Relative difference of amplitude and velocity up to which runs have one motion. Convention."""
 TIER_SAMPLES = 6000
 """Samples, about, on which terms are selected. Effort."""
 EQUATION_TERMS = 6

@@ -15,6 +15,7 @@ from ..laws.registry import LAWS
 from .campaign import Campaign
 from .law_fit import LawModel, parameterise
 from .least_squares import Optimum
+from .left_out import conditions
 from .measured_runs import MeasuredRuns, measured_runs
 from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
@@ -29,6 +30,10 @@ WRONG_FAMILY = 2.0
 """Factor on the least error above which a law is of the wrong family."""
 _SAMPLES, _A_CYCLE = 4000, 60
 _FINALISTS = 8
+_COMPARED = 4
+"""Best laws of which conditions are left out in turn."""
+_FOLD_STEPS = 20
+"""Steps of a fit without one condition, from the values of the fit to all."""
 _RESOLVED = 3
 """Best ends of a law's searches that are fitted with resolved integration steps."""
 
@@ -41,10 +46,11 @@ class LawRank:
     law: str
     title: str
     n_numbers: int  # Numbers that were fitted
-    # error, held_out: RMS residual over RMS force, of the fitted runs and of those held out;
-    # infinite for a law without finite forces
+    # error, left_out: RMS residual over RMS force, of the fitted runs and of what was not fitted:
+    # runs held out and, for the best laws, each condition of the others in turn; infinite for a
+    # law without finite forces
     error: float
-    held_out: float
+    left_out: float
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
     values: NDArray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
 
@@ -63,16 +69,16 @@ class LawChoice:
     @property
     def near(self) -> tuple[LawRank, ...]:
         """Laws of the right family: with at most twice the least error."""
-        least = min(one.held_out for one in self.ranks)
-        return tuple(one for one in self.ranks if one.held_out <= WRONG_FAMILY * least)
+        least = min(one.left_out for one in self.ranks)
+        return tuple(one for one in self.ranks if one.left_out <= WRONG_FAMILY * least)
 
     @property
     def text(self) -> str:
         """The choice in words."""
         best, near = self.best, [one.law for one in self.near if one is not self.best]
         text = (
-            f"Of {len(self.ranks)} laws {best.law} fits best: fitted to short data, it misses the "
-            f"runs held out by {100 * best.held_out:.3g} %."
+            f"Of {len(self.ranks)} laws {best.law} fits best: fitted to short data, it misses what "
+            f"was left out of the fit by {100 * best.left_out:.3g} %."
         )
         if near:
             text += f" Within twice that error: {', '.join(near)}."
@@ -93,8 +99,9 @@ def choose_law(
     laws: Iterable[str] = LAWS,
 ) -> LawChoice:
     """Fit every law to short data, the best few again from more starts, and rank them."""
-    # The fitted runs are fitted and those held out judge. A law with fewer numbers is preferred
-    # where the errors are nearly the same. ``advance`` is called after each law.
+    # The fitted runs are fitted and those held out judge; of the best laws, each condition of the
+    # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
+    # errors are nearly the same. ``advance`` is called after each law.
     # Raises InputError if no law gives finite forces.
     data = measured_runs(campaign.runs, HELD_OUT)
     cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
@@ -107,14 +114,18 @@ def choose_law(
         advance()
         return result
 
-    ranks = sorted((rank(name, 8, 40) for name in laws), key=lambda one: one.held_out)
+    ranks = sorted((rank(name, 8, 40) for name in laws), key=lambda one: one.left_out)
     again = [rank(one.law, 24, 200) for one in ranks[:_FINALISTS]]
     final = [min(pair, key=lambda o: o.error) for pair in zip(ranks, again, strict=False)]
-    ranks = sorted([*final, *ranks[_FINALISTS:]], key=lambda one: one.held_out)
-    least = ranks[0].held_out
-    if not np.isfinite(least):
+    final.sort(key=lambda one: one.left_out)
+    if not np.isfinite(final[0].left_out):
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
-    first = min((r for r in ranks if r.held_out <= NEAR * least), key=lambda one: one.n_numbers)
+    for place, one in enumerate(final[:_COMPARED]):
+        model = LawModel(short, parameterise(campaign, LAWS[one.law], short, degree))
+        final[place] = replace(one, left_out=_left_out(model, one.values, pool))
+    ranks = sorted([*final, *ranks[_FINALISTS:]], key=lambda one: one.left_out)
+    least = ranks[0].left_out
+    first = min((r for r in ranks if r.left_out <= NEAR * least), key=lambda one: one.n_numbers)
     return LawChoice((first, *(one for one in ranks if one is not first)))
 
 
@@ -143,6 +154,24 @@ def _rank(
     none = LawRank(law.name, law.title, len(p.scale), np.inf, np.inf)
     tried = pool.map(resolved, distinct(ends)[:_RESOLVED])
     return min(tried, key=lambda one: one.error, default=none)
+
+
+def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> float:
+    """Relative error of all samples, each by a fit without its condition."""
+    data, model = model.data, model.resolve_steps(values, 1)
+    masks = [mask for _, mask in conditions(data)]
+
+    def residual(x: NDArray) -> NDArray:
+        return data.bounded(model.forces(x, False)[0]) - data.force
+
+    def without(mask: NDArray) -> NDArray:
+        fewer = replace(model, data=replace(data, fitted=data.fitted & ~mask))
+        return residual(fewer.minimise(values, _FOLD_STEPS, 1e-4).x)
+
+    total = residual(values)
+    for mask, own in zip(masks, pool.map(without, masks), strict=True):
+        total[mask] = own[mask]
+    return data.relative(total, np.ones(len(total), bool))
 
 
 def _errors(model: LawModel, end: Optimum) -> tuple[float, float]:

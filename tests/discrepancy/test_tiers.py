@@ -9,10 +9,11 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.diagnose import diagnose
-from isolation_sim.discrepancy.tiers.regression import Regression, conditions
+from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.left_out import conditions
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS

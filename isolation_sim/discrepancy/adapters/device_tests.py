@@ -514,9 +514,9 @@ class DeviceTests(Problem[FittedModel]):
             return None
         return Text(
             self._choice_words(self.choice),
-            ("law", "numbers", "fitted runs, %", "held-out runs, %"),
+            ("law", "numbers", "fitted runs, %", "left out, %"),
             tuple(
-                (one.law, str(one.n_numbers), f"{100 * one.error:.2f}", f"{100 * one.held_out:.2f}")
+                (one.law, str(one.n_numbers), f"{100 * one.error:.2f}", f"{100 * one.left_out:.2f}")
                 for one in self.choice.ranks
             ),
         )
@@ -532,7 +532,7 @@ class DeviceTests(Problem[FittedModel]):
             {"law": one.law, "numbers": one.n_numbers}
             | {
                 name: error if np.isfinite(error) else None
-                for name, error in (("error", one.error), ("held_out", one.held_out))
+                for name, error in (("error", one.error), ("left_out", one.left_out))
             }
             for one in choice.ranks
         ]
@@ -544,7 +544,7 @@ class DeviceTests(Problem[FittedModel]):
         if self.choice is None:
             return False
         name = self.law.model.parameterisation.law.name
-        alone = min(one.held_out for one in self.choice.ranks)
+        alone = min(one.left_out for one in self.choice.ranks)
         return name not in [o.law for o in self.choice.near] and alone < self._error(self.after)
 
     def model_text(self, evaluation: Evaluation) -> Text:

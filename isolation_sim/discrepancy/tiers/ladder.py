@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...archive import law_of
 from ...effects import extend
+from ...identification.left_out import conditions
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
@@ -28,7 +29,6 @@ from ..interval import Interval
 from .equation import select
 from .law_file import Chosen, Network, TermParameterisation, first_place, law_text, shown
 from .learned import learn
-from .regression import conditions
 from .result import EquationTerm, Ladder, Rung, Tier
 
 if TYPE_CHECKING:
@@ -299,8 +299,8 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
     others = problem.choice.ranks if problem.choice is not None else ()
-    other = min(others, key=lambda one: one.held_out, default=None)
-    attainable = min(*judged.values(), other.held_out if other else np.inf)
+    other = min(others, key=lambda one: one.left_out, default=None)
+    attainable = min(*judged.values(), other.left_out if other else np.inf)
     floor = min(diagnosis.noise_floor, attainable) if diagnosis.noise_floor > 0 else 0.0
     misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in judged
@@ -319,9 +319,9 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         notes.append("The equation stands in place of the causes.")
     if equation is None:
         notes.append("No term of an equation lowers the error on every condition left out.")
-    if other is not None and other.held_out < min(judged.values()):
+    if other is not None and other.left_out < min(judged.values()):
         notes.append(
-            f"{other.title} alone, another law, leaves {100 * other.held_out:.3g} %: less than any "
+            f"{other.title} alone, another law, leaves {100 * other.left_out:.3g} %: less than any "
             "of these."
         )
     best = rungs[offered]
@@ -373,7 +373,7 @@ def _judging(rung: Rung) -> float:
 
 def _loses(one: Rung, other: Rung, least: float) -> bool:
     """Whether a rung predicts all that was left out, or all that was held out, worse."""
-    pairs = ((one.left_out, other.left_out), (one.held_out, other.held_out))
+    pairs = ((one.left_out, other.left_out), (one.held_out, other.left_out))
     return any(mine > its + least for mine, its in pairs)
 
 
