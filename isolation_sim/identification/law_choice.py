@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..laws.law import Law
+from ..laws import Device
 from ..laws.registry import LAWS
 from .campaign import Campaign
-from .law_fit import LawModel, parameterise
+from .law_fit import LawModel, fit_law, parameterise
 from .least_squares import Optimum
 from .left_out import conditions
-from .measured_runs import MeasuredRuns, measured_runs
+from .measured_runs import measured_runs
 from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
 
@@ -29,13 +29,14 @@ NEAR = 1.05
 WRONG_FAMILY = 2.0
 """Factor on the least error above which a law is of the wrong family."""
 _SAMPLES, _A_CYCLE = 4000, 60
-_FINALISTS = 8
-_COMPARED = 4
-"""Best laws of which conditions are left out in turn."""
+_STARTS, _STEPS = 8, 40
+"""Starts and steps of a law's first fit."""
+_RESOLVED = 2
+"""Best ends of its searches that are fitted with resolved integration steps."""
+_FINALISTS = 6
+"""Best laws, which are fitted as ``fit`` does."""
 _FOLD_STEPS = 20
 """Steps of a fit without one condition, from the values of the fit to all."""
-_RESOLVED = 3
-"""Best ends of a law's searches that are fitted with resolved integration steps."""
 
 
 @dataclass(frozen=True)
@@ -109,60 +110,74 @@ def choose_law(
     # all samples count alike: the errors that rank the laws are pooled over runs
     short = replace(short, sigma=np.full(len(data.dt), float(np.std(data.force))))
 
-    def rank(name: str, starts: int, most: int) -> LawRank:
-        result = _rank(campaign, LAWS[name], short, degree, pool, starts, most, seed)
+    def model_of(name: str) -> LawModel:
+        return LawModel(short, parameterise(campaign, LAWS[name], short, degree))
+
+    def rank(name: str) -> LawRank:
+        result = _rank(model_of(name), pool, seed)
         advance()
         return result
 
-    ranks = sorted((rank(name, 8, 40) for name in laws), key=lambda one: one.left_out)
-    again = [rank(one.law, 24, 200) for one in ranks[:_FINALISTS]]
-    final = [min(pair, key=lambda o: o.error) for pair in zip(ranks, again, strict=False)]
-    final.sort(key=lambda one: one.left_out)
-    if not np.isfinite(final[0].left_out):
+    def rank_again(one: LawRank) -> LawRank:
+        advance()
+        return _rank_again(one, model_of(one.law), pool, seed)
+
+    ranks = sorted((rank(name) for name in laws), key=lambda one: one.error)
+    best = [rank_again(one) for one in ranks[:_FINALISTS] if np.isfinite(one.error)]
+    if not best:
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
-    for place, one in enumerate(final[:_COMPARED]):
-        model = LawModel(short, parameterise(campaign, LAWS[one.law], short, degree))
-        final[place] = replace(one, left_out=_left_out(model, one.values, pool))
-    ranks = sorted([*final, *ranks[_FINALISTS:]], key=lambda one: one.left_out)
+    ranks = sorted([*best, *ranks[len(best) :]], key=lambda one: one.left_out)
     least = ranks[0].left_out
     first = min((r for r in ranks if r.left_out <= NEAR * least), key=lambda one: one.n_numbers)
     return LawChoice((first, *(one for one in ranks if one is not first)))
 
 
-def _rank(
-    campaign: Campaign, law: Law, data: MeasuredRuns, degree: int | None,
-    pool: ThreadPoolExecutor, starts: int, most: int, seed: int,
-) -> LawRank:  # fmt: skip
-    """Fit a law to short data from a few starts."""
-    fitted = data.without_held_out()
-    p = parameterise(campaign, law, data, degree)
+def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
+    """Fit a law from a few starts."""
+    fitted, p = model.data.without_held_out(), model.parameterisation
 
     def search(p: Parameterisation, start: np.ndarray, steps: int = 25) -> Optimum:
         for n_steps in (2, 8, 64):
-            result = LawModel(fitted, p, n_steps).minimise(start, steps, 1e-3)
+            result = LawModel(fitted.with_steps(n_steps), p).minimise(start, steps, 1e-3)
             if np.isfinite(result.cost):
                 break
         return result
 
     def resolved(end: Optimum) -> LawRank:
-        model = LawModel(data, p).resolve_steps(end.x, 1)
-        end = replace(model, data=fitted).minimise(end.x, most, 1e-4)
-        return LawRank(law.name, law.title, len(p.scale), *_errors(model, end), end.x)
+        return _judged(*model.minimise_resolved(end.x, _STEPS, 1e-3))
 
-    begin = screen_starts(p, search, pool, starts, seed)
-    ends = pool.map(lambda start: search(p, start, most), begin[: max(2, starts // 3)])
-    none = LawRank(law.name, law.title, len(p.scale), np.inf, np.inf)
-    tried = pool.map(resolved, distinct(ends)[:_RESOLVED])
-    return min(tried, key=lambda one: one.error, default=none)
+    begin = screen_starts(p, search, pool, _STARTS, seed)
+    ends = pool.map(lambda start: search(p, start, _STEPS), begin[:_RESOLVED])
+    none = LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf)
+    return min(pool.map(resolved, distinct(ends)), key=lambda one: one.error, default=none)
+
+
+def _rank_again(one: LawRank, model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
+    """Fit a law as ``fit`` does, and judge it by conditions left out in turn, too."""
+    p = model.parameterisation
+    model, end = fit_law(model, pool, seed=seed, start=one.values)
+    values = p.of(Device(p.law, model.parameterisation.dependence(end.x)))
+    left_out = _left_out(model, end.x, pool)
+    return replace(_judged(model, end), left_out=left_out, values=values)
+
+
+def _judged(model: LawModel, end: Optimum) -> LawRank:
+    """The rank of a fitted law, by the held-out samples if there are any."""
+    data, law = model.data, model.parameterisation.law
+    residual = data.bounded(model.forces(end.x, False)[0]) - data.force
+    judged = data.fitted if data.fitted.all() else ~data.fitted
+    errors = data.relative(residual, data.fitted), data.relative(residual, judged)
+    return LawRank(law.name, law.title, len(model.parameterisation.scale), *errors, end.x)
 
 
 def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> float:
     """Relative error of all samples, each by a fit without its condition."""
-    data, model = model.data, model.resolve_steps(values, 1)
+    model = model.resolve_steps(values, 1)
+    data = model.data
     masks = [mask for _, mask in conditions(data)]
 
     def residual(x: NDArray) -> NDArray:
-        return data.bounded(model.forces(x, False)[0]) - data.force
+        return data.bounded(model.resolve_steps(x, 1).forces(x, False)[0]) - data.force
 
     def without(mask: NDArray) -> NDArray:
         fewer = replace(model, data=replace(data, fitted=data.fitted & ~mask))
@@ -172,11 +187,3 @@ def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> flo
     for mask, own in zip(masks, pool.map(without, masks), strict=True):
         total[mask] = own[mask]
     return data.relative(total, np.ones(len(total), bool))
-
-
-def _errors(model: LawModel, end: Optimum) -> tuple[float, float]:
-    """Relative errors of the fitted and of the held-out samples; the same if none is held out."""
-    data = model.data
-    residual = data.bounded(model.forces(end.x, False)[0]) - data.force
-    judged = data.fitted if data.fitted.all() else ~data.fitted
-    return data.relative(residual, data.fitted), data.relative(residual, judged)

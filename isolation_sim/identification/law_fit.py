@@ -30,10 +30,12 @@ _LAST = 3
 """Starts that are fitted to ``SEARCHED`` samples."""
 _SAFETY = 2
 """Factor on the integration steps that resolve the law: effects and noise ask for more."""
-_MOST = 16
+_MOST = 64
 """Largest number of integration steps per sample."""
 _NOTHING_GAINED = 1e-3
 """Share of one sample's cost; a step that gains less ends a fit."""
+_RESOLVED_AGAIN = 3
+"""Fits with more integration steps, at most, where the last one ended unresolved."""
 _MOST_ITERATIONS = 300
 _VALLEY = 1e-4
 """Share of the cost; ten steps that gain less together end a fit. The cost of a law that lacks an
@@ -54,7 +56,6 @@ class LawModel:
 
     data: MeasuredRuns  # The runs
     parameterisation: Parameterisation  # Unknown parameters of the law
-    n_steps: int = 1  # Integration steps per sample
     # (n_unknowns,) array or None: Values about which the law's parameters are sought; see
     # ``minimise``
     expected: NDArray | None = None
@@ -71,7 +72,7 @@ class LawModel:
     def simulator(self, motion: Motion | None = None) -> Simulator:
         """Compiled law under the measured motion, or another one."""
         p = self.parameterisation
-        return Simulator(p.law, motion or self.data.motion, p.owner, p.power, self.n_steps)
+        return Simulator(p.law, motion or self.data.motion, p.owner, p.power, self.data.n_steps)
 
     # trial values far from the data may overflow: their cost is infinite
     @np.errstate(all="ignore")
@@ -123,10 +124,29 @@ class LawModel:
     def resolve_steps(self, values: NDArray, safety: int = _SAFETY) -> Self:
         """Return the model with as many integration steps per sample as the law needs."""
         coefficients = self.parameterisation.coefficients(values[: self.n_law])
-        coarse = LawModel(self.data, self.parameterisation).simulator()
+        coarse = LawModel(self.data.with_steps(1), self.parameterisation).simulator()
         n_steps = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST).n_steps
         # the largest number was not compared with a finer one
-        return replace(self, n_steps=n_steps * (safety if n_steps < _MOST else _SAFETY))
+        n_steps = n_steps * np.where(n_steps < _MOST, safety, _SAFETY)
+        return replace(self, data=self.data.with_steps(n_steps))
+
+    def minimise_resolved(
+        self, start: NDArray, most: int, tolerance: float, valley: float = 0.0, safety: int = 1
+    ) -> tuple[Self, Optimum]:
+        """Fit all values to fitted runs alone, with steps that resolve the law at the end, too."""
+        model = self.resolve_steps(start, safety)
+        for _ in range(_RESOLVED_AGAIN):
+            inside = replace(model, data=model.data.without_held_out())
+            result = inside.minimise(start, most, tolerance, valley)
+            if not np.isfinite(result.cost):
+                break
+            start, there = result.x, model.resolve_steps(result.x, 1)
+            enough = model.data.n_steps >= there.data.n_steps
+            if enough.all():
+                break
+            more = np.where(enough, model.data.n_steps, _SAFETY * there.data.n_steps)
+            model = replace(model, data=model.data.with_steps(more))
+        return model, result
 
     def weigh(self, values: NDArray) -> Self:
         """Return the model with its runs weighed by noise and by the misfit at these values."""
@@ -224,8 +244,8 @@ def fit_law(
     def search(
         p: Parameterisation, start: NDArray, most: int = 25, expected: NDArray | None = None
     ) -> Optimum:
-        for n_steps in (2, 8):
-            result = LawModel(rough, p, n_steps, expected).minimise(start, most, 1e-4)
+        for n_steps in (2, 8, 64):
+            result = LawModel(rough.with_steps(n_steps), p, expected).minimise(start, most, 1e-4)
             if np.isfinite(result.cost):
                 break
         return result
@@ -246,8 +266,7 @@ def fit_law(
         thin = replace(own, data=data.thinned(SEARCHED))
 
         def compare(start: NDArray) -> tuple[bool, float, NDArray]:
-            here = thin.resolve_steps(start, 1)
-            result = replace(here, data=thin.data.without_held_out()).minimise(start, 100, 1e-6)
+            here, result = thin.minimise_resolved(start, 100, 1e-6)
             force = here.forces(result.x, False)[0]
             diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
                 np.abs(result.jacobian) < LARGEST_DERIVATIVE
@@ -279,6 +298,5 @@ def _n_currents(data: MeasuredRuns) -> int:
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
     """Fit a law to all samples from near values, with runs weighted by their misfit there."""
     model = model.resolve_steps(start).weigh(start)
-    inside = replace(model, data=model.data.without_held_out())
-    tolerance = _NOTHING_GAINED / len(inside.data.x)
-    return model, inside.minimise(start, _MOST_ITERATIONS, tolerance, _VALLEY)
+    tolerance = _NOTHING_GAINED / np.sum(model.data.fitted)
+    return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY, _SAFETY)

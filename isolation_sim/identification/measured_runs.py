@@ -53,6 +53,7 @@ class MeasuredRuns:
     has_temperature: bool  # Whether the temperature was measured
     # (n_runs,), s: Time over which the force channel of each run is averaged; 0 where it is not
     averaging: NDArray
+    n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
 
     @property
     def motion(self) -> Motion:
@@ -104,6 +105,10 @@ class MeasuredRuns:
         misfit = max(float(np.mean(residual**2 - noise**2)), 0.0)
         unit = float(np.mean(noise**2 / (noise**2 + misfit)))
         return replace(self, sigma=np.sqrt(unit * (self.assumed_noise**2 + misfit)))
+
+    def with_steps(self, number: int | NDArray) -> Self:
+        """Set the integration steps a sample, of all runs or of each, (n_runs,)."""
+        return replace(self, n_steps=np.broadcast_to(np.asarray(number, np.int64), self.dt.shape))
 
     def cost(self, force: NDArray, chosen: NDArray) -> float:
         """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
@@ -162,6 +167,7 @@ class MeasuredRuns:
         runs = lengths > 0
         by_run = (
             "dt", "force_noise", "displacement_noise", "sigma", "velocity_measured", "averaging",
+            "n_steps",
         )  # fmt: skip
         return replace(
             self,
@@ -206,6 +212,7 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
         averaging=averaging_widths(runs),
+        n_steps=np.ones(len(runs), np.int64),
     )
     return replace(data, sigma=data.assumed_noise)
 

@@ -43,8 +43,8 @@ class Simulator:
         The motion.
     owner, power : sequence of int, (n_coefficients,)
         Each coefficient's parameter, by number, and power of the current.
-    n_steps : int
-        Integration steps a sample.
+    n_steps : int or (n_runs,) array of int
+        Integration steps a sample, of all runs or of each.
     """
 
     def __init__(
@@ -53,9 +53,10 @@ class Simulator:
         motion: Motion,
         owner: Sequence[int] | NDArray,
         power: Sequence[int] | NDArray,
-        n_steps: int = 1,
+        n_steps: int | NDArray = 1,
     ):
-        self.law, self.motion, self.n_steps = law, motion, n_steps
+        self.law, self.motion = law, motion
+        self.n_steps = np.broadcast_to(np.asarray(n_steps, np.int64), motion.dt.shape).copy()
         self.owner, self.power = np.array(owner, np.int64), np.array(power, np.int64)
         self.module = compiled(law)
         n, n_theta = len(law.states), len(self.owner)
@@ -94,18 +95,21 @@ class Simulator:
         return Simulator(self.law, self.motion, self.owner, self.power, self.n_steps)
 
     def resolved(self, theta: NDArray, tolerance: float = 1e-4, most: int = 64) -> Simulator:
-        """Return the simulator with as many steps a sample as its accuracy needs."""
-        coarse = self
-        force = coarse.run(theta, derivatives=False)[0]
-        while coarse.n_steps < most and self.law.states:
-            fine = Simulator(self.law, self.motion, self.owner, self.power, 2 * coarse.n_steps)
+        """Return the simulator with as many steps a sample as each run's accuracy needs."""
+        force = self.run(theta, derivatives=False)[0]
+        n_steps, runs = self.n_steps, self.motion.starts[:-1]
+        unresolved = np.full(len(runs), bool(self.law.states))
+        while unresolved.any():
+            trial = np.where(unresolved, 2 * n_steps, n_steps)
+            fine = Simulator(self.law, self.motion, self.owner, self.power, trial)
             finer = fine.run(theta, derivatives=False)[0]
             with np.errstate(all="ignore"):
-                error = np.max(np.abs(finer - force)) / max(np.max(np.abs(finer)), 1e-150)
-            if error < tolerance:
-                return coarse
-            coarse, force = fine, finer
-        return coarse
+                size = max(np.max(np.abs(finer)), 1e-150)
+                wrong = np.maximum.reduceat(np.abs(finer - force), runs) / size
+                unresolved &= ~(wrong < tolerance)
+            n_steps, force = np.where(unresolved, trial, n_steps), finer
+            unresolved &= n_steps < most
+        return Simulator(self.law, self.motion, self.owner, self.power, n_steps)
 
 
 @lru_cache(maxsize=64)

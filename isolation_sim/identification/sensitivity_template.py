@@ -32,7 +32,8 @@ def simulate(
 ):
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
-    starts: first sample of each run, and the end. dt: sample interval of each run, s.
+    starts: first sample of each run, and the end. dt: sample interval of each run, s. n_steps:
+    integration steps a sample, of each run.
     theta: coefficients, of parameter owner[k] by the power[k]-th power of the current.
     jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
@@ -71,7 +72,7 @@ def simulate(
                 x[sample + 1],
                 v[sample + 1],
                 dt[run],
-                n_steps,
+                n_steps[run],
                 differentiate,
                 s,
                 parameters,

@@ -93,7 +93,7 @@ def test_corners_of_yielding_laws_cost_no_accuracy(name, numbers, wave):
     for tolerance in (1e-5, 1e-6):
         resolved = simulator.resolved(theta, tolerance)
         assert worst(resolved) < tolerance
-        assert resolved.n_steps <= 8
+        assert resolved.n_steps.max() <= 8
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -130,9 +130,9 @@ def test_steps_are_taken_as_the_law_needs_them(numbers, wave):
     for tolerance in (1e-3, 1e-5):
         resolved = coarse.resolved(theta, tolerance)
         assert relative(resolved.run(theta)[0] - reference, reference) < tolerance
-    assert coarse.resolved(theta, 1e-6).n_steps > coarse.n_steps
+    assert coarse.resolved(theta, 1e-6).n_steps.max() > coarse.n_steps.max()
     linear, theta = simulator_of("linear", numbers, motion, n_steps=1)
-    assert linear.resolved(theta).n_steps == 1
+    assert linear.resolved(theta).n_steps.max() == 1
 
 
 def test_a_copy_gives_the_same_and_shares_no_workspace(numbers, wave):

@@ -35,7 +35,10 @@ def next_test(
     best, words = 0.0, ""
     for test, description in _tests(final.model.data):
         forces = [
-            replace(f.model, data=test).forces(f.values, False)[0] for f in (result, rivals[0])
+            replace(f.model, data=test.with_steps(f.model.data.n_steps.max())).forces(
+                f.values, False
+            )[0]
+            for f in (result, rivals[0])
         ]
         moves = test.v != 0
         with np.errstate(over="ignore"):  # a law that diverges in this test
@@ -109,4 +112,5 @@ def _sinusoid(
         sigma=np.ones(1),
         velocity_measured=np.ones(1, bool),
         averaging=np.zeros(1),
+        n_steps=np.ones(1, np.int64),
     )

@@ -90,7 +90,7 @@ class Climb:
         """Force of a model fitted without each condition, (n_folds, n_samples), N."""
 
         def force(mask: NDArray) -> NDArray:
-            data = replace(self.data, fitted=self.data.fitted & ~mask)
+            data = replace(part.model.data, fitted=self.data.fitted & ~mask)
             result = replace(part.model, data=data).minimise(part.values, _FOLD_STEPS, 1e-4)
             return self.data.bounded(part.model.forces(result.x, False)[0])
 

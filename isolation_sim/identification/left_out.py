@@ -1,0 +1,60 @@
+"""Conditions of measured runs that are left out of a fit in turn, to judge it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .measured_runs import MeasuredRuns
+
+_GROUPS = 6
+"""Groups of conditions. Effort."""
+_SAME = 0.1
+"""Relative difference of amplitude and velocity up to which runs have one motion. Convention."""
+
+
+def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
+    """Groups of fitted samples to leave out in turn, and their names."""
+    # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
+    # by their size, so that what is left out is also an extrapolation. A single run is cut in time.
+    own = [run for run in data.runs if data.fitted[run].any()]
+    number = np.zeros(len(data.x), dtype=int)
+    if len(own) < 3:
+        inside = np.flatnonzero(data.fitted)
+        parts = np.array_split(inside, _GROUPS)
+        return [(f"part {k + 1}", _mask(number, part)) for k, part in enumerate(parts)]
+    sizes = np.log([[np.max(np.abs(y[run])) for y in (data.x, data.v)] for run in own])
+    motions: list[list[int]] = []
+    for k in np.argsort(sizes.sum(axis=1), kind="stable").tolist():
+        near = (m for m in motions if np.all(np.abs(sizes[k] - sizes[m[0]]) < _SAME))
+        found = next(near, None)
+        if found is None:
+            motions.append([k])
+        else:
+            found.append(k)
+    count = min(_GROUPS, len(motions))
+    groups = [
+        [k for m in part for k in motions[m]] for part in np.array_split(range(len(motions)), count)
+    ]  # fmt: skip
+    named = [
+        (f"up to {1e3 * np.exp(max(sizes[k][0] for k in group)):.3g} mm, "
+         f"{1e3 * np.exp(max(sizes[k][1] for k in group)):.3g} mm/s", group)
+        for group in groups
+    ]  # fmt: skip
+    result = [(name, _runs_mask(data, [own[k] for k in group])) for name, group in named]
+    return [one for one in result if one[1].any()]
+
+
+def _mask(like: NDArray, places: NDArray) -> NDArray:
+    mask = np.zeros(len(like), dtype=bool)
+    mask[places] = True
+    return mask
+
+
+def _runs_mask(data: MeasuredRuns, runs: Sequence[slice]) -> NDArray:
+    mask = np.zeros(len(data.x), dtype=bool)
+    for run in runs:
+        mask[run] = data.fitted[run]
+    return mask
