@@ -103,7 +103,7 @@ def currents(campaign: Campaign) -> list[str]:
     return sorted({current(r) for r in campaign.runs}, key=lambda label: float(label.split()[0]))
 
 
-def fit_candidates(
+def fit_laws(
     campaign: Campaign,
     labels: Sequence[str],
     laws: Sequence[str] = LAWS,
@@ -268,7 +268,7 @@ def main(folder: Path = DATA, results: Path = RESULTS, **options: Any) -> str:
     """Run the study."""
     campaign = prepared(folder)
     by_condition, by_current = conditions(campaign), currents(campaign)
-    outcomes = fit_candidates(campaign, [*by_condition, *by_current], **options)
+    outcomes = fit_laws(campaign, [*by_condition, *by_current], **options)
     errors = table(outcomes, [*by_condition, *by_current])
     said = verdict(outcomes, by_condition, by_current)
     console = Console(width=100)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..laws import Device
 from ..laws.registry import LAWS
 from .campaign import Campaign
 from .law_fit import LawModel, fit_law, parameterise
@@ -156,7 +155,7 @@ def _rank_again(one: LawRank, model: LawModel, pool: ThreadPoolExecutor, seed: i
     """Fit a law as ``fit`` does, and judge it by conditions left out in turn, too."""
     p = model.parameterisation
     model, end = fit_law(model, pool, seed=seed, start=one.values)
-    values = p.of(Device(p.law, model.parameterisation.dependence(end.x)))
+    values = p.convert(end.x, model.parameterisation)
     left_out = _left_out(model, end.x, pool)
     return replace(_judged(model, end), left_out=left_out, values=values)
 

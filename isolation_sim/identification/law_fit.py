@@ -281,7 +281,7 @@ def fit_law(
     holding = p.holding()
     if holding is None or _n_currents(data) <= len(p.currents):
         return result
-    held = fit_from(holding, [holding.of(Device(p.law, p.dependence(x))) for x in begin], [])
+    held = fit_from(holding, [holding.convert(x, p) for x in begin], [])
     error, error_held = (
         data.relative(data.bounded(one.forces(best.x, False)[0]) - data.force, data.fitted)
         for one, best in (result, held)

@@ -38,7 +38,8 @@ class Parameterisation:
         # Of a state, to 1 at most, which makes one parameter a sum of others
         scaling: StateScaling | None = None,
     ):
-        self.law, self.currents, self.sizes, self.span = law, currents, sizes, span
+        self.law, self.currents, self.sizes = law, currents, sizes
+        self.span = span or (float(currents[0]), float(currents[-1]))
         self.fixed, self.scaling = dict(fixed or {}), scaling
         tied = {scaling.tied: scaling.terms} if scaling is not None else {}
         self._units = {q.name: q.unit for q in law.parameters}
@@ -51,7 +52,7 @@ class Parameterisation:
         self.free = tuple(q for q in law.parameters if q.name not in self.fixed | tied)
         n, names = len(currents), law.parameter_names
         # (n_powers, n_powers): Bernstein coefficients to values at ``currents``
-        self.basis = bernstein(currents, span or (float(currents[0]), float(currents[-1])))
+        self.basis = bernstein(currents, self.span)
         self._to_powers = np.linalg.solve(np.vander(currents, increasing=True), self.basis)
         # owner, power: (n_coefficients,) int: Parameter and power of the current of each
         # coefficient, as ``Simulator`` takes them
@@ -111,7 +112,14 @@ class Parameterisation:
 
     def of(self, device: Device, bounded: bool = True) -> NDArray:
         """Unknowns with which the parameters are those of a device at ``currents``."""
-        values = dict(zip(self.law.parameter_names, device.current.at(self.currents), strict=True))
+        return self._of(device.current, bounded)
+
+    def convert(self, values: NDArray, other: Parameterisation) -> NDArray:
+        """Unknowns with which the law does the same as with other unknowns at ``currents``."""
+        return self._of(other.dependence(values), True)
+
+    def _of(self, current: CurrentDependence, bounded: bool) -> NDArray:
+        values = dict(zip(self.law.parameter_names, current.at(self.currents), strict=True))
         values |= self._same_scale(values)
         chosen = [np.linalg.solve(self.basis, values[q.name]) for q in self.free]
         start = np.concatenate(chosen) if chosen else np.zeros(0)

@@ -17,8 +17,8 @@ def campaign(shared_data):
 
 @pytest.fixture(scope="module")
 def outcomes(campaign):
-    chosen = {name: damper.CANDIDATES[name] for name in ("lugre", "bouc_wen")}
-    return damper.fit_candidates(campaign, [LABEL, "0.5 A"], chosen, starts=3)
+    chosen = ("lugre", "bouc_wen")
+    return damper.fit_laws(campaign, [LABEL, "0.5 A"], chosen, starts=3)
 
 
 def test_conditions_and_currents_come_from_the_names(campaign):

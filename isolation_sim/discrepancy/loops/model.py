@@ -117,7 +117,7 @@ def loop_motion(table: LoopTable) -> MeasuredRuns:
         velocity_measured=np.ones(n, bool),
         has_temperature=False,
         averaging=np.zeros(n),
-        n_steps=np.ones(n, np.int64),
+        n_steps=np.full(n, _N_STEPS),
     )
 
 
@@ -162,7 +162,7 @@ class LoopSearch:
         x = float(np.median(table.amplitude))
         time = 1 / (2 * np.pi * float(np.median(table.frequency)))
         parameterisation = Parameterisation(law, at, (force, x, time), span=span)
-        model = LoopModel(loop_motion(table), parameterisation, _N_STEPS, table=table)
+        model = LoopModel(loop_motion(table), parameterisation, table=table)
         starts = parameterisation.starts(_LAW_STARTS, self.seed)
         if device is not None:
             starts.insert(0, parameterisation.of(device))

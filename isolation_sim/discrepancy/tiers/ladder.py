@@ -373,7 +373,7 @@ def _judging(rung: Rung) -> float:
 
 def _loses(one: Rung, other: Rung, least: float) -> bool:
     """Whether a rung predicts all that was left out, or all that was held out, worse."""
-    pairs = ((one.left_out, other.left_out), (one.held_out, other.left_out))
+    pairs = ((one.left_out, other.left_out), (one.held_out, other.held_out))
     return any(mine > its + least for mine, its in pairs)
 
 
