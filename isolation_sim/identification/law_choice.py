@@ -154,7 +154,10 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
 def _rank_again(one: LawRank, model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
     """Fit a law as ``fit`` does, and judge it by conditions left out in turn, too."""
     p = model.parameterisation
-    model, end = fit_law(model, pool, seed=seed, start=one.values)
+    try:
+        model, end = fit_law(model, pool, seed=seed, start=one.values)
+    except InputError:  # no other start gives finite forces
+        return one
     values = p.convert(end.x, model.parameterisation)
     left_out = _left_out(model, end.x, pool)
     return replace(_judged(model, end), left_out=left_out, values=values)

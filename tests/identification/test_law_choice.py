@@ -8,9 +8,11 @@ import pytest
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
+from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
 from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.workers import workers
 
 COMPARED = ("kelvin_voigt", "maxwell", "dahl")
@@ -33,9 +35,51 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert f"Of 3 laws {name} fits best" in found.text and "another family" in found.text
 
 
+def test_a_law_with_many_local_optima_is_found():
+    """Spencer's damper under random motion by small steps of Heun, apart from the package."""
+    k0, c0, k1, c1, F_y, rho = 4690.0, 2450.0, 500.0, 28590.0, 537.7, 46750.0
+    step, samples, fine = 0.005, 3000, 400
+    random, frequencies = np.random.default_rng(0), np.arange(1, 45) / 15
+    phases = random.uniform(0, 2 * np.pi, len(frequencies))
+    sizes = np.abs(random.standard_normal(len(frequencies))) / (1 + frequencies**2)
+
+    def motion(time):
+        angles = 2 * np.pi * np.multiply.outer(time, frequencies) + phases
+        return np.sin(angles) @ sizes, np.cos(angles) @ (2 * np.pi * frequencies * sizes)
+
+    time = np.arange(samples) * step
+    scale = 0.01 / np.std(motion(time)[0])
+    x, v = (scale * y for y in motion(time))
+    inner = np.arange(samples * fine) * (step / fine)
+    xs, vs = (scale * y for y in map(np.concatenate, zip(*(
+        motion(part) for part in np.array_split(inner, 200)), strict=True)))  # fmt: skip
+    y = z = 0.0
+    force, h = np.zeros(samples), step / fine
+
+    def rates(y, z, x, v):
+        inside = (F_y * z + c0 * v + k0 * (x - y)) / (c0 + c1)
+        u = v - inside
+        return inside, rho * (u - 0.5 * (abs(u) * z + u * abs(z)) * abs(z))
+
+    for k in range(len(inner) - 1):
+        first = rates(y, z, xs[k], vs[k])
+        if k % fine == 0:
+            force[k // fine] = c1 * first[0] + k1 * xs[k]
+        second = rates(y + h * first[0], z + h * first[1], xs[k + 1], vs[k + 1])
+        y += h / 2 * (first[0] + second[0])
+        z += h / 2 * (first[1] + second[1])
+    force += 0.01 * np.std(force) * random.standard_normal(samples)
+    run = TestRun("random", time, x, v, force, 0 * time, velocity_measured=True)
+    laws = ("hybrid", "hyperbolic_tangent", "spencer")
+    with workers(1) as pool:
+        found = choose_law(Campaign("damper", "made", (run,)), None, pool, laws=laws)
+    assert found.best.law == "spencer" and found.best.left_out < 0.013
+    assert [one.law for one in found.near] == ["spencer"]
+
+
 def test_near_laws_are_told():
-    def rank(law, held_out):
-        return LawRank(law, law, 2, held_out, held_out)
+    def rank(law, error):
+        return LawRank(law, law, 2, error, error)
 
     found = LawChoice((rank("a", 0.1), rank("b", 0.19), rank("c", 0.21)))
     assert [one.law for one in found.near] == ["a", "b"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -133,6 +134,20 @@ def test_steps_are_taken_as_the_law_needs_them(numbers, wave):
     assert coarse.resolved(theta, 1e-6).n_steps.max() > coarse.n_steps.max()
     linear, theta = simulator_of("linear", numbers, motion, n_steps=1)
     assert linear.resolved(theta).n_steps.max() == 1
+
+
+def test_every_run_has_its_own_steps(numbers, wave):
+    """A run sampled a hundred times slower needs more steps a sample of a law with a time of its own."""
+    fast = motion_along(wave)
+    slow = replace(
+        fast, velocity=np.concatenate([fast.velocity[:N], fast.velocity[N:] / 100]),
+        dt=np.array([0.005, 0.5]),
+    )  # fmt: skip
+    coarse, theta = simulator_of("maxwell", numbers, slow, n_steps=1)
+    resolved = coarse.resolved(theta, 1e-5)
+    assert resolved.n_steps[1] >= 4 * resolved.n_steps[0]
+    reference = simulator_of("maxwell", numbers, slow, n_steps=64)[0].run(theta)[0]
+    assert relative(resolved.run(theta)[0] - reference, reference) < 1e-5
 
 
 def test_a_copy_gives_the_same_and_shares_no_workspace(numbers, wave):
