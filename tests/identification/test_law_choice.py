@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
@@ -35,7 +36,8 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert f"Of 3 laws {name} fits best" in found.text and "another family" in found.text
 
 
-def test_a_law_with_many_local_optima_is_found():
+@pytest.fixture(scope="module")
+def damper():
     """Spencer's damper under random motion by small steps of Heun, apart from the package."""
     k0, c0, k1, c1, F_y, rho = 4690.0, 2450.0, 500.0, 28590.0, 537.7, 46750.0
     step, samples, fine = 0.005, 3000, 400
@@ -70,11 +72,26 @@ def test_a_law_with_many_local_optima_is_found():
         z += h / 2 * (first[1] + second[1])
     force += 0.01 * np.std(force) * random.standard_normal(samples)
     run = TestRun("random", time, x, v, force, 0 * time, velocity_measured=True)
-    laws = ("hybrid", "hyperbolic_tangent", "spencer")
+    return Campaign("damper", "made", (run,))
+
+
+LAWS_FOR_DAMPERS = ("bouc_wen", "hyperbolic_tangent", "spencer")
+
+
+def test_a_law_with_many_local_optima_is_found(damper):
     with workers(1) as pool:
-        found = choose_law(Campaign("damper", "made", (run,)), None, pool, laws=laws)
+        found = choose_law(damper, None, pool, laws=LAWS_FOR_DAMPERS)
     assert found.best.law == "spencer" and found.best.left_out < 0.013
     assert [one.law for one in found.near] == ["spencer"]
+
+
+def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, monkeypatch):
+    monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=LAWS_FOR_DAMPERS))
+    found = diagnose(damper, "bouc_wen", threads=1)
+    assert found.error_after.held_out > 0.03
+    assert found.details["law_choice"]["text"].startswith(
+        "Bouc-Wen is of the wrong family for these data. Of 3 laws spencer fits best"
+    )
 
 
 def test_near_laws_are_told():

@@ -137,7 +137,7 @@ def test_steps_are_taken_as_the_law_needs_them(numbers, wave):
 
 
 def test_every_run_has_its_own_steps(numbers, wave):
-    """A run sampled a hundred times slower needs more steps a sample of a law with a time of its own."""
+    """A run sampled a hundred times slower needs more steps where a law has a time scale."""
     fast = motion_along(wave)
     slow = replace(
         fast, velocity=np.concatenate([fast.velocity[:N], fast.velocity[N:] / 100]),
