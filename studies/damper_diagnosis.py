@@ -1,22 +1,26 @@
-"""Effects of a measured MR damper that the conventional Bouc-Wen law lacks.
+"""Which law describes a measured MR damper, and which effects it lacks.
 
 Eighteen sinusoidal tests (``mr_damper`` of the shared data): six conditions of amplitude and
-frequency at three currents. The law's parameters follow the current linearly. The diagnosis is made
-twice: without the runs of one condition, and without those of one current; what was left out
-judges.
+frequency at three currents. The conventional Bouc-Wen law is fitted, all laws are compared, and the
+best one is diagnosed. Parameters follow the current linearly. This is done twice: without the runs
+of one condition, and without those of one current; what was left out judges.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from isolation_sim.discrepancy.diagnose import diagnose
-from isolation_sim.discrepancy.diagnosis import Diagnosis, Trace
+from isolation_sim.discrepancy.diagnosis import Diagnosis, Trace, relative_error
+from isolation_sim.identification.fit import fit
+from isolation_sim.identification.fitted import Fit
 
 from .damper import prepared, without
 from .study import Outcome, Step, data_folder
@@ -24,7 +28,7 @@ from .study import Outcome, Step, data_folder
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TITLE = "Effects of an MR damper that the Bouc-Wen law lacks"
+TITLE = "Which law describes a measured MR damper, and what it lacks"
 LAW = "bouc_wen"
 LEFT_OUT = {"10mm_1Hz": "10 mm, 1 Hz", "0.5 A": "0.5 A"}
 """A condition and a current, each left out once."""
@@ -44,32 +48,52 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     for label in labels:
         step(f"diagnosing without {LEFT_OUT[label]}", 0.0)
         shown = without(campaign, label)
-        result[label] = diagnose(shown, LAW, current_degree=DEGREE)
-        result[label].save(folder / f"diagnosis_without_{label.replace(' ', '')}")
+        alone = fit(shown, LAW, current_degree=DEGREE)
+        found = diagnose(shown, "auto", current_degree=DEGREE)
+        found.save(folder / f"diagnosis_without_{label.replace(' ', '')}")
+        result[label] = Found(alone, found)
         step(f"diagnosing without {LEFT_OUT[label]}", 1 / len(labels))
-    table = [row for label, diagnosis in result.items() for row in _rows(label, diagnosis)]
+    table = [row for label, found in result.items() for row in _rows(label, found)]
     return Outcome(table, _finding(result), {"loops": _figure(result)})
 
 
-def _rows(label: str, diagnosis: Diagnosis) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class Found:
+    """What was found without some of the runs.
+
+    Attributes
+    ----------
+    alone : Fit
+        The Bouc-Wen law.
+    diagnosis : Diagnosis
+        Of the law that fits best.
+    """
+
+    alone: Fit
+    diagnosis: Diagnosis
+
+    def force(self, trace: Trace) -> NDArray:
+        """Force of the Bouc-Wen law in a run, (n,), N."""
+        return next(e.force for e in self.alone.errors if e.run.name == trace.name)
+
+
+def _rows(label: str, found: Found) -> list[dict[str, Any]]:
     return [
         {
             "left out": LEFT_OUT[label], "run": trace.name,
             "used": "left out" if trace.held_out else "fitted",
-            "Bouc-Wen, RMS error %": 100 * _error(trace, trace.before),
-            "extended, %": 100 * _error(trace, trace.after),
+            "Bouc-Wen, RMS error %": 100 * relative_error(trace, found.force(trace)),
+            "best law, %": 100 * relative_error(trace, trace.before),
+            "extended, %": 100 * relative_error(trace, trace.after),
         }
-        for trace in sorted(diagnosis.traces, key=lambda trace: not trace.held_out)
+        for trace in sorted(found.diagnosis.traces, key=lambda trace: not trace.held_out)
     ]  # fmt: skip
 
 
-def _error(trace: Trace, force: Any) -> float:
-    return float(np.linalg.norm(force - trace.measured) / np.linalg.norm(trace.measured))
-
-
-def _finding(result: dict[str, Diagnosis]) -> str:
+def _finding(result: dict[str, Found]) -> str:
     sentences = []
-    for label, one in result.items():
+    for label, found in result.items():
+        one, alone = found.diagnosis, found.alone
         named = "; ".join(
             cause.name
             + (f" ({cause.form})" if cause.form else "")
@@ -81,8 +105,10 @@ def _finding(result: dict[str, Diagnosis]) -> str:
         before, after = one.error_before, one.error_after
         sentences.append(
             f"Without {LEFT_OUT[label]}, the fitted Bouc-Wen law misses the force by "
-            f"{100 * before.fit:.1f} %, and by {100 * before.held_out:.1f} % in the runs left out "
-            f"(noise alone {100 * one.noise_floor:.2g} %). "
+            f"{100 * alone.error:.1f} %, and by {100 * alone.held_out_error:.1f} % in the runs "
+            f"left out (noise alone {100 * one.noise_floor:.2g} %). {one.details['law_choice']['text']} "
+            f"Fitted to all of these data, it misses the force by {100 * before.fit:.1f} %, and by "
+            f"{100 * before.held_out:.1f} % in the runs left out. "
         )
         sentences[-1] += (
             f"{one.verdict.replace('_', ' ').capitalize()} by {named}: extended it misses them by "
@@ -93,20 +119,20 @@ def _finding(result: dict[str, Diagnosis]) -> str:
     return "\n".join(sentences)
 
 
-def _figure(result: dict[str, Diagnosis]) -> Figure:
+def _figure(result: dict[str, Found]) -> Figure:
     from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
 
-    drawn = [trace for one in result.values() for trace in _left_out(one)]
+    drawn = [(one, trace) for one in result.values() for trace in _left_out(one.diagnosis)]
     rows = len(result)
     across = -(-len(drawn) // rows)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.5 + 2.1 * rows)
         panels = figure.subplots(rows, across, squeeze=False)
-        for axes, trace in zip(panels.ravel(), drawn, strict=True):
+        for axes, (found, trace) in zip(panels.ravel(), drawn, strict=True):
             for name, values, look in (
                 ("measured", trace.measured, {"color": "#9a9a9a", "linewidth": 1.6}),
-                ("Bouc-Wen", trace.before, {"color": "#D55E00", "linestyle": "--"}),
-                ("extended", trace.after, {"color": "#000000", "linewidth": 0.8}),
+                ("Bouc-Wen", found.force(trace), {"color": "#D55E00", "linestyle": "--"}),
+                ("best law, extended", trace.after, {"color": "#000000", "linewidth": 0.8}),
             ):
                 axes.plot(trace.across, 1e-3 * values, label=name, **look)
             words = re.sub(r"([\d.]+)([A-Za-z]+)", r"\1 \2", trace.name).replace("_", ", ")
