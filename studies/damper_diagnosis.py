@@ -103,10 +103,11 @@ def _finding(result: dict[str, Found]) -> str:
             for cause in one.causes
         )  # fmt: skip
         before, after = one.error_before, one.error_after
+        choice = one.details["law_choice"]["text"]
         sentences.append(
             f"Without {LEFT_OUT[label]}, the fitted Bouc-Wen law misses the force by "
             f"{100 * alone.error:.1f} %, and by {100 * alone.held_out_error:.1f} % in the runs "
-            f"left out (noise alone {100 * one.noise_floor:.2g} %). {one.details['law_choice']['text']} "
+            f"left out (noise alone {100 * one.noise_floor:.2g} %). {choice} "
             f"Fitted to all of these data, it misses the force by {100 * before.fit:.1f} %, and by "
             f"{100 * before.held_out:.1f} % in the runs left out. "
         )
