@@ -67,9 +67,8 @@ class Spring:
 class StateScaling:
     """How a factor on a state moves between redundant parameters."""
 
-    # With the state scaled to 1 at most, one parameter is a sum of others with these factors
-    tied: str
-    terms: Mapping[str, float]
+    tied: str  # With the state scaled to 1 at most, this parameter is a sum of others
+    terms: Mapping[str, float]  # Factors of the others
     units: Mapping[str, str]  # Units of the parameters for a state of unit 1
     largest: Callable[[Mapping[str, NDArray]], NDArray]  # Of the state, from the parameters
     # Powers of a factor on the state with which each parameter changes
