@@ -1,4 +1,4 @@
-"""The verdict on a comparison, in two sentences made of its numbers."""
+"""The verdict on a comparison: two sentences made from its numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _BASE, _FLOOR, _DRIFT = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
 _NOTICED = 0.005
-"""Changes smaller than this share are none."""
+"""Relative changes smaller than this count as no change."""
 
 
 def verdict(comparison: Comparison) -> tuple[str, str]:
@@ -65,7 +65,7 @@ def _together(values: dict[str, dict[str, float]], reference: str, others: list[
             + (f"; {also} {_listed(rest)}." if rest else ".")
         )
     calm = min(values, key=lambda name: values[name][_FLOOR])
-    # those that do nothing are as calm as the reference
+    # controllers that change nothing have the same value as the reference
     if _change(values[reference][_FLOOR], values[calm][_FLOOR]) >= -_NOTICED:
         calm = reference
     subject = (

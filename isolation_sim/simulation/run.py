@@ -1,4 +1,4 @@
-"""One run: an isolated structure, a ground motion and a controller, integrated in compiled code."""
+"""One run: simulation of an isolated structure with a ground motion and a controller."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def simulate(
     if e is not None:
         if nominal is None:
             raise InputError(
-                f"{isolated.elements[e].device.law.unit}: nobody can tell a controller what a unit "
-                "computes; expected: nominal, a plant with a law, or [nominal] in a scenario"
+                f"{isolated.elements[e].device.law.unit}: an FMU's equations are unknown to the "
+                "controller; expected: nominal, a plant with a law, or [nominal] in a scenario"
             )
         check_limits(isolated.elements[e], driver)
         controller = at_every_sample(controller, one_per_direction(ground)[0].dt)
@@ -89,12 +89,12 @@ def simulate(
 def fixed_base_run(
     isolated: IsolatedStructure, ground: Record | Sequence[Record], tolerance: float = 1e-6
 ) -> Run:
-    """Simulate the superstructure on a base that is held."""
+    """Simulate the superstructure on a fixed base."""
     return simulate(isolated.fixed_base(), ground, NoControl(), tolerance=tolerance)
 
 
 class NoControl:
-    """No command: for a structure without coils."""
+    """Controller without a command, for a structure without coils."""
 
     name = FIXED_BASE
     period: float | None = None
@@ -108,14 +108,14 @@ class NoControl:
         return ()
 
     def schedule(self, context: RunContext) -> Schedule | None:
-        """One instant, no coil."""
+        """One instant, without a coil."""
         return Schedule(np.zeros(1), np.zeros((1, len(context.low))))
 
     def compiled(self, context: RunContext) -> None:
         """No decision."""
 
     def reset(self, context: RunContext) -> None:
-        """Nothing to forget."""
+        """Nothing to reset."""
 
     def current(self, t: float, measurement: Any) -> float:
         """No current."""
@@ -125,12 +125,12 @@ class NoControl:
 def check_actuation(
     driver: CoilDriver | None, sensors: Sensors | None
 ) -> tuple[CoilDriver, Sensors]:
-    """Return driver and sensors, ideal ones where none are given."""
+    """Return driver and sensors; ideal by default."""
     return driver or CoilDriver(), sensors or Sensors()
 
 
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
-    """Refuse options that cannot be used."""
+    """Check the options."""
     if not 1e-12 <= tolerance <= 1e-2:
         raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
     if current_outside not in ("refuse", "clamp"):
@@ -149,19 +149,19 @@ def prepared(
     trial: Callable[[Control], Run] | None,
     alone: bool = False,
 ) -> Lane:
-    """Tell a controller its run context and ask for its commands or its compiled decision."""
+    """Set a controller's run context; get its commands or its compiled decision."""
     tested = _check_plant(isolated, alone)
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
     nominal = _by_papers_rule(isolated) if nominal is None else traceable(nominal)
     context = _run_context(nominal, records, controller, coils, tested, driver, delays)
-    # a controller with a period of its own decides as it goes
+    # a controller with its own period decides during the run
     _check_memory(isolated, records, controller.period, controller.name)
     controller.prepare(context, trial)
     controller.reset(context)
     schedule = controller.schedule(context)
     compiled = None if schedule is not None else controller.compiled(context)
-    # decisions that are reported on, or that are given more than measurements, are made outside
+    # decisions with a report or with further inputs are made outside the kernel
     if compiled is not None and (
         compiled.inputs or (alone and getattr(controller, "report", None))
     ):
@@ -188,7 +188,7 @@ def _check_plant(isolated: IsolatedStructure, alone: bool) -> NDArray:
 def _check_memory(
     isolated: IsolatedStructure, records: tuple[Record, ...], period: float | None, name: str
 ) -> None:
-    """Refuse a run whose arrays are larger than this computer's memory."""
+    """Refuse a run with arrays larger than this computer's memory."""
     n_samples = len(records[0].acceleration)
     n_decisions = records[0].duration / period if period else 0.0
     # modes at the points and at the steps, forces, states, commands
@@ -196,18 +196,18 @@ def _check_memory(
     size = 8.0 * numbers * (n_samples + n_decisions)
     if size <= memory_size():
         return
-    description = f"ground motion of {n_samples:,} samples"
+    cause = f"ground motion of {n_samples:,} samples"
     if n_decisions > n_samples:
-        description = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
+        cause = f"{name}: period is {period:g} s, {n_decisions:.3g} decisions"
     raise InputError(
-        f"{description}: a run needs about {size / 1e9:.3g} GB; expected: up to "
+        f"{cause}: a run needs about {size / 1e9:.3g} GB; expected: up to "
         f"{memory_size() / 1e9:.3g} GB, this computer's memory"
     )
 
 
 @lru_cache
 def memory_size() -> float:
-    """Physical memory of this computer, bytes; 8 GB where the system does not say."""
+    """Physical memory of this computer, bytes; 8 GB if unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
@@ -216,14 +216,14 @@ def memory_size() -> float:
 
 @lru_cache(maxsize=256)
 def _by_papers_rule(isolated: IsolatedStructure) -> IsolatedStructure:
-    """The plant with devices whose force answers to the current, which controllers count on."""
+    """The plant with instantaneous devices, whose force follows the current, for controllers."""
     elements = tuple(replace(e, device=papers_rule(e.device)) for e in isolated.elements)
     unchanged = all(a.device is b.device for a, b in zip(elements, isolated.elements, strict=True))
     return isolated if unchanged else replace(isolated, elements=elements)
 
 
 def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> tuple[Record, ...]:
-    """One record a direction, all on the same samples."""
+    """One record per direction, all with the same samples."""
     records = one_per_direction(ground)
     directions = isolated.structure.directions
     if len(records) != len(directions):
@@ -296,24 +296,24 @@ def _run_context(
         outputs=(*controller.measures(nominal), *(f"coil{c}_current_A" for c in range(len(coils)))),
         driver=driver,
         delays=delays,
-        # what a controller is not told it cannot use
+        # a controller without this information cannot use it
         ground=records if getattr(controller, "preview_time", 0.0) > 0 else None,
     )
 
 
 def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[], int]) -> None:
-    """Run to the end; a controller in plain Python decides between stretches."""
+    """Run to the end; a controller in plain Python decides between parts of the integration."""
     decide = plan.module.DECIDE
     if advance() != decide:
         return
     context, sensing = plan.lanes[0].context, plan.sensing
     measurement_type = namedtuple("Measurement", context.outputs)  # type: ignore[misc]
-    width, n_given = len(plan.lanes[0].coils), len(context.outputs)
+    width, n_measures = len(plan.lanes[0].coils), len(context.outputs)
     events, position = work.grid.events[:, 1].tolist(), work.position
     times, rows = sensing.decided.tolist(), sensing.measured_for.tolist()
     while True:
         k = events[position[0]]
-        measurement = measurement_type._make(work.measured[rows[k], 0, :n_given].tolist())
+        measurement = measurement_type._make(work.measured[rows[k], 0, :n_measures].tolist())
         currents = np.atleast_1d(controller.current(times[k], measurement))
         if currents.shape not in ((width,), (1,)):
             raise InputError(

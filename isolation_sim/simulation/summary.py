@@ -1,4 +1,4 @@
-"""Criteria of finished runs, summed up in compiled code: of one run or of many side by side."""
+"""Criteria of finished runs in compiled code, for one run or many runs in parallel."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ from .quantities import quantity_rows
 from .workspace import Workspace
 
 RESOLVED = 1.9
-"""Change of a mode between two grid points, |eigenvalue| times interval, whose values still show
-its peaks."""
+"""Largest |eigenvalue| times grid interval of a mode whose peaks show at the grid points."""
 
 
 def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
@@ -57,7 +56,7 @@ def summary_key(isolated: IsolatedStructure) -> tuple:
 
 
 class _Quantities(NamedTuple):
-    """Quantities of some lanes' structures, as the kernel takes them."""
+    """Quantities of some lanes' structures, in the kernel's form."""
 
     # items: each one's name and its items' numbers; rows: the kernel's blocks, flat; moduli: of the
     # rows over the modes, (n_items, n_modes, lanes); forced: most that a mode moves when an
@@ -78,7 +77,7 @@ class _Quantities(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _quantities(plants: tuple[IsolatedStructure, ...]) -> _Quantities:
-    """Quantities of structures that go side by side."""
+    """Quantities of the structures of a block."""
     per_lane = [_rows(plant) for plant in plants]
     rows, moduli = (np.stack([one[k] for one in per_lane], axis=-1) for k in (1, 2))
     modes = [modes_for(plant)[0] for plant in plants]
@@ -118,7 +117,7 @@ def _rows(
     """Names of a structure's quantities with their items' numbers; rows, and moduli, of items."""
     modes, outputs = modes_for(isolated)
     named = quantity_rows(isolated, outputs.names)
-    # an item of several quantities, such as a floor's acceleration, is followed once
+    # an item of several quantities, such as a floor's acceleration, is computed once
     numbers: dict[bytes, int] = {}
     items = tuple(
         (name, [numbers.setdefault(item.tobytes(), len(numbers)) for item in own])
@@ -126,7 +125,7 @@ def _rows(
     )
     shape = len(numbers), *named["drift_m"].shape[1:]
     rows = np.frombuffer(b"".join(numbers)).reshape(shape) @ outputs.rows
-    # the kernel's forces are those beyond the reference springs and dashpots
+    # the kernel's forces are residual forces, without the reference springs and dashpots
     n = modes.eigenvalues.size
     deformation, velocity = np.moveaxis(real_rows(modes.deformation), 1, 0)
     reference = modes.stiffness[:, None] * deformation + modes.damping[:, None] * velocity

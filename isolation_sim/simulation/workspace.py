@@ -1,4 +1,4 @@
-"""The arrays that the compiled kernel works on, for one block of lanes."""
+"""The compiled kernel's arrays for one block of lanes."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ from .grid import Grid
 from .modal import Modes
 
 N_LEVELS = 24
-"""The shortest step is a window's 2**23th part."""
+"""The shortest step is a window divided by 2**23."""
 
 ERROR_FACTOR = 8.0
-"""Guessed error of a step, in tolerances, that is still accepted; errors of many steps partly
-cancel, and the guess is high for smooth response."""
+"""Largest accepted error estimate of a step over the tolerance. The errors of many steps partly
+cancel, and the estimate is too large for smooth response."""
 
 
 @dataclass
 class Tables:
-    """Propagation coefficients of a structure on a grid; filled by the kernel as it needs them."""
+    """Propagation coefficients of a structure on a grid; the kernel fills them on demand."""
 
-    # (n_numbers, table_lanes) complex: ``Modes.packed`` of each lane, or of the one structure in
-    # all of them
+    # (n_numbers, table_lanes) complex: ``Modes.packed`` of each lane, or of the structure of all
+    # lanes
     modes: NDArray
     # (n_classes, n_levels) int: Where the coefficients of a class of windows at a level begin in
     # ``table``
@@ -56,7 +56,7 @@ class Tables:
 
     @classmethod
     def empty(cls, module: ModuleType, modes: Sequence[Modes], grid: Grid) -> Tables:
-        """Tables with nothing filled in."""
+        """Empty tables."""
         n_modes = modes[0].eigenvalues.size
         sub = np.maximum(grid.intervals[:, None] >> np.arange(N_LEVELS), 1)
         sizes = table_size(module, n_modes, sub)
@@ -75,7 +75,7 @@ def padded(module: ModuleType, n_modes: int) -> int:
 
 
 def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
-    """Numbers in one step length's coefficients; see ``layout`` in the kernel."""
+    """Number of coefficients of one step length; see ``layout`` in the kernel."""
     e, g = module.N_ELEMENTS, module.N_GROUND
     columns = 2 * padded(module, n_modes)
     rows = 8 * e * (2 * n_modes + g * (n_sub + 1) + 3 * e)
@@ -88,17 +88,17 @@ class Sensing:
 
     measure: NDArray  # (n_outputs, 2 n_modes + n_elements + n_directions, lanes): Output rows
     noise: NDArray  # (n_measurements, n_outputs, lanes), or empty: Noise on each measurement
-    n_measurements: int  # Measurements that will be taken
+    n_measurements: int  # Number of measurements
     decided: NDArray  # (n_decisions,): Instants of the decisions, s
     measured_for: NDArray  # (n_decisions,) int: The measurement that each decision is based on
-    function: int  # Address of a compiled controller; 0 where decisions are made outside
-    # settings, memory: (lanes, n): Of a compiled controller
+    function: int  # Address of a compiled controller; 0 for decisions outside the kernel
+    # settings, memory: (lanes, n): Settings and memory of a compiled controller
     settings: NDArray
     memory: NDArray
 
     @classmethod
     def none(cls, lanes: int) -> Sensing:
-        """No measurement: commands are known before the run."""
+        """No measurements, for commands known before the run."""
         empty = np.zeros((lanes, 0))
         nothing = np.zeros((0, 0, lanes))
         return cls(nothing, nothing, 0, np.zeros(0), np.zeros(0, np.int64), 0, empty, empty)
@@ -118,16 +118,16 @@ class Workspace:
     # each coil
     driver: NDArray
     initial_current: NDArray  # (n_channels, lanes): Coil currents at the start, A
-    # (n_commands, lanes, n_channels): Commands, A; a controller writes them as it goes
+    # (n_commands, lanes, n_channels): Commands, A; a controller writes them during the run
     chosen: NDArray
-    sensing: Sensing  # What is measured, when it is decided on, and by what compiled code
-    tolerance: float  # Wanted relative accuracy of the response
+    sensing: Sensing  # Measurements, instants of decisions, and compiled controller
+    tolerance: float  # Relative accuracy of the response
     # Whether a command outside the driver's limits is clamped and counted, or ends the run
     clamp: bool
-    # Whether every step's forces and states at the nodes are kept (one lane only); otherwise the
-    # forces alone, of steps shorter than a grid interval
+    # Whether to record every step's forces and states at the nodes (one lane only); otherwise only
+    # the forces of steps shorter than a grid interval
     record_steps: bool
-    # Memory to use again; what an earlier workspace left in it is overwritten
+    # Memory of an earlier workspace, which is overwritten
     buffers: dict[str, NDArray] | None = None
     measured: NDArray = field(init=False)
     z: NDArray = field(init=False)
@@ -149,14 +149,14 @@ class Workspace:
             0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance,
             self.elements.deformation_limit,
         )  # fmt: skip
-        # one row behind the last point is scratch for steps inside a grid interval
+        # one row after the last point is scratch for steps inside a grid interval
         self.z = self._big("z", ((n_points + 2) * 2 * n_pad * lanes,))
         self.z[: 2 * n_pad * lanes] = 0.0
         self.z[n_points * 2 * n_pad * lanes :] = 0.0
         self.states = self._big("states", (n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
         self.states[0] = 0.0
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
-        # until the first command the coils keep their initial currents
+        # before the first command the coils have their initial currents
         self.command = np.zeros((n_points, n_channels, lanes))
         self.command[0] = self.initial_current
         self.coil_history = np.zeros((n_windows, n_channels, lanes))
@@ -177,7 +177,7 @@ class Workspace:
         self.arguments = (self.position, self.sizes, self.limits, *self._grouped())
 
     def _big(self, name: str, shape: tuple[int, ...]) -> NDArray:
-        """Array that is written before it is read; an earlier run's where that may be reused."""
+        """Array that is written before it is read; reused from an earlier run if possible."""
         if self.buffers is None:
             return np.empty(shape)
         if name not in self.buffers or self.buffers[name].shape != shape:
@@ -185,9 +185,9 @@ class Workspace:
         return self.buffers[name]
 
     def _addresses_of_rows(self) -> tuple[int, ...]:
-        """Where a compiled controller finds its rows, bytes from one to the next, and sizes."""
+        """Addresses, strides in bytes and sizes of a compiled controller's rows."""
         rows = (self.measured, self.sensing.settings, self.sensing.memory, self.chosen)
-        # the last channel, of elements that no coil drives, is none of a controller's business
+        # the last channel, of elements without a coil, is not passed to the controller
         hidden = (1, 0, 0, 1)
         self._sizes = np.array([row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)])
         return (
@@ -196,7 +196,7 @@ class Workspace:
         )
 
     def _grouped(self) -> tuple[Any, ...]:
-        """The groups of arrays that stay the same while the kernel runs."""
+        """The groups of arrays, which do not change while the kernel runs."""
         module, lanes, grid, elements = self.module, self.module.LANES, self.grid, self.elements
         sensing, tables = self.sensing, self.tables
         coils = Coils(
@@ -234,11 +234,11 @@ class Workspace:
         )  # fmt: skip
 
     def integrate(self) -> int:
-        """Integrate on, until the kernel stops; returns its status."""
+        """Integrate until the kernel stops; returns its status."""
         return self._to_a_stop(self.module.integrate)
 
     def integrator(self) -> Callable[[], int]:
-        """``integrate`` for many short stretches: it looks up the arguments' types only once."""
+        """``integrate`` for many short parts: it looks up the arguments' types only once."""
         compiled = self.module.integrate
         types = tuple(map(typeof, self.arguments))
         if types not in compiled.overloads:
@@ -246,7 +246,7 @@ class Workspace:
         return partial(self._to_a_stop, compiled.overloads[types].entry_point)
 
     def _to_a_stop(self, compiled: Callable[..., int]) -> int:
-        """Integrate until the kernel stops for another reason than a full record of its steps."""
+        """Integrate until the kernel stops, except for a full step record."""
         while True:
             status = compiled(*self.arguments)
             if status != self.module.BUFFER_FULL:

@@ -1,4 +1,4 @@
-"""The report of a fit: loops measured and modelled, errors, parameters with intervals."""
+"""The report of a fit: measured and modelled loops, errors, parameters with intervals."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from ...identification.fitted import Fit, LawEvaluation, RunError
 
 _MOST_CHARTS = 24
-# a few cycles tell as much as many, and the file stays small
+# a few cycles are enough to see, and the file stays small
 _MOST_POINTS = 1200
 _LOOKS = {
     "measured": Look("#9a9a9a", "", "", ""),
-    # loops lie on each other: dashes would close
+    # solid lines: consecutive loops coincide and would fill the gaps of dashes
     "modelled": Look("#0072B2", "", "", ""),
 }
 
@@ -83,7 +83,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     law = device.law
     first = (
         f"{law.title} has an RMS force error of {100 * evaluation.error:.2g} %",
-        f"The force's own noise is {100 * evaluation.noise:.2g} %.",
+        f"The noise of the measured force is {100 * evaluation.noise:.2g} %.",
     )
     notes = tuple(f"{capital(note)}." for note in evaluation.notes)
     sections = [
@@ -107,12 +107,12 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
 
 
 def _shown(errors: Sequence[RunError]) -> Sequence[RunError]:
-    """Every few of many runs."""
+    """Runs to draw, evenly chosen from many."""
     return errors[:: -(-len(errors) // _MOST_CHARTS)]
 
 
 def errors_table(fit: Fit) -> Table:
-    """Errors run by run, held-out runs marked, with the pooled ones below."""
+    """Errors by run, held-out runs marked, with the pooled errors below."""
     rows = [
         Row(e.run.name, (Cell("held out" if e.run.hold_out else "fitted"), _percent(e.relative)))
         for e in fit.errors
@@ -131,7 +131,7 @@ def errors_table(fit: Fit) -> Table:
 
 
 def parameters_table(fit: Fit) -> Table:
-    """Fitted numbers with their intervals, and whether the data determine them."""
+    """Fitted numbers with their intervals; undetermined numbers are marked."""
     rows = tuple(
         Row(e.name, (
             Cell("any" if e.current is None else f"{e.current:.3g}"),
@@ -152,9 +152,9 @@ def _verdict(fit: Fit) -> tuple[str, str]:
     name = fit.device.law.title
     held = fit.held_out_error
     tested = (
-        "no run was held out to test it"
+        "no run was held out"
         if np.isnan(held)
-        else f"on held-out runs the error is {100 * held:.2g} %"
+        else f"the error on held-out runs is {100 * held:.2g} %"
     )
     first = f"{name} has an RMS force error of {100 * fit.error:.2g} %; {tested}."
     determined, count = sum(e.determined for e in fit.estimates), len(fit.estimates)
@@ -169,7 +169,7 @@ def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
     unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
     blocks: list[Prose | Gallery] = []
     for motion, title in (("displacement", "Deformation (mm)"), ("velocity", "Velocity (mm/s)")):
-        # small loops may err most
+        # each on its own axes, since small loops may have the largest relative errors
         axes = layout(title, f"Force ({unit})", hovermode="closest")
         blocks += [
             Prose((f"Force over {title.split()[0].lower()}.",)),
@@ -180,7 +180,7 @@ def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
 
 def _loop(error: RunError, motion: str, scale: float, axes: dict[str, Any]) -> Chart:
     run = error.run
-    # what was measured shows on both sides of what is drawn on it
+    # the measured line is wider, so that it shows on both sides of the modelled line
     widths = {"measured": 3.5, "modelled": 1.5}
     drawn = slice(-min(len(run.time), _MOST_POINTS), None)
     abscissa = numbers(1e3 * getattr(run, motion)[drawn])
@@ -192,7 +192,7 @@ def _loop(error: RunError, motion: str, scale: float, axes: dict[str, Any]) -> C
     held = ", held out" if run.hold_out else ""
     over = ", over velocity" if motion == "velocity" else ""
     title = f"{run.name}{over}: {100 * error.relative:.1f} %{held}"
-    summary = f"Error of the modelled force {100 * error.relative:.2g} % of the measured, RMS."
+    summary = f"RMS error of the model: {100 * error.relative:.2g} % of the measured force."
     return Chart(title, {"data": traces, "layout": axes}, summary, height=280)
 
 
