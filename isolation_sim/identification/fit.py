@@ -97,20 +97,18 @@ def fit(
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
     choice = None
-    known = None
     if law == AUTO:
         with workers(threads) as pool:
             choice = choose_law(campaign, current_degree, pool, seed=seed)
-        law, known = LAWS[choice.best.law], choice.best.values
+        law = LAWS[choice.best.law]
     assert isinstance(law, Law)
     check_traceable(law)
     data = measured_runs(campaign.runs)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))
     advance = (lambda: progress(1)) if progress is not None else (lambda: None)
+    known = None if choice is None or fixed else choice.best.values
     with workers(threads) as pool:
-        model, best = fit_law(
-            model, pool, starts=starts, seed=seed, start=None if fixed else known, advance=advance
-        )
+        model, best = fit_law(model, pool, starts=starts, seed=seed, start=known, advance=advance)
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
     notes = filter(None, (chosen, averaging_note(data.averaging)))
@@ -143,23 +141,19 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
 
 def _scale_notes(p: Parameterisation) -> list[str]:
     """How a scale that the data leave open was chosen."""
-    redundancy = p.law.redundancy
+    redundancy, scaling = p.law.redundancy, p.scaling
     if redundancy is None:
         return []
-    beside = "beside {} it is redundant"
-    if p.scaling is not None:
-        terms = " ".join(
-            f"{'+' if factor > 0 else '-'} {name}" for name, factor in p.scaling.terms.items()
-        )
-        others = ", ".join(name for name in redundancy.among if name != p.scaling.tied)
-        return [
-            f"{p.scaling.tied} is {terms.removeprefix('+ ')}, so that the hysteretic variable is 1 "
-            f"at most: {beside.format(others)}"
-        ]
-    if p.fixed.get(redundancy.held) == redundancy.value:
-        others = ", ".join(name for name in redundancy.among if name != redundancy.held)
-        return [f"{redundancy.held} is held at {redundancy.value:g}: {beside.format(others)}"]
-    return []
+    if scaling is not None:
+        name = scaling.tied
+        terms = " ".join(f"{'+' if f > 0 else '-'} {term}" for term, f in scaling.terms.items())
+        choice = f"{terms.removeprefix('+ ')}, so that the hysteretic variable is 1 at most"
+    elif p.fixed.get(redundancy.held) == redundancy.value:
+        name, choice = redundancy.held, f"held at {redundancy.value:g}"
+    else:
+        return []
+    others = ", ".join(other for other in redundancy.among if other != name)
+    return [f"{name} is {choice}: beside {others} it is redundant"]
 
 
 def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], NDArray]:

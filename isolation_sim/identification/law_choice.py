@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..laws.registry import LAWS
 from .campaign import Campaign
-from .law_fit import LawModel, fit_law, parameterise
+from .law_fit import SCREENING_STEPS, LawModel, fit_law, parameterise, search_roughly
 from .least_squares import Optimum
-from .left_out import conditions
+from .left_out import conditions, fitted_without
 from .measured_runs import measured_runs
 from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
@@ -135,15 +135,11 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
     """Fit a law from a few starts."""
     fitted, p = model.data.without_held_out(), model.parameterisation
 
-    def search(p: Parameterisation, start: np.ndarray, steps: int = 25) -> Optimum:
-        for n_steps in (2, 8, 64):
-            result = LawModel(fitted.with_steps(n_steps), p).minimise(start, steps, 1e-3)
-            if np.isfinite(result.cost):
-                break
-        return result
+    def search(p: Parameterisation, start: NDArray, steps: int = SCREENING_STEPS) -> Optimum:
+        return search_roughly(LawModel(fitted, p), start, steps, 1e-3)
 
     def resolved(end: Optimum) -> LawRank:
-        return _judged(*model.minimise_resolved(end.x, _STEPS, 1e-3))
+        return _judged(*model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3))
 
     begin = screen_starts(p, search, pool, _STARTS, seed)
     ends = pool.map(lambda start: search(p, start, _STEPS), begin[:_RESOLVED])
@@ -181,11 +177,8 @@ def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> flo
     def residual(x: NDArray) -> NDArray:
         return data.bounded(model.resolve_steps(x, 1).forces(x, False)[0]) - data.force
 
-    def without(mask: NDArray) -> NDArray:
-        fewer = replace(model, data=replace(data, fitted=data.fitted & ~mask))
-        return residual(fewer.minimise(values, _FOLD_STEPS, 1e-4).x)
-
     total = residual(values)
-    for mask, own in zip(masks, pool.map(without, masks), strict=True):
+    ends = fitted_without(model, values, masks, pool, _FOLD_STEPS)
+    for mask, own in zip(masks, pool.map(residual, ends), strict=True):
         total[mask] = own[mask]
     return data.relative(total, np.ones(len(total), bool))

@@ -24,6 +24,8 @@ from .sensitivities import Motion, Simulator
 STARTS = 20
 SEARCHED = 24_000
 """Samples, about, on which the best starts are compared; the outcome is fitted to all."""
+SCREENING_STEPS = 25
+"""Steps of the search from each start with parameters that do not depend on the current."""
 _ROUGH = 5000
 """Least number of samples on which poor starts are discarded."""
 _LAST = 3
@@ -131,10 +133,10 @@ class LawModel:
         return replace(self, data=self.data.with_steps(n_steps))
 
     def minimise_resolved(
-        self, start: NDArray, most: int, tolerance: float, valley: float = 0.0, safety: int = 1
+        self, start: NDArray, most: int, tolerance: float, valley: float = 0.0
     ) -> tuple[Self, Optimum]:
-        """Fit all values to fitted runs alone, with steps that resolve the law at the end, too."""
-        model = self.resolve_steps(start, safety)
+        """Fit to the fitted runs, again with more steps where they do not resolve the end."""
+        model = self
         for _ in range(_RESOLVED_AGAIN):
             inside = replace(model, data=model.data.without_held_out())
             result = inside.minimise(start, most, tolerance, valley)
@@ -154,6 +156,17 @@ class LawModel:
 
 
 M = TypeVar("M", bound=LawModel)
+
+
+def search_roughly(model: LawModel, start: NDArray, most: int, tolerance: float) -> Optimum:
+    """Fit with few integration steps, and with more only if the forces are not finite."""
+    for n_steps in (2, 8, 64):
+        result = replace(model, data=model.data.with_steps(n_steps)).minimise(
+            start, most, tolerance
+        )
+        if np.isfinite(result.cost):
+            break
+    return result
 
 
 def parameterise(
@@ -241,24 +254,16 @@ def fit_law(
     data = model.data
     rough = data.thinned(max(_ROUGH, len(data.x) // 6)).without_held_out()
 
-    def search(
-        p: Parameterisation, start: NDArray, most: int = 25, expected: NDArray | None = None
-    ) -> Optimum:
-        for n_steps in (2, 8, 64):
-            result = LawModel(rough.with_steps(n_steps), p, expected).minimise(start, most, 1e-4)
-            if np.isfinite(result.cost):
-                break
-        return result
-
     def search_constant(p: Parameterisation, start: NDArray) -> Optimum:
-        result = search(p, start)
+        result = search_roughly(LawModel(rough, p), start, SCREENING_STEPS, 1e-4)
         advance()
         return result
 
     def fit_from(
         p: Parameterisation, begin: Sequence[NDArray], further: Sequence[NDArray]
     ) -> tuple[M, Optimum]:
-        tried = pool.map(lambda s: search(p, s, 40, begin[0]), begin)
+        near = LawModel(rough, p, begin[0])
+        tried = pool.map(lambda s: search_roughly(near, s, 40, 1e-4), begin)
         finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
         if not finite:
             raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
@@ -266,7 +271,7 @@ def fit_law(
         thin = replace(own, data=data.thinned(SEARCHED))
 
         def compare(start: NDArray) -> tuple[bool, float, NDArray]:
-            here, result = thin.minimise_resolved(start, 100, 1e-6)
+            here, result = thin.resolve_steps(start, 1).minimise_resolved(start, 100, 1e-6)
             force = here.forces(result.x, False)[0]
             diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
                 np.abs(result.jacobian) < LARGEST_DERIVATIVE
@@ -299,4 +304,4 @@ def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
     """Fit a law to all samples from near values, with runs weighted by their misfit there."""
     model = model.resolve_steps(start).weigh(start)
     tolerance = _NOTHING_GAINED / np.sum(model.data.fitted)
-    return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY, _SAFETY)
+    return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY)

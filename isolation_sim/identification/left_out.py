@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .law_fit import LawModel
 from .measured_runs import MeasuredRuns
 
 _GROUPS = 6
@@ -45,6 +48,18 @@ def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     ]  # fmt: skip
     result = [(name, _runs_mask(data, [own[k] for k in group])) for name, group in named]
     return [one for one in result if one[1].any()]
+
+
+def fitted_without(
+    model: LawModel, values: NDArray, masks: Sequence[NDArray], pool: ThreadPoolExecutor, most: int
+) -> list[NDArray]:
+    """Values of fits without each mask's samples, from values near the fit to all."""
+
+    def fit(mask: NDArray) -> NDArray:
+        data = replace(model.data, fitted=model.data.fitted & ~mask)
+        return replace(model, data=data).minimise(values, most, 1e-4).x
+
+    return list(pool.map(fit, masks))
 
 
 def _mask(like: NDArray, places: NDArray) -> NDArray:

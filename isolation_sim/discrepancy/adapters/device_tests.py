@@ -157,13 +157,16 @@ class DeviceTests(Problem[FittedModel]):
             )
             best = self.space.without(best, least)
             self._extend(best)
-        if self.choice is None and self._error(self.after) > REMAINS:
-            if not self._is_noise(self.after, self.judged):
-                self.choice = choose_law(
-                    self.campaign, self.degree, self.pool, seed=self.seed,
-                    advance=lambda: self.progress("comparing laws"),
-                )  # fmt: skip
+        if self.choice is None and self._leaves_much():
+            self.choice = choose_law(
+                self.campaign, self.degree, self.pool, seed=self.seed,
+                advance=lambda: self.progress("comparing laws"),
+            )  # fmt: skip
         return replace(result, best=best)
+
+    def _leaves_much(self) -> bool:
+        """Whether the extended law has an error that another law may explain."""
+        return self._error(self.after) > REMAINS and not self._is_noise(self.after, self.judged)
 
     def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
         """Models to test on held-out data, until one holds.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...archive import law_of
 from ...effects import extend
-from ...identification.left_out import conditions
+from ...identification.left_out import conditions, fitted_without
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
@@ -89,12 +89,12 @@ class Climb:
     def _without(self, part: FittedModel) -> NDArray:
         """Force of a model fitted without each condition, (n_folds, n_samples), N."""
 
-        def force(mask: NDArray) -> NDArray:
-            data = replace(part.model.data, fitted=self.data.fitted & ~mask)
-            result = replace(part.model, data=data).minimise(part.values, _FOLD_STEPS, 1e-4)
-            return self.data.bounded(part.model.forces(result.x, False)[0])
+        def force(values: NDArray) -> NDArray:
+            return self.data.bounded(part.model.forces(values, False)[0])
 
-        return np.stack(list(self.problem.pool.map(force, self.masks)))
+        pool = self.problem.pool
+        ends = fitted_without(part.model, part.values, self.masks, pool, _FOLD_STEPS)
+        return np.stack(list(pool.map(force, ends)))
 
     def _left_out(self, without: NDArray) -> NDArray:
         """Residual of every condition, predicted by the model fitted without it, N."""
