@@ -28,7 +28,8 @@ PACKAGE = Path(generated.__file__).parent
 DAY = 86400.0
 
 GENERATORS = {
-    "kernel": lambda: kernel.load([LAW], 1, 1),
+    "kernel": lambda: kernel.load_integration.__wrapped__(1, 1, 1, 1, 128),
+    "law": lambda: kernel._load_law.__wrapped__(LAW, 1, 1, 1, 0),
     "tables": lambda: kernel.load_tables.__wrapped__(1),
     "summary": lambda: kernel.load_summary.__wrapped__(1, 1),
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
@@ -37,20 +38,23 @@ GENERATORS = {
         clipped_lqr._decide, DeviceModel, (LAW,), 1
     ),
 }
+# a writer, its call, and a file that it needs
 WRITERS = {
-    "kernel": (kernel.kernel_text, lambda: kernel.kernel_text([LAW], 1, 1, False)),
-    "device": (sensitivities._text, lambda: sensitivities._text(LAW)),
-}
+    "kernel": (
+        kernel.kernel_text, lambda: kernel.kernel_text(1, 1, 1, 1, 128),
+        "kernel_windows_template.py",
+    ),
+    "law": (kernel.law_text, lambda: kernel.law_text(LAW, 1, 1, 1, 0), "emit.py"),
+    "device": (sensitivities._text, lambda: sensitivities._text(LAW), "sensitivity_template.py"),
+}  # fmt: skip
 
 
 @pytest.fixture
 def name(monkeypatch):
     """Name under which a generator would keep its module; nothing is written or compiled."""
     monkeypatch.setattr(generated, "_load", lambda name, write, notice="": name)
-    monkeypatch.setattr(kernel, "_loaded", {})
 
     def named(kind):
-        kernel._loaded.clear()
         controllers.compiled._shared.cache_clear()
         controllers.compiled._devices.cache_clear()
         return GENERATORS[kind]()
@@ -80,7 +84,7 @@ def test_another_byte_of_the_emitter_gives_another_name(kind, name, monkeypatch)
     assert name(kind) != before
 
 
-@pytest.mark.parametrize("kind", ["kernel", "tables", "device"])
+@pytest.mark.parametrize("kind", ["kernel", "law", "tables", "device"])
 def test_modules_found_without_their_text_are_named_by_every_byte_of_their_sources(
     kind, name, monkeypatch
 ):
@@ -99,7 +103,7 @@ def test_modules_found_without_their_text_are_named_by_every_byte_of_their_sourc
 
 @pytest.mark.parametrize("kind", WRITERS)
 def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kind, monkeypatch):
-    writer, write = WRITERS[kind]
+    writer, write, source = WRITERS[kind]
     used = set()
 
     def read(path, *arguments, **options):
@@ -121,8 +125,7 @@ def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kin
     # the law is in the name by its arithmetic
     missing = own - set(generated.sources_of(writer)) - {Path(standard_solid.__file__)}
     assert not missing
-    assert {path.name for path in own} >= {"emit.py", Path(writer.__code__.co_filename).name}
-    assert any(path.name.endswith("_template.py") for path in own)
+    assert {path.name for path in own} >= {source, Path(writer.__code__.co_filename).name}
 
 
 def test_a_text_is_named_by_the_sources_that_it_imports(monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from string import Template
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..simulation.arguments import Step
 from ..simulation.control import CoilDriver, Sensors
+from ..simulation.element_code import OPERATIONS
 from ..simulation.plan import Plan
 from ..simulation.run import NoControl, prepared
 from ..simulation.simulator import still_ground
@@ -30,7 +32,7 @@ CONSTANT = {
     "course_windows", "course_events", "propagation_offsets", "propagation_modes",
     "measurements_rows", "measurements_noise", "measurements_decided", "measurements_measured_for",
     "coils_driver", "limits_deformation", "law_table", "law_breaks", "law_shape", "law_channel",
-    "observed_rows",
+    "law_functions", "law_numbers", "observed_rows",
 }  # fmt: skip
 """Read-only arrays."""
 EMPTY = {
@@ -75,6 +77,8 @@ class Array(NamedTuple):
         return f"{{({number} *){place}, {sizes}}}"
 
 
+_NAMES = re.compile(rf"\b(element|respond|kinks|{'|'.join(OPERATIONS)})\(")
+"""Functions of a law, whose names are the same for every law."""
 CHANGED = ("coils", "law")
 """Groups of arguments of ``update_current`` after the element and the grid point."""
 OBSERVED = ("observed_rows", "noise", "ground", "history_z", "0", "coils_current", "scratch_w")
@@ -94,6 +98,9 @@ static void add_rows(array w, long to, array table, long at, array x, long x_at,
         for (long r = 0; r < 8; ++r)
             w.p[to + r] += table.p[at + 8 * k + r] * x.p[x_at + k * stride];
 }"""
+ELEMENT = """\
+static void element(array_i1 functions, long operation, long e, array w, double a, double b,
+                    array numbers, long at, array_i1 mask)"""
 OTHERS = """\
 /* eight rows of element e: its free response, and that to the other elements' forces */
 static void respond_to_others(long e, array w, array table, long force_rows)
@@ -155,7 +162,7 @@ def plant_part(job: Job) -> Part:
     lane = prepared(isolated, still, NoControl(), None, driver, (0.0, 0.0), None)
     plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(options.get("tolerance", 1e-6), clamp=True, record_steps=False)
-    kernel, names = plan.module, plan.outputs[0].names
+    (kernel, laws), names = plan.kernel, plan.outputs[0].names
     shown = [k for k, name in enumerate(names) if not name.startswith("ground_")]
     grounds = [name for name in names if name.startswith("ground_")]
     coils = range(len(work.driver) - 1)  # the last channel is that of elements without a coil
@@ -167,14 +174,23 @@ def plant_part(job: Job) -> Part:
     )
     outputs = (*(names[k] for k in shown), *(f"coil{c}_current_A" for c in coils))
 
-    text = "".join(
-        Path(str(m.__file__)).read_text() for m in (kernel.windows.tables, kernel.windows, kernel)
-    )
+    distinct = list(filter(None, dict.fromkeys(laws)))
+    sources = [kernel.tables.__file__, kernel.__file__, *(law.__file__ for law in distinct)]
+    tables, integration, *written = (Path(str(file)).read_text() for file in sources)
+    own_laws = [_NAMES.sub(rf"law{k}_\1(", text) for k, text in enumerate(written)]
+    text = "".join([tables, integration, *own_laws])
     module = CText(text, "engine", _intrinsics(kernel), {"Step": Step._fields})
-    groups = {
-        name: _group(module, name, value)
-        for name, value in zip(GROUPS, work.arguments, strict=True)
-    }
+    arguments = dict(zip(GROUPS, work.arguments, strict=True))
+    numbers_of_laws = [0 if law is None else 1 + distinct.index(law) for law in laws]
+    arguments["law"] = arguments["law"]._replace(functions=np.array(numbers_of_laws))
+    groups = {name: _group(module, name, value) for name, value in arguments.items()}
+    own_kinds = ["i", "a", "i", "d", "d", "a", "i", "i1"]
+    cases = [
+        f"    case {k + 1}: {module.function(f'law{k}_element', own_kinds)[0]}"
+        f"(operation, w, {kernel.STRIDE} * e, a, b, numbers, at, mask); break;"
+        for k in range(len(distinct))
+    ]
+    element = "\n".join([ELEMENT, "{", "    switch (functions.p[e]) {", *cases, "    }", "}"])
     arrays = {array.name: array for _, _, own in groups.values() for array in own}
     rows = Array("observed_rows", plan.outputs[0].rows[shown][:, :, None])
     arrays[rows.name] = rows
@@ -200,7 +216,7 @@ def plant_part(job: Job) -> Part:
         "N_GROUND": kernel.N_GROUND,
         "N_CHANNELS": len(work.driver),
         "N_ELEMENTS": kernel.N_ELEMENTS,
-        "N_STATES": kernel.N_ELEMENTS * kernel.N_STATES,
+        "N_STATES": kernel.N_ELEMENTS * work.sizes.n_states,
         "N_MODES": work.sizes.n_modes,
         "N_PAD": work.sizes.n_pad,
         "N_ROW": 2 * work.sizes.n_pad,
@@ -221,7 +237,7 @@ def plant_part(job: Job) -> Part:
         "CHANGED": ",\n            ".join([*change, _literals(module, own)]),
         "OBSERVE": seen,
         "OBSERVED": _literals(module, observe),
-        "FUNCTIONS": module.definitions(),
+        "FUNCTIONS": f"{module.definitions()}\n{element}",
         "CONSTANTS": "\n".join(array.defined for array in constants),
     }
     files = {
@@ -244,6 +260,7 @@ def _intrinsics(kernel: ModuleType) -> dict[str, tuple[Kind, str]]:
     return {
         "read": ("d", "static double read(array a, long at, long k) { return a.p[at + k]; }"),
         "write": ("v", WRITE),
+        "element": ("v", f"{ELEMENT};"),
         "fused": ("d", "static double fused(double a, double b, double c) { return a * b + c; }"),
         "respond_to_others": ("v", Template(OTHERS).substitute(sizes)),
         "free_rows": ("v", ADD_ROWS + "\n" + Template(FREE_ROWS).substitute(sizes)),

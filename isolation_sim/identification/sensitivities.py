@@ -143,8 +143,9 @@ def _text(law: Law) -> str:
         '"""Written by isolation_sim.identification.sensitivities; do not edit."""',
         "import math\n\nimport numpy as np\nfrom numba import njit",
         f"N_STATES = {n}\nN_PARAMETERS = {n_parameters}",
-        'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy"}\n'
-        "inline = njit(forceinline=True, **OPTIONS)",
+        'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}\n'
+        "inline = njit(\n"
+        "    forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS\n)",
         function_text(
             "respond",
             "x, v, s, parameters, by",

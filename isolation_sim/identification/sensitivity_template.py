@@ -55,8 +55,11 @@ def simulate(
                     parameters[owner[k]] += theta[k] * factor[k]
             force[sample] = respond(x[sample], v[sample], s, parameters, by)
             if not abs(force[sample]) < np.inf:  # the rest would be no better
-                force[sample : starts[run + 1]] = np.nan
-                jacobian[sample : starts[run + 1]] = np.nan
+                for rest in range(sample, starts[run + 1]):
+                    force[rest] = np.nan
+                    if differentiate:
+                        for k in range(n_theta):
+                            jacobian[rest, k] = np.nan
                 break
             if differentiate:
                 for k in range(n_theta):

@@ -130,7 +130,7 @@ def function_text(
     name: str, arguments: str, body: Sequence[str], decorator: str = "@inline", doc: str = ""
 ) -> str:
     """Assemble one function's source text."""
-    lines = [decorator, f"def {name}({arguments}):"]
+    lines = [*filter(None, [decorator]), f"def {name}({arguments}):"]
     if doc:
         lines.append(f'    """{doc}"""')
     lines += [f"    {line}" for line in body]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 class Sizes(NamedTuple):
     """Constants of a run."""
 
-    # ``controller``: address of a compiled controller, or 0; ``record_steps``: whether every step
-    # is recorded; ``clamp``: whether commands outside the driver's limits are clamped.
+    # ``n_states``: largest number of an element; ``controller``: address of a compiled controller,
+    # or 0; ``record_steps``: whether every step is recorded; ``clamp``: whether commands outside
+    # the driver's limits are clamped.
 
     n_modes: int
     n_pad: int
@@ -21,6 +22,7 @@ class Sizes(NamedTuple):
     n_windows: int
     n_levels: int
     n_outputs: int
+    n_states: int
     controller: int
     record_steps: bool
     clamp: bool
@@ -81,10 +83,15 @@ class Coils(NamedTuple):
 class LawNumbers(NamedTuple):
     """Parameters of the elements' laws as polynomials in the current, and their coil channels."""
 
+    # ``functions``: address of each element's compiled law, 0 of a further direction of the element
+    # before; ``numbers``: its parameters, their first slot and its directions, (n_elements, 3).
+
     table: NDArray
     breaks: NDArray
     shape: NDArray
     channel: NDArray
+    functions: NDArray
+    numbers: NDArray
 
 
 class Lanes(NamedTuple):

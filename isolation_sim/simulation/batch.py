@@ -215,7 +215,7 @@ def run_cases(
         lanes = [lane for _, lane in block]
         plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay, alike)
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
-        with kernel.compiling(plan.module):
+        with kernel.compiling(plan.kernel):
             work.integrate()
         criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]

@@ -1,9 +1,10 @@
-"""Write the kernel's functions for one element from its law.
+"""Write the compiled functions of an element from its law.
 
-The numbers of an element are in one flat float64 array, at ``base + slot * LANES + lane``. The same
-text therefore serves a single run (one lane) and a batch (several lanes, which the compiler turns
-into vector instructions). All quantities are those of the device in its own scale; the rows and
-columns of the structure contain the scales.
+They are one module for each law, which the integration of any structure calls by the address of
+``element``. The numbers of an element are in one flat float64 array, at ``base + slot * LANES +
+lane``. The same text therefore serves a single run (one lane) and a batch (several lanes, which the
+compiler turns into vector instructions). All quantities are those of the device in its own scale;
+the rows and columns of the structure contain the scales.
 
 A device of several directions has consecutive elements, one per direction. The functions are
 written for the first element, which has the states and parameters, and also update the others.
@@ -54,6 +55,34 @@ force at the step's start; and the residual forces at the nodes. The law's state
 follow."""
 
 
+OPERATIONS = {
+    "prepare_held": "",
+    "prepare_moving": "",
+    "relax": "h",
+    "sweep": "h, table, first",
+    "finish": "h, share, table, first",
+    "inside": "tau, states, first",
+    "accept": "states, first",
+    "restart": "",
+    "probe": "",
+}
+"""Functions that the integration calls, in the order of their numbers, with their arguments between
+the element's base and the mask of lanes. ``first`` is the first lane's place in an array."""
+
+
+_GENERAL = {"h": "p", "tau": "p", "share": "q", "table": "array", "states": "array"}
+
+
+def _general(arguments: str) -> str:
+    """Arguments of an operation by their names in ``element``."""
+    return ", ".join(_GENERAL.get(name, name) for name in arguments.split(", "))
+
+
+def indented(lines: Sequence[str]) -> list[str]:
+    """Lines of a nested block."""
+    return [f"    {line}" for line in lines]
+
+
 def lagrange(nodes: Sequence[float], at: float) -> list[float]:
     """Values at ``at`` of the Lagrange polynomials through ``nodes``."""
     weights = []
@@ -82,8 +111,8 @@ def _sum(coefficients: Sequence[float], names: Sequence[str]) -> str:
 class ElementCode:
     """Slots and functions of one law's elements."""
 
-    def __init__(self, law: Law, tag: int, alone: bool):
-        self.law, self.tag, self.alone = law, tag, alone
+    def __init__(self, law: Law, alone: bool):
+        self.law, self.alone = law, alone
         n = len(law.states)
         self.states = [f"s{i}" for i in range(n)]
         self.parameters = [f"p{k}" for k in range(len(law.parameters))]
@@ -140,35 +169,50 @@ class ElementCode:
         """Call of the law at node ``j``: forces along each direction, then rates."""
         motion = [along(name, a) for a in self.directions for name in (x, v)]
         arguments = [*motion, *states, *(f"{q}_{j}" for q in self.coefficients)]
-        return f"respond_{self.tag}({', '.join(arguments)})"
+        return f"respond({', '.join(arguments)})"
 
-    def text(self) -> str:
-        """All functions of this law, as Numba source."""
-        parts = {
-            "respond": (
-                ", ".join([*self.motion, *self.states, *self.coefficients]),
-                self._respond(),
-            ),
-            "prepare_held": ("w, b, on", self._prepare([0], copies=[1, 2, 3])),
-            "prepare_moving": ("w, b, on", self._prepare([0, 1, 2, 3], copies=[])),
-            "relax": ("w, b, h, on", self._relax()),
-            "sweep": ("w, b, h, table, at, on", self._sweep()),
-            "finish": ("w, b, h, share, table, at, on", self._finish()),
-            "inside": ("w, b, tau, states, at, on", self._inside()),
-            "accept": ("w, b, states, at, on", self._accept()),
-            "restart": ("w, b, on", self._restart()),
-            "probe": ("w, b, on", self._probe()),
-        }
+    def text(self, lanes: int, shared: bool) -> str:
+        """All functions of this law, as Numba source; ``element`` calls one for a mask of lanes."""
+        motion = [*self.motion, *self.states]
+        written = [
+            function_text(
+                "respond", ", ".join([*motion, *self.coefficients]),
+                [*self.statements, f"return ({', '.join(self.results)},)"],
+            )
+        ]  # fmt: skip
         if self.kinks[1]:
-            arguments = ", ".join([*self.motion, *self.states, *self.parameters])
-            parts["kinks"] = (arguments, [*self.kinks[0], f"return ({', '.join(self.kinks[1])},)"])
-        return "\n\n".join(
-            function_text(f"{name}_{self.tag}", arguments, body)
-            for name, (arguments, body) in parts.items()
+            statements, signs = self.kinks
+            body = [*statements, f"return ({', '.join(signs)},)"]
+            written.append(function_text("kinks", ", ".join([*motion, *self.parameters]), body))
+        bodies = {
+            "prepare_held": self._prepare([0], copies=[1, 2, 3]),
+            "prepare_moving": self._prepare([0, 1, 2, 3], copies=[]),
+            "relax": self._relax(),
+            "sweep": self._sweep(),
+            "finish": self._finish(),
+            "inside": self._inside(),
+            "accept": self._accept(),
+            "restart": self._restart(),
+            "probe": self._probe(),
+        }
+        calls = []
+        for k, (name, own) in enumerate(OPERATIONS.items()):
+            arguments = ", ".join(filter(None, ["w", "base", own, "mask"]))
+            place = "first" if lanes == 1 or (shared and "table" in own) else "first + lane"
+            body = [f"at = {place}"] * ("first" in own) + bodies[name]
+            if lanes == 1:
+                body = ["if mask[0]:", *indented(["b, on = base, True", *body])]
+                written.append(function_text(name, arguments, body))
+            else:
+                # a loop becomes vector instructions in a function of its own
+                body = ["b, on = base + lane, mask[lane] != 0", *body]
+                body = ["for lane in range(LANES):", *indented(body)]
+                written.append(function_text(name, arguments, body, "@inner"))
+            calls += [f"if operation == {k}:", f"    {name}({_general(arguments)})"]
+        written.append(
+            function_text("element", "operation, w, base, p, q, array, first, mask", calls, "")
         )
-
-    def _respond(self) -> list[str]:
-        return [*self.statements, f"return ({', '.join(self.results)},)"]
+        return "\n\n".join(written)
 
     def _prepare(self, nodes: list[int], copies: list[int]) -> list[str]:
         """Expressions of only the parameters, at these nodes; copies get the last values."""
@@ -349,7 +393,7 @@ class ElementCode:
         for k, (x, v, states, j) in enumerate(points):
             motion = [along(name, a) for a in self.directions for name in (x, v)]
             arguments = [*motion, *states, *(f"{p}_{j}" for p in self.parameters)]
-            body.append(f"side{k} = kinks_{self.tag}({', '.join(arguments)})")
+            body.append(f"side{k} = kinks({', '.join(arguments)})")
         for k in range(4):
             for m in range(n):
                 body.append(f"kink = 1.0 if side{k}[{m}] * side{k + 1}[{m}] < 0.0 else kink")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
+from .kernel import Kernel, compiled
 from .modal import Modes
 
 MOST_TESTED = 50.0
@@ -32,6 +32,13 @@ class Elements:
     table: NDArray
     breaks: NDArray  # (n_elements, n_pieces + 1, lanes): Currents at which their pieces begin, A
     shape: NDArray  # (n_elements, 2) int: Numbers of pieces and powers that each element uses
+    # (n_elements,) int: Address of each element's compiled law; 0 of a further direction of the
+    # element before
+    functions: NDArray
+    # (n_elements, 3) int: Number of each element's parameters, slot of the first, directions
+    sizes: NDArray
+    starts: NDArray  # (n_elements,) int: Slot of each element's first state at a step's start
+    n_states: int  # Largest number of states of an element
     # (lanes,): Largest device deformation, m, summed over elements, of a run that has not diverged:
     # ``MOST_TESTED`` times the tested deformation
     deformation_limit: NDArray
@@ -42,9 +49,10 @@ class Elements:
 
 
 def elements_of(
-    module: ModuleType, plants: Sequence[IsolatedStructure], modes: Sequence[Modes]
+    kernel: Kernel, plants: Sequence[IsolatedStructure], modes: Sequence[Modes]
 ) -> Elements:
     """Gather a block's elements."""
+    module, laws = kernel
     first, lanes = plants[0], module.LANES
     shapes = np.array([e.device.current.coefficients.shape for e in first.elements])
     pieces, parameters, n_powers = shapes.max(axis=0)
@@ -70,9 +78,12 @@ def elements_of(
             breaks[e, : a + 1, alike] = device.current.breaks
         for (e, *_), law in zip(plant.groups, plant.group_laws, strict=True):
             device = plant.elements[e].device
-            scale = module.SLOT_SCALE[module.KIND[e]]
+            scale = laws[e].SLOT_SCALE  # type: ignore[union-attr]
             extent = 1e-4 * device.deformation_scale / device.length
             numbers[e, scale : scale + len(law.states), alike] = 1.0 / extent
+    sizes = np.zeros((len(laws), 3), np.int64)
+    for (e, *further), written in zip(first.groups, filter(None, laws), strict=True):
+        sizes[e] = written.N_PARAMETERS, written.SLOT_PARAMETER, 1 + len(further)
     width = first.n_channels
     return Elements(
         n_modes=modes[0].eigenvalues.size,
@@ -81,6 +92,10 @@ def elements_of(
         table=table,
         breaks=breaks,
         shape=np.ascontiguousarray(shapes[:, [0, 2]]),
+        functions=np.array([0 if law is None else compiled(law).address for law in laws]),
+        sizes=sizes,
+        starts=np.array([0 if law is None else law.SLOT_START for law in laws]),
+        n_states=max(law.N_STATES for law in laws if law is not None),
         deformation_limit=MOST_TESTED * np.array([_tested(plant) for plant in plants]),
     )
 

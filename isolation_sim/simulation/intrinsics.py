@@ -9,8 +9,8 @@
   conditional expression a kernel takes 1.5 times as long to compile, and runs as fast.
 - ``fused``: the compiler's choice which product of two to round depends on whether lanes share a
   factor, and a run's bits must not.
-- ``call`` of a compiled controller through its address: the kernel does not depend on the
-  controller, so that each is compiled and cached once.
+- ``call`` of a compiled controller, and ``element`` of a compiled law, through its address: the
+  kernel depends on neither, so that each is compiled and cached once.
 """
 
 from __future__ import annotations
@@ -75,7 +75,9 @@ def multiply_add(builder: Any, a: Any, b: Any, c: Any) -> Any:
 
 
 def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+    data = arguments[0]
+    if isinstance(signature.args[0], types.Array):
+        data = context.make_array(signature.args[0])(context, builder, data).data
     return builder.gep(data, [builder.add(arguments[1], arguments[2])])
 
 
@@ -352,6 +354,43 @@ def _lane_mask(context: Any, builder: Any, kind: Any, mask: Any, lanes: int) -> 
     data = context.make_array(kind)(context, builder, mask).data
     numbers = builder.load(builder.bitcast(data, whole.as_pointer()), align=8)
     return builder.icmp_signed("!=", numbers, ir.Constant(whole, [0] * lanes))
+
+
+ELEMENT = types.void(
+    types.int64, types.CPointer(types.float64), types.int64, types.float64, types.float64,
+    types.CPointer(types.float64), types.int64, types.CPointer(types.int64),
+)  # fmt: skip
+"""Signature of a law's ``element``; see ``element_code.py``."""
+
+
+def make_element(stride: int, lanes: int) -> Callable:
+    """Make ``element(functions, operation, e, w, a, b, numbers, at, mask)``."""
+    # It calls an operation of element e at the address in functions[e], with its numbers in w from
+    # e stride lanes on; of the address 0, of a further direction of the element before, nothing.
+
+    @intrinsic
+    def element(typing, functions, operation, e, w, a, b, numbers, at, mask):
+        i, d = types.int64, types.float64
+        signature = types.void(functions, i, i, w, d, d, numbers, i, mask)
+
+        def generate(context, builder, signature, arguments):
+            kinds = signature.args
+            functions, w, numbers, mask = (
+                context.make_array(kinds[k])(context, builder, arguments[k]).data
+                for k in (0, 3, 6, 8)
+            )
+            _, operation, e, _, a, b, _, at, _ = arguments
+            address = builder.load(builder.gep(functions, [e]))
+            base = builder.mul(e, INTEGER(stride * lanes))
+            own = [operation, w, base, a, b, numbers, at, mask]
+            pointer = ir.FunctionType(ir.VoidType(), [value.type for value in own]).as_pointer()
+            with builder.if_then(builder.icmp_signed("!=", address, INTEGER(0)), likely=True):
+                builder.call(builder.inttoptr(address, pointer), own)
+            return context.get_dummy_value()
+
+        return signature, generate
+
+    return element
 
 
 @intrinsic

@@ -4,27 +4,31 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import cfunc
 
 from ..generated import load_text, load_written
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from .element_code import COMMON, MOVING_FACTOR, NODES, ElementCode
+from .element_code import COMMON, MOVING_FACTOR, NODES, OPERATIONS, ElementCode
 from .folded_constants import folded_constants
+from .intrinsics import ELEMENT
 
-TEMPLATES = tuple(
-    Path(__file__).with_name(f"kernel_{part}_template.py") for part in ("step", "integration")
-)
-TABLES_TEMPLATE = Path(__file__).with_name("kernel_tables_template.py")
-WINDOWS_TEMPLATE = Path(__file__).with_name("kernel_windows_template.py")
-SUMMARY_TEMPLATE = Path(__file__).with_name("kernel_summary_template.py")
-HEADER = """
+_TEMPLATES = {
+    part: Path(__file__).with_name(f"kernel_{part}_template.py")
+    for part in ("tables", "windows", "step", "integration", "summary")
+}
+_OPTIONS: dict[str, Any] = {
+    "fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False,
+}  # fmt: skip
+HEADER = f"""
 import math
 
 import numpy as np
@@ -35,15 +39,13 @@ from isolation_sim.simulation.arguments import Step
 from isolation_sim.simulation.intrinsics import call, fused, read, write
 
 unsigned = np.uint64
-OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}
+OPTIONS = {_OPTIONS!r}
 # nothing but the kernel calls these: they need no entry from Python
-INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = dict(OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 inner = njit(**INNER)
 inline = njit(forceinline=True, **INNER)
-# compiled once, and included by kernels of all laws
-shared = njit(cache=True, forceinline=True, **INNER)
 # no product is fused with a sum: the same bits wherever it stands
-EXACT = {**INNER, "fastmath": False}
+EXACT = dict(INNER, fastmath=False)
 exact = njit(**EXACT)
 exact_inline = njit(forceinline=True, **EXACT)
 """
@@ -73,25 +75,19 @@ STATUS = {
         )
     },
 }
-# slots of an element: a multiple of this, so that kernels of many laws include the same code
 SLOTS = 128
-# functions of that code
-SHARED = (
-    "begin_window", "take_current", "shift_force", "any_lane", "choose_step", "move_currents",
-    "judge_step", "keep_step", "close_step", "close_window", "keep_force", "layout",
-)  # fmt: skip
-# element functions: name, arguments between base and mask, what the offset `at` is into
-DISPATCHED = (
-    ("prepare_held", "", ""),
-    ("prepare_moving", "", ""),
-    ("relax", "h", ""),
-    ("sweep", "h, table, at", "table"),
-    ("finish", "h, share, table, at", "table"),
-    ("inside", "tau, states, at", "states"),
-    ("accept", "states, at", "states"),
-    ("restart", "", ""),
-    ("probe", "", ""),
-)
+"""An element has a multiple of this many numbers, so that most laws share one integration."""
+HOPELESS = 1e12
+"""Change of an iteration above which it diverges, and largest rate of relaxation, 1/s."""
+TINY = 1e-300
+
+
+class Kernel(NamedTuple):
+    """Compiled integration of a structure, for any laws, and compiled laws of its elements."""
+
+    module: ModuleType
+    # the law of each element; None: a further direction of the element before
+    laws: tuple[ModuleType | None, ...]
 
 
 def polynomials(*nodes: float) -> tuple[tuple[float, ...], ...]:
@@ -100,74 +96,14 @@ def polynomials(*nodes: float) -> tuple[tuple[float, ...], ...]:
 
 
 _used: set[str] = set()
-_loaded: dict[tuple, ModuleType] = {}
 
 
-def _dispatch(name: str, extra: str, into: str, n_laws: int, lanes: int, shared: bool) -> str:
-    """Text that calls an element's function for each lane of a mask, whatever its law."""
-    at = "at" if into == "table" and shared else "at + lane"
-    arguments = [at if a == "at" else a for a in extra.split(", ") if a]
-    lines = ["@by_lanes", f"def {name}(e, w, base{', ' + extra if extra else ''}, mask):"]
-    for tag in range(n_laws):
-        call = ", ".join(["w", "base + lane", *arguments])
-        lines.append(f"    {'if' if tag == 0 else 'elif'} KIND[e] == {tag}:")
-        if lanes == 1:
-            lines += ["        lane = 0", "        if mask[0]:"]
-            lines.append(f"            {name}_{tag}({call}, True)")
-        else:
-            lines.append("        for lane in range(LANES):")
-            lines.append(f"            {name}_{tag}({call}, mask[lane] != 0)")
-    return "\n".join(lines) + "\n"
-
-
-def kernel_text(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool) -> str:
-    """Source of the kernel for elements of these laws, in this order, in so many lanes."""
-    # No law: a further direction of the element before. ``shared``: one set of coefficients serves
-    # all lanes, whose structures are then the same.
-    distinct = [law for law in dict.fromkeys(laws) if law is not None]
-    codes = [ElementCode(law, tag, len(laws) == 1) for tag, law in enumerate(distinct)]
-    n_states = max(len(c.states) for c in codes)
-    stride = -(-(max(len(c.slots) for c in codes) + 4 * n_states) // SLOTS) * SLOTS
-    shape = (len(laws), n_ground, lanes, 1 if shared else lanes, stride)
+def kernel_text(n_elements: int, n_ground: int, lanes: int, table_lanes: int, stride: int) -> str:
+    """Source of the integration of so many elements, of any laws, in so many lanes."""
+    # ``table_lanes``: lanes of the coefficients; 1 if they serve all lanes, with equal structures.
+    # ``stride``: numbers of an element
     constants = {
-        **_shape_constants(*shape),
-        "N_STATES": n_states,
-        "KIND": tuple(len(distinct) if law is None else distinct.index(law) for law in laws),
-        "DIRECTIONS": tuple(0 if law is None else law.directions for law in laws),
-        # the last entry is that of a further direction, which has none of its own
-        "N_PARAMETERS": (*(len(c.parameters) for c in codes), 0),
-        "SLOT_PARAMETER": (*(c.slots.index("p0_0") if c.parameters else 0 for c in codes), 0),
-        "SLOT_START": (*(c.slots.index("start0") if c.states else 0 for c in codes), 0),
-        "SLOT_SCALE": (*(c.slots.index("scale0") if c.states else 0 for c in codes), 0),
-        "PAD": padding(lanes),
-        "HOPELESS": 1e12,
-    }
-    blocks = [
-        '"""Written by isolation_sim.simulation.kernel; do not edit."""',
-        HEADER,
-        _assigned(constants),
-        # loops over lanes become vector instructions in functions of their own
-        f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
-        *(c.text() for c in codes),
-        f"windows = kernel.load_windows{shape}\n"
-        f"{', '.join(SHARED)} = ({', '.join(f'windows.{name}' for name in SHARED)})\n"
-        "summary = kernel.load_summary(LANES, TABLE_LANES)\n"
-        "respond_to_others = intrinsics.make_respond_to_others(\n"
-        "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
-        "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)",
-        *(_dispatch(*one, len(codes), lanes, shared) for one in DISPATCHED),
-        *(template.read_text() for template in TEMPLATES),
-    ]
-    return folded_constants("\n\n".join(blocks))
-
-
-def _shape_constants(
-    n_elements: int, n_ground: int, lanes: int, table_lanes: int, stride: int
-) -> dict[str, object]:
-    """Constants that depend on the laws by the elements' number of slots alone."""
-    return {
         "LANES": lanes,
-        "ROWS": 8 * lanes,
         "TABLE_LANES": table_lanes,
         "N_ELEMENTS": n_elements,
         "N_GROUND": n_ground,
@@ -177,30 +113,55 @@ def _shape_constants(
         ),
         **RECORDS,
         **STATUS,
+        **{name.upper(): k for k, name in enumerate(OPERATIONS)},
+        **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
         "NODES_AND_END": (*NODES, 1.0),
         "LAGRANGE": polynomials(*NODES),
         "MOVING_FACTOR": MOVING_FACTOR,
-        "TINY": 1e-300,
-        **{f"SLOT_{name.upper()}": k for k, name in enumerate(COMMON)},
+        "HOPELESS": HOPELESS,
+        "TINY": TINY,
+        "PAD": padding(lanes),
     }
+    return _assembled(
+        constants,
+        "tables = kernel.load_tables(TABLE_LANES)\n"
+        "build_table, layout = tables.build_table, tables.layout\n"
+        "summary = kernel.load_summary(LANES, TABLE_LANES)\n"
+        "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)\n"
+        "respond_to_others = intrinsics.make_respond_to_others(\n"
+        "    LANES, TABLE_LANES, N_ELEMENTS, STRIDE, SLOT_DN0, SLOT_FREE0, SLOT_F0)\n"
+        "free_rows = intrinsics.make_free_rows(LANES, TABLE_LANES, N_GROUND)\n"
+        "element = intrinsics.make_element(STRIDE, LANES)",
+        *(_TEMPLATES[part].read_text() for part in ("windows", "step", "integration")),
+    )
 
 
-@lru_cache
-def load_windows(*shape: int) -> ModuleType:
-    """Windows, choice of steps and records, for any laws; see ``_shape_constants``."""
+def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> str:
+    """Source of the functions of a law's elements."""
+    # the structure matters to a device of several directions, and to one that is alone
+    code = ElementCode(law, n_elements == 1)
+    slots = code.slots
+    constants = {
+        "LANES": lanes,
+        "TABLE_LANES": table_lanes,
+        "N_ELEMENTS": n_elements,
+        "STRIDE": stride,
+        "HOPELESS": HOPELESS,
+        "TINY": TINY,
+        "N_SLOTS": len(slots),
+        "N_STATES": len(code.states),
+        "N_PARAMETERS": len(code.parameters),
+        "SLOT_PARAMETER": slots.index("p0_0") if code.parameters else 0,
+        "SLOT_START": slots.index("start0") if code.states else 0,
+        "SLOT_SCALE": slots.index("scale0") if code.states else 0,
+    }
+    return _assembled(constants, code.text(lanes, table_lanes < lanes))
 
-    def text() -> str:
-        blocks = [
-            HEADER,
-            _assigned(_shape_constants(*shape)),
-            "tables = kernel.load_tables(TABLE_LANES)\n"
-            "build_table, layout = tables.build_table, tables.layout\n"
-            "move_modes = intrinsics.make_move_modes(LANES, TABLE_LANES, N_GROUND, FORCE_SLOTS)",
-            WINDOWS_TEMPLATE.read_text(),
-        ]
-        return folded_constants("\n\n".join(blocks))
 
-    return load_written("windows", shape, text)
+def _assembled(constants: Mapping[str, object], *blocks: str) -> str:
+    """Source of a module."""
+    first = '"""Written by isolation_sim.simulation.kernel; do not edit."""'
+    return folded_constants("\n\n".join([first, HEADER, _assigned(constants), *blocks]))
 
 
 @lru_cache
@@ -213,9 +174,7 @@ def load_tables(table_lanes: int) -> ModuleType:
             "NODES_AND_END": (*NODES, 1.0),
             "LAGRANGE": polynomials(*NODES),
         }
-        return folded_constants(
-            "\n\n".join([HEADER, _assigned(constants), TABLES_TEMPLATE.read_text()])
-        )
+        return _assembled(constants, _TEMPLATES["tables"].read_text())
 
     return load_written("tables", table_lanes, text)
 
@@ -233,23 +192,21 @@ def load_summary(lanes: int, table_lanes: int) -> ModuleType:
             "THROUGH_ENDS": polynomials(0.0, *NODES, 1.0),
             **RECORDS,
         }
-        blocks = [
-            HEADER,
-            _assigned(constants),
+        return _assembled(
+            constants,
             f"by_lanes = {'inline' if lanes == 1 else 'inner'}",
             "powers = kernel.load_tables(TABLE_LANES).powers\n"
             "POINTS = intrinsics.points_at_once(LANES)\n"
             "quantities_at = intrinsics.make_rows_at(LANES, TABLE_LANES)\n"
             "DENSE = intrinsics.points_at_once(1)\n"
             "dense_quantities_at = intrinsics.make_rows_at(1, 1)",
-            SUMMARY_TEMPLATE.read_text(),
-        ]
-        return folded_constants("\n\n".join(blocks))
+            _TEMPLATES["summary"].read_text(),
+        )
 
     return load_written("summary", (lanes, table_lanes), text)
 
 
-def _assigned(constants: dict[str, object]) -> str:
+def _assigned(constants: Mapping[str, object]) -> str:
     return "\n".join(f"{name} = {value!r}" for name, value in constants.items())
 
 
@@ -258,31 +215,61 @@ def padding(lanes: int) -> int:
     return 8 if lanes == 1 else 1
 
 
-def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> ModuleType:
-    """Kernel module for elements of these laws; written once to the cache folder."""
+def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> Kernel:
+    """Kernel of elements of these laws; ``shared``: the structures of all lanes are equal.
+
+    No law: a further direction of the element before.
+    """
+    return _load(tuple(laws), n_ground, lanes, 1 if shared else lanes)
+
+
+@cache
+def _load(laws: tuple[Law | None, ...], n_ground: int, lanes: int, table_lanes: int) -> Kernel:
+    n, stride = len(laws), SLOTS
+    modules = {law: load_law(law, n, lanes, table_lanes, stride) for law in laws if law}
+    needed = max(m.N_SLOTS + 4 * m.N_STATES for m in modules.values())
+    if needed > stride:
+        stride = -(-needed // SLOTS) * SLOTS
+        modules = {law: load_law(law, n, lanes, table_lanes, stride) for law in modules}
+    module = load_integration(n, n_ground, lanes, table_lanes, stride)
+    return Kernel(module, tuple(None if law is None else modules[law] for law in laws))
+
+
+@cache
+def load_integration(*shape: int) -> ModuleType:
+    """Integration for any laws; see ``kernel_text``."""
+    return load_written("kernel", shape, lambda: kernel_text(*shape))
+
+
+def load_law(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> ModuleType:
+    """Functions of a law's elements; written once to the cache folder."""
+    if law.directions == 1:  # it neither knows of the other elements nor where they are
+        n_elements, stride = min(n_elements, 2), 0
+    return _load_law(law, n_elements, lanes, table_lanes, stride)
+
+
+@cache
+def _load_law(law: Law, *shape: int) -> ModuleType:
     # The file is named by what goes into it, so that a later process finds it without tracing the
-    # laws, or, where that cannot be said of a law, by its content.
-    shared = shared and lanes > 1
-    key = (tuple(laws), n_ground, lanes, shared)
-    if key not in _loaded:
+    # law, or, where that cannot be said of a law, by its content.
+    def text() -> str:
+        return law_text(law, *shape)
 
-        def text() -> str:
-            return kernel_text(laws, n_ground, lanes, shared)
+    mark = fingerprint(law)
+    return load_text("law", text()) if mark is None else load_written("law", (mark, shape), text)
 
-        marks = ["" if law is None else fingerprint(law) for law in laws]
-        if None in marks:
-            _loaded[key] = load_text("kernel", text())
-        else:
-            content = (marks, [laws.index(law) for law in laws], n_ground, lanes, shared)
-            _loaded[key] = load_written("kernel", content, text)
-    return _loaded[key]
+
+@cache
+def compiled(law: ModuleType) -> Any:
+    """Compile a law's ``element``, to be called by its ``address``."""
+    return cfunc(ELEMENT, cache=True, **_OPTIONS)(law.element)
 
 
 @contextmanager
-def compiling(module: ModuleType) -> Iterator[None]:
-    """Say that the first run compiles, if the kernel is neither loaded nor in the cache."""
-    first = not is_compiled(module)
-    _used.add(module.__name__)
+def compiling(kernel: Kernel) -> Iterator[None]:
+    """Say that the first run compiles, if a part of the kernel is not in the cache yet."""
+    first = not is_compiled(kernel)
+    _used.update(one.__name__ for one in _modules(kernel))
     # Numba makes millions of objects, none of them garbage yet: looking for some costs a fifth
     paused = first and gc.isenabled()
     if first:
@@ -296,9 +283,15 @@ def compiling(module: ModuleType) -> Iterator[None]:
             gc.enable()
 
 
-def is_compiled(module: ModuleType) -> bool:
-    """Whether a kernel is loaded or in the cache folder."""
-    if module.__name__ in _used:
-        return True
+def is_compiled(kernel: Kernel) -> bool:
+    """Whether all of a kernel is loaded or in the cache folder."""
+    return all(one.__name__ in _used or _is_cached(one) for one in _modules(kernel))
+
+
+def _modules(kernel: Kernel) -> list[ModuleType]:
+    return [kernel.module, *filter(None, dict.fromkeys(kernel.laws))]
+
+
+def _is_cached(module: ModuleType) -> bool:
     path = Path(str(module.__file__))
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.integrate-*.nbc"))
+    return any((path.parent / "__pycache__").glob(f"{path.stem}.*.nbc"))

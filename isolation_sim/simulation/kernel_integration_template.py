@@ -1,4 +1,4 @@
-"""The compiled time integration; ``kernel.py`` puts the elements' code in front of this text.
+"""The compiled time integration, for any laws: their functions are called by their addresses.
 
 Exponential collocation. The linear structure is kept in complex modes and propagated exactly; each
 element's force, less that of its reference spring and dashpot (which are part of the linear
@@ -13,8 +13,8 @@ misses the force at the step's ends decides on the level.
 
 Arrays are flat or end in the lane: LANES runs go through side by side and the compiler turns the
 innermost loops into vector instructions. A lane's result does not depend on its neighbours. Names
-that are not defined here (LANES, N_ELEMENTS, KIND, STRIDE, SLOT_..., sweep, ...) come from
-``kernel.py``; functions that do not depend on the laws are in ``kernel_windows_template.py``.
+that are not defined here (LANES, N_ELEMENTS, STRIDE, SLOT_..., element, ...) come from
+``kernel.py``; windows, choice of steps and records are in ``kernel_windows_template.py``.
 """
 
 MAX_SWEEPS = 40
@@ -43,7 +43,8 @@ def integrate(
     w, u = scratch
     active, going, channel = lanes.active, lanes.going, law_numbers.channel
     states, forces = history.states, history.forces
-    width = 4 + 4 * N_STATES if sizes.record_steps else 4
+    functions, n_states = law_numbers.functions, sizes.n_states
+    width = 4 + 4 * n_states if sizes.record_steps else 4
     while position[WINDOW_NOW] < sizes.n_windows:
         window = position[WINDOW_NOW]
         g = course.windows[window, 0]
@@ -68,41 +69,27 @@ def integrate(
             step = choose_step(window, sizes, limits, course, propagation, lanes, u)
             if step.fresh:
                 for e in range(N_ELEMENTS):
-                    restart(e, w, e * STRIDE * LANES, going)
+                    element(functions, RESTART, e, w, 0.0, 0.0, w, 0, going)
             if step.fresh or step.number == 0:
                 if step.number == 0:
                     for lane in range(LANES):
                         going[lane] = active[lane]
                 for e in range(N_ELEMENTS):
-                    relax(e, w, e * STRIDE * LANES, step.length, going)
+                    element(functions, RELAX, e, w, step.length, 0.0, w, 0, going)
             for e in range(N_ELEMENTS):
-                n, slot = np.int64(N_PARAMETERS[KIND[e]]), np.int64(SLOT_PARAMETER[KIND[e]])
-                if move_currents(step, window, e, course, coils, law_numbers, lanes, n, slot, w):
-                    prepare_moving(e, w, e * STRIDE * LANES, going)
-            solve_step(step, sizes, propagation.table, history.z, u, w, lanes)
+                if move_currents(step, window, e, course, coils, law_numbers, lanes, w):
+                    element(functions, PREPARE_MOVING, e, w, 0.0, 0.0, w, 0, going)
+            solve_step(step, sizes, law_numbers, propagation.table, history.z, u, w, lanes)
             if not judge_step(step, sizes, limits, lanes):
                 continue
             keep_step(step, window, width, sizes, propagation, lanes, history, u, w)
             for i in range(1, step.n_sub):
                 for e in range(N_ELEMENTS):
-                    inside(
-                        e,
-                        w,
-                        e * STRIDE * LANES,
-                        i / step.n_sub,
-                        states,
-                        ((step.point + i) * N_ELEMENTS + e) * N_STATES * LANES,
-                        active,
-                    )
+                    at = ((step.point + i) * N_ELEMENTS + e) * n_states * LANES
+                    element(functions, INSIDE, e, w, i / step.n_sub, 0.0, states, at, active)
             for e in range(N_ELEMENTS):
-                accept(
-                    e,
-                    w,
-                    e * STRIDE * LANES,
-                    states,
-                    (step.end * N_ELEMENTS + e) * N_STATES * LANES,
-                    active,
-                )
+                at = (step.end * N_ELEMENTS + e) * n_states * LANES
+                element(functions, ACCEPT, e, w, 0.0, 0.0, states, at, active)
             close_step(step, limits, lanes, forces, w)
         if not close_window(position, course, limits, coils, channel, lanes, w):
             break
@@ -112,17 +99,10 @@ def integrate(
 @inline
 def update_current(e, g, coils, law_numbers, going, w):
     """Set an element's current from a grid point on; return whether it changes."""
-    # Numba compiles a function again for a constant argument
-    n, slot = np.int64(N_PARAMETERS[KIND[e]]), np.int64(SLOT_PARAMETER[KIND[e]])
-    changed = take_current(e, g, coils, law_numbers, going, n, slot, w)
+    changed = take_current(e, g, coils, law_numbers, going, w)
     if changed:
-        set_force(e, w, going)
+        functions, numbers = law_numbers.functions, law_numbers.numbers
+        element(functions, PREPARE_HELD, e, w, 0.0, 0.0, w, 0, going)
+        element(functions, PROBE, e, w, 0.0, 0.0, w, 0, going)
+        shift_force(e, numbers[e, 2], w, going)
     return changed
-
-
-@inner
-def set_force(e, w, going):
-    """Force with an element's new parameters."""
-    prepare_held(e, w, e * STRIDE * LANES, going)
-    probe(e, w, e * STRIDE * LANES, going)
-    shift_force(e, np.int64(DIRECTIONS[e]), w, going)

@@ -5,13 +5,14 @@ Part of the compiled kernel; see ``kernel_integration_template.py``.
 
 
 @inline
-def solve_step(step, sizes, table, z, u, w, lanes):
+def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
     """Forces and states at the nodes and the end of one step; z and u are only read.
 
     Sets in ``lanes``: ``defects``, the difference of force polynomial and force at the step's ends
     over the peak force, infinite if the iteration did not converge; ``errors``, its estimated
     effect on the response; ``kinks``, whether an element has a kink within the step.
     """
+    functions, numbers = law_numbers.functions, law_numbers.numbers
     n_modes, n_pad, n_sub, offset = sizes.n_modes, sizes.n_pad, step.n_sub, step.offset
     h, share, tolerance = step.length, step.share, step.left
     active, going, previous, contraction = (
@@ -43,14 +44,13 @@ def solve_step(step, sizes, table, z, u, w, lanes):
     waiting = 1
     for count in range(MAX_SWEEPS):
         for e in range(N_ELEMENTS):
-            base = e * STRIDE
             for lane in range(LANES):
-                w[(base + SLOT_CHANGE) * LANES + lane] = 0.0
+                w[(e * STRIDE + SLOT_CHANGE) * LANES + lane] = 0.0
             if N_ELEMENTS > 1:  # else the free response is all there is, read where it stands
-                for direction in range(DIRECTIONS[e]):
+                for direction in range(numbers[e, 2]):
                     respond_to_others(e + direction, w, table, offset + force_rows)
             at = offset + force_rows + (e * N_ELEMENTS + e) * 24
-            sweep(e, w, base * LANES, h, table, at * TABLE_LANES, going)
+            element(functions, SWEEP, e, w, h, 0.0, table, at * TABLE_LANES, going)
         waiting = 0
         for lane in range(LANES):
             if going[lane]:
@@ -82,12 +82,11 @@ def solve_step(step, sizes, table, z, u, w, lanes):
             if going[lane]:
                 defects[lane] = np.inf
     for e in range(N_ELEMENTS):
-        base = e * STRIDE
         if N_ELEMENTS > 1:
-            for direction in range(DIRECTIONS[e]):
+            for direction in range(numbers[e, 2]):
                 respond_to_others(e + direction, w, table, offset + force_rows)
         at = offset + force_rows + (e * N_ELEMENTS + e) * 24
-        finish(e, w, base * LANES, h, share, table, at * TABLE_LANES, active)
+        element(functions, FINISH, e, w, h, share, table, at * TABLE_LANES, active)
     for lane in range(LANES):
         defect, error, kink = defects[lane], 0.0, 0.0
         for e in range(N_ELEMENTS):

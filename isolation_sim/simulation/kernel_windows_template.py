@@ -1,14 +1,13 @@
-"""Windows, step size control and records: the part of the integration that no law changes.
+"""Windows, step size control and records.
 
-A module of its own, compiled once for all laws and included by the integration. See
-``kernel_integration_template.py``.
+Part of the compiled kernel; see ``kernel_integration_template.py``.
 """
 
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
 MOST_STEPS = 4096  # tried in one window; after these, steps that miss the tolerance are counted
 
 
-@shared
+@inline
 def begin_window(position, sizes, course, measurements, coils, channel, lanes, z, w):
     """Sensors, decision and commands at a window's start; return whether it has been decided."""
     window = position[WINDOW_NOW]
@@ -80,8 +79,8 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
     return True
 
 
-@shared
-def take_current(e, g, coils, law_numbers, going, n, slot, w):
+@inline
+def take_current(e, g, coils, law_numbers, going, w):
     """Mark the lanes with a new constant current of an element; set its parameters."""
     c = law_numbers.channel[e]
     changed = False
@@ -91,12 +90,12 @@ def take_current(e, g, coils, law_numbers, going, n, slot, w):
         if current == coils.command[g, c, lane] and current != coils.applied[e, lane]:
             going[lane] = 1
             coils.applied[e, lane] = current
-            set_parameters(e, lane, 0, current, law_numbers, n, slot, w)
+            set_parameters(e, lane, 0, current, law_numbers, w)
             changed = True
     return changed
 
 
-@shared
+@inline
 def shift_force(e, n_directions, w, going):
     """Change the force at a step's start to that of a new current."""
     for direction in range(n_directions):
@@ -112,7 +111,7 @@ def shift_force(e, n_directions, w, going):
                 w[at + SLOT_F_START * LANES] = begin
 
 
-@shared
+@inline
 def any_lane(mask):
     """Whether a mask has any lane."""
     count = 0
@@ -121,7 +120,7 @@ def any_lane(mask):
     return count > 0
 
 
-@shared
+@inline
 def choose_step(window, sizes, limits, course, propagation, lanes, u):
     """The next step of the lanes with the least time; its coefficients and ground motion."""
     windows, spans, _, ground = course
@@ -205,7 +204,7 @@ def choose_step(window, sizes, limits, course, propagation, lanes, u):
     )
 
 
-@shared
+@inline
 def judge_step(step, sizes, limits, lanes):
     """Accept or reject a step in each lane; return whether any lane accepts it."""
     n_levels = sizes.n_levels
@@ -244,7 +243,7 @@ def judge_step(step, sizes, limits, lanes):
     return running > 0
 
 
-@shared
+@inline
 def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
     """Record an accepted step; modes and forces at its grid points.
 
@@ -313,7 +312,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
                 keep_force_inside(forces, point + i + 1, e, w, (i + 1.0) / n_sub, active)
 
 
-@shared
+@inline
 def close_step(step, limits, lanes, forces, w):
     """Forces at an accepted step's end, progress of the lanes, and length of their next step."""
     active, place, level, base = lanes.active, lanes.place, lanes.level, lanes.base
@@ -350,7 +349,7 @@ def close_step(step, limits, lanes, forces, w):
                     worst[lane] *= 64.0
 
 
-@shared
+@inline
 def close_window(position, course, limits, coils, channel, lanes, w):
     """Status of each lane and coil currents at a window's end; return whether any is alive."""
     window = position[WINDOW_NOW]
@@ -434,11 +433,12 @@ def piece_at(e, lane, current, law_breaks, n_pieces):
 
 
 @inline
-def set_parameters(e, lane, node, current, law_numbers, n, slot, w):
-    """Write a device's n parameters at a current (A), from a slot on."""
-    law_table, law_breaks, law_shape, _ = law_numbers
+def set_parameters(e, lane, node, current, law_numbers, w):
+    """Write a device's parameters at a current (A)."""
+    law_table, law_shape, numbers = law_numbers.table, law_numbers.shape, law_numbers.numbers
     n_pieces, n_powers = law_shape[e, 0], law_shape[e, 1]
-    piece = piece_at(e, lane, current, law_breaks, n_pieces)
+    n, slot = numbers[e, 0], numbers[e, 1]
+    piece = piece_at(e, lane, current, law_numbers.breaks, n_pieces)
     for k in range(n):
         value = 0.0
         for power in range(n_powers - 1, -1, -1):
@@ -447,8 +447,8 @@ def set_parameters(e, lane, node, current, law_numbers, n, slot, w):
         w[at * LANES + lane] = value
 
 
-@shared
-def move_currents(step, window, e, course, coils, law_numbers, lanes, n, slot, w):
+@inline
+def move_currents(step, window, e, course, coils, law_numbers, lanes, w):
     """Parameters at the nodes and the end of a step with a changing current; whether it changes.
 
     The current has a kink at the end of a slew limit. The parameters have one between two pieces of
@@ -473,8 +473,6 @@ def move_currents(step, window, e, course, coils, law_numbers, lanes, n, slot, w
                 driver[c, 0, lane],
                 driver[c, 1, lane],
                 law_numbers,
-                n,
-                slot,
                 w,
             )
             lanes.going[lane] = 1
@@ -483,9 +481,9 @@ def move_currents(step, window, e, course, coils, law_numbers, lanes, n, slot, w
 
 
 @inner
-def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, n, slot, w):
+def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, w):
     """The same of one lane."""
-    _, law_breaks, law_shape, _ = law_numbers
+    law_breaks, law_shape = law_numbers.breaks, law_numbers.shape
     n_pieces = law_shape[e, 0]
     current = coil_current(coil, command, lag, slew, t)
     first = piece_at(e, lane, current, law_breaks, n_pieces)
@@ -493,13 +491,13 @@ def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, 
     bent = 1.0 if t < ramp < t + h else 0.0
     for node in range(4):
         current = coil_current(coil, command, lag, slew, t + NODES_AND_END[node] * h)
-        set_parameters(e, lane, node, current, law_numbers, n, slot, w)
+        set_parameters(e, lane, node, current, law_numbers, w)
         if piece_at(e, lane, current, law_breaks, n_pieces) != first:
             bent = 1.0
     w[(e * STRIDE + SLOT_BENT) * LANES + lane] = bent
 
 
-@shared
+@inline
 def keep_force(forces, kind, point, e, w, slot, mask):
     """Record an element's residual force, N, at a grid point."""
     for lane in range(LANES):

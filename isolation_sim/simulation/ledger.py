@@ -259,7 +259,7 @@ class _Pieces:
         run, module = self.run, self.run.work.module
         n_modes = run.modes.eigenvalues.size
         steps = run.work.steps[: run.work.step_count[0]]
-        width = 4 + 4 * module.N_STATES
+        width = 4 + 4 * run.work.elements.n_states
         n_pad = (steps.shape[1] - module.N_ELEMENTS * width - module.STEP) // 2
         z = steps[:, :n_modes] + 1j * steps[:, n_pad : n_pad + n_modes]
         inner = run.modal[:, :n_modes] + 1j * run.modal[:, n_modes:]

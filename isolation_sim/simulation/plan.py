@@ -21,6 +21,7 @@ from . import kernel
 from .control import CompiledDecision, RunContext, Schedule, Sensors, instants
 from .elements import MOST_TESTED, Elements, elements_of
 from .grid import Grid, make_grid
+from .kernel import Kernel
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
 from .sensing import arrived, measured_motion, noise_of
@@ -95,7 +96,7 @@ def _cached_tables(
     return Tables.empty(module, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
 
 
-def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> ModuleType:
+def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> Kernel:
     """Compiled kernel for a structure's elements; ``alike``: all lanes have the same structure."""
     # a device of several directions belongs to its first element
     laws: list[Law | None] = []
@@ -105,8 +106,9 @@ def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> ModuleTy
 
 
 @lru_cache(maxsize=256)
-def _elements_for(module: ModuleType, plants: tuple[IsolatedStructure, ...]) -> Elements:
-    return elements_of(module, plants, [modes_for(plant)[0] for plant in plants])
+def _elements_for(own: Kernel, plants: tuple[IsolatedStructure, ...]) -> Elements:
+    with kernel.compiling(own):
+        return elements_of(own, plants, [modes_for(plant)[0] for plant in plants])
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,8 @@ class Plan:
     ):
         self.lanes = lanes  # Runs with one key
         first = lanes[0]
-        self.module = kernel_for(first.isolated, len(lanes), alike)
+        self.kernel = kernel_for(first.isolated, len(lanes), alike)
+        self.module = self.kernel.module
         pairs = [modes_for(lane.isolated) for lane in lanes]
         self.modes = [modes for modes, _ in pairs]
         self.outputs = [outputs for _, outputs in pairs]
@@ -252,7 +255,7 @@ class Plan:
         return Workspace(
             module=self.module,
             tables=self.tables,
-            elements=_elements_for(self.module, tuple(lane.isolated for lane in lanes)),
+            elements=_elements_for(self.kernel, tuple(lane.isolated for lane in lanes)),
             grid=self.grid,
             ground=self.ground,
             driver=driver,

@@ -164,7 +164,7 @@ class Run(Printed, Trajectory):
         return reached(self.isolated, self.modes, self.work, self.criteria, currents)
 
     @cached_property
-    def implausible(self) -> list[str]:
+    def implausible(self) -> tuple[str, ...]:
         """Return warnings about implausible periods."""
         values = self.modes.eigenvalues
         swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])

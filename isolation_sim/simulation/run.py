@@ -66,7 +66,7 @@ def simulate(
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.context)
     plan = Plan([lane], sensors, computation_delay, alike=True)
-    with kernel.compiling(plan.module):
+    with kernel.compiling(plan.kernel):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
         advance = work.integrate if e is None else Coupling(work, isolated, e)
         _drive(work, plan, controller, advance)

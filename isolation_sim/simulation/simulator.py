@@ -205,7 +205,7 @@ class Simulator:
             self._work.ground[0, :, 0] = self._checked_ground(ground_acceleration, 1)
         elif np.any(ground_acceleration):
             raise InputError("ground_acceleration is set; expected: none, since there is a record")
-        with kernel.compiling(plan.module):
+        with kernel.compiling(plan.kernel):
             self._integrate = self._work.integrator()
             self._integrate()
         # of each step: the grid points at its start and its end

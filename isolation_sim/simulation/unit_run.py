@@ -190,8 +190,8 @@ class Coupling:
 
     def _try(self, force: float, length: float) -> int:
         """Integrate to the next decision with a force that is linear in time to this value."""
-        work, module = self.work, self.work.module
-        self.w[self.base + module.SLOT_START[module.KIND[self.e]]] = self.force
+        work = self.work
+        self.w[self.base + work.elements.starts[self.e]] = self.force
         work.states[work.grid.windows[work.position[0], 0], self.e, 0, 0] = self.force
         self.table.flags.writeable = True
         self.table[self.e, 0, 0, 0, 0] = (force - self.force) / length

@@ -6,7 +6,6 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -102,8 +101,7 @@ class VectorSimulator:
         self._blocks = []
         for _ in range(-(-n // LANES)):
             plan = Plan([lane] * LANES, Sensors(), 0.0, alike=True)
-            work = plan.workspace(tolerance, True, record_steps=False)
-            self._blocks.append(_Block(work, len(self.low), len(self.measures)))
+            self._blocks.append(_Block(plan, tolerance, len(self.low), len(self.measures)))
         threads = min(threads or os.cpu_count() or 1, len(self._blocks) // FEWEST_BLOCKS)
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
         bounds = np.linspace(0, len(self._blocks), max(threads, 1) + 1).astype(int)
@@ -187,7 +185,8 @@ class VectorSimulator:
 class _Block:
     """A block of lanes, integrated repeatedly over the same part of its grid."""
 
-    def __init__(self, work: Any, n_channels: int, n_measures: int):
+    def __init__(self, plan: Plan, tolerance: float, n_channels: int, n_measures: int):
+        work = plan.workspace(tolerance, True, record_steps=False)
         self.work, self.n_channels = work, n_channels
         decisions = np.flatnonzero(work.grid.events[:, 1] >= 0)[1:3]
         self.window = int(decisions[0])
@@ -196,7 +195,7 @@ class _Block:
         self.z = work.z.reshape(n_points + 2, -1, LANES)
         self.ground = work.ground
         self.measured = work.measured[2, :, :n_measures]
-        with kernel.compiling(work.module):
+        with kernel.compiling(plan.kernel):
             self.integrate = work.integrator()
             self.integrate()
         # state between two steps, lanes last, and its value at rest

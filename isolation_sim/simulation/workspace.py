@@ -135,7 +135,7 @@ class Workspace:
 
     def __post_init__(self) -> None:
         module, grid, lanes = self.module, self.grid, self.module.LANES
-        n_modes = self.elements.n_modes
+        elements, n_modes = self.elements, self.elements.n_modes
         n_pad, n_points = padded(module, n_modes), len(grid.time)
         n_windows, n_channels = len(grid.windows) - 1, len(self.driver)
         sensing = self.sensing
@@ -143,7 +143,8 @@ class Workspace:
         self.position = np.zeros(2, np.int64)
         self.sizes = Sizes(
             n_modes, n_pad, module.N_ELEMENTS, module.N_GROUND, n_channels, n_windows, N_LEVELS,
-            n_outputs, sensing.function, bool(self.record_steps), bool(self.clamp),
+            n_outputs, elements.n_states, sensing.function, bool(self.record_steps),
+            bool(self.clamp),
         )  # fmt: skip
         self.limits = Limits(
             0.03 * self.tolerance, ERROR_FACTOR * self.tolerance, self.tolerance,
@@ -153,7 +154,9 @@ class Workspace:
         self.z = self._big("z", ((n_points + 2) * 2 * n_pad * lanes,))
         self.z[: 2 * n_pad * lanes] = 0.0
         self.z[n_points * 2 * n_pad * lanes :] = 0.0
-        self.states = self._big("states", (n_points + 1, module.N_ELEMENTS, module.N_STATES, lanes))
+        self.states = self._big(
+            "states", (n_points + 1, module.N_ELEMENTS, elements.n_states, lanes)
+        )
         self.states[0] = 0.0
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
         # before the first command the coils have their initial currents
@@ -166,7 +169,7 @@ class Workspace:
         self.missed = np.zeros(lanes)
         self.forces = self._big("forces", (n_points * module.N_ELEMENTS * module.FORCES * lanes,))
         # a step's modes and, of each element, forces at its start and nodes, states at both
-        per_step = 2 * n_pad + module.N_ELEMENTS * (4 + 4 * module.N_STATES * self.record_steps)
+        per_step = 2 * n_pad + module.N_ELEMENTS * (4 + 4 * elements.n_states * self.record_steps)
         n_steps = n_points + 256 if self.record_steps else 256
         self.steps = self._big("steps", (n_steps, (per_step + module.STEP) * lanes))
         self.step_count = np.zeros(1, np.int64)
@@ -216,7 +219,10 @@ class Workspace:
                 sensing.measured_for, self._addresses_of_rows() if sensing.function else (0,) * 9,
             ),
             coils,
-            LawNumbers(elements.table, elements.breaks, elements.shape, elements.channel),
+            LawNumbers(
+                elements.table, elements.breaks, elements.shape, elements.channel,
+                elements.functions, elements.sizes,
+            ),
             Lanes(
                 level=np.full(lanes, 1, np.int64), contraction=np.ones(lanes), alive=self.alive,
                 missed=self.missed, counts=self.counts,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -183,7 +184,8 @@ def facts(isolated: Any) -> dict[str, str]:
     return result
 
 
-def implausible(isolated: Any, isolated_period: float) -> list[str]:
+@lru_cache(maxsize=256)
+def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
     """Warnings about implausible periods; ``isolated_period``: of the first mode, s."""
     structure = isolated.structure
     fixed = 0.0
@@ -191,28 +193,28 @@ def implausible(isolated: Any, isolated_period: float) -> list[str]:
         try:
             fixed = float(isolated.fixed_base().periods()[0])
         except InputError:
-            return []
+            return ()
     low, high = FIXED_BASE_PERIODS
     if fixed and not low <= fixed <= high:
         short, long = "masses in t (expected: kg)", "stiffnesses in kN/m (expected: N/m)"
         unit = short if fixed < low else long
-        return [
+        return (
             f"{structure.name} has a fixed-base period of {fixed:.3g} s; buildings have "
-            f"{low:g} to {high:g} s: check for {unit}"
-        ]
+            f"{low:g} to {high:g} s: check for {unit}",
+        )
     if not structure.base or not isolated.elements:
-        return []
+        return ()
     low, high = ISOLATED_PERIODS
     if not low <= isolated_period <= high:
-        return [
+        return (
             f"{structure.name} has an isolated period of {isolated_period:.3g} s; isolated "
             f"buildings have {low:g} to {high:g} s: check length_scale and force_scale, or give "
-            "target_period_s"
-        ]
+            "target_period_s",
+        )
     if fixed > isolated_period:
-        return [
+        return (
             f"{structure.name} has an isolated period of {isolated_period:.3g} s, below its "
             f"fixed-base period of {fixed:.3g} s: check the units of masses (kg) and stiffnesses "
-            "(N/m), and the isolators' scale"
-        ]
-    return []
+            "(N/m), and the isolators' scale",
+        )
+    return ()

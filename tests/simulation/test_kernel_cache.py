@@ -32,28 +32,29 @@ for k in range(2):
 
 
 @pytest.mark.parametrize("name", LAWS)
-@pytest.mark.parametrize(("lanes", "shared"), [(1, False), (16, False), (16, True)])
-def test_text_is_the_same_every_time(name, lanes, shared):
-    first = kernel.kernel_text([LAWS[name]], 1, lanes, shared)
-    assert first == kernel.kernel_text([LAWS[name]], 1, lanes, shared)
-    compile(first, "kernel", "exec")
+@pytest.mark.parametrize(("lanes", "table_lanes"), [(1, 1), (16, 16), (16, 1)])
+def test_text_is_the_same_every_time(name, lanes, table_lanes):
+    first = kernel.law_text(LAWS[name], 1, lanes, table_lanes, 0)
+    assert first == kernel.law_text(LAWS[name], 1, lanes, table_lanes, 0)
+    compile(first, "law", "exec")
 
 
 def test_text_depends_on_what_it_is_for():
-    law, other = LAWS["linear"], LAWS["kelvin_voigt"]
-    texts = {
-        kernel.kernel_text(laws, n_ground, lanes, shared)
-        for laws, n_ground, lanes, shared in (
-            ([law], 1, 1, False), ([law], 2, 1, False), ([law], 1, 16, False),
-            ([law], 1, 16, True), ([law, law], 1, 1, False), ([other], 1, 1, False),
-            ([law, other], 1, 1, False), ([other, law], 1, 1, False),
-        )
-    }  # fmt: skip
-    assert len(texts) == 8
+    shapes = [(1, 1, 1, 1, 128), (2, 1, 1, 1, 128), (1, 2, 1, 1, 128), (1, 1, 16, 16, 128),
+              (1, 1, 16, 1, 128), (1, 1, 1, 1, 256)]  # fmt: skip
+    assert len({kernel.kernel_text(*shape) for shape in shapes}) == len(shapes)
+    forms = [("linear", 1, 1, 1), ("linear", 2, 1, 1), ("linear", 1, 16, 16), ("linear", 1, 16, 1),
+             ("kelvin_voigt", 1, 1, 1)]  # fmt: skip
+    assert len({kernel.law_text(LAWS[name], *form, 0) for name, *form in forms}) == len(forms)
 
 
-def test_same_laws_load_the_same_module():
-    assert kernel.load([LAWS["linear"]], 1, 1) is kernel.load([LAWS["linear"]], 1, 1)
+def test_laws_share_one_integration():
+    linear, other = LAWS["linear"], LAWS["bouc_wen"]
+    alone, mixed = kernel.load([linear], 1, 1), kernel.load([linear, other], 1, 1)
+    assert kernel.load([linear], 1, 1) is alone
+    assert kernel.load([other], 1, 1).module is alone.module
+    assert kernel.load([other, linear], 1, 1).module is mixed.module
+    assert kernel.load([other, linear], 1, 1).laws == mixed.laws[::-1]
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +78,7 @@ def test_second_process_finds_what_the_first_compiled(processes):
     folder, (first, second) = processes
     assert first.stdout == second.stdout
     assert first.stdout.splitlines()[0].startswith(str(folder))
-    assert len(list(folder.glob("kernel_*.py"))) == 1
+    assert len(list(folder.glob("kernel_*.py"))) == len(list(folder.glob("law_*.py"))) == 1
 
 
 def test_compiling_is_said_once_and_only_when_it_happens(processes):
