@@ -268,12 +268,14 @@ def compiled(law: ModuleType) -> Any:
 @contextmanager
 def compiling(kernel: Kernel) -> Iterator[None]:
     """Say that the first run compiles, if a part of the kernel is not in the cache yet."""
-    first = not is_compiled(kernel)
+    missing = [one for one in _modules(kernel) if not _is_available(one)]
     _used.update(one.__name__ for one in _modules(kernel))
     # Numba makes millions of objects, none of them garbage yet: looking for some costs a fifth
-    paused = first and gc.isenabled()
-    if first:
-        print("compiling the kernel for this device law (once; about 20 s) ...", file=sys.stderr)
+    paused = bool(missing) and gc.isenabled()
+    if missing:
+        whole = kernel.module in missing
+        what = "the simulation (once; about 20 s)" if whole else "this device law (once; about 2 s)"
+        print(f"compiling {what} ...", file=sys.stderr)
     if paused:
         gc.disable()
     try:
@@ -285,13 +287,14 @@ def compiling(kernel: Kernel) -> Iterator[None]:
 
 def is_compiled(kernel: Kernel) -> bool:
     """Whether all of a kernel is loaded or in the cache folder."""
-    return all(one.__name__ in _used or _is_cached(one) for one in _modules(kernel))
+    return all(map(_is_available, _modules(kernel)))
 
 
 def _modules(kernel: Kernel) -> list[ModuleType]:
     return [kernel.module, *filter(None, dict.fromkeys(kernel.laws))]
 
 
-def _is_cached(module: ModuleType) -> bool:
+def _is_available(module: ModuleType) -> bool:
     path = Path(str(module.__file__))
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.*.nbc"))
+    cached = (path.parent / "__pycache__").glob(f"{path.stem}.*.nbc")
+    return module.__name__ in _used or any(cached)
