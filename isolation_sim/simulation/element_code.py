@@ -78,7 +78,7 @@ def _general(arguments: str) -> str:
     return ", ".join(_GENERAL.get(name, name) for name in arguments.split(", "))
 
 
-def indented(lines: Sequence[str]) -> list[str]:
+def _indented(lines: Sequence[str]) -> list[str]:
     """Lines of a nested block."""
     return [f"    {line}" for line in lines]
 
@@ -173,46 +173,45 @@ class ElementCode:
 
     def text(self, lanes: int, shared: bool) -> str:
         """All functions of this law, as Numba source; ``element`` calls one for a mask of lanes."""
-        motion = [*self.motion, *self.states]
-        written = [
-            function_text(
-                "respond", ", ".join([*motion, *self.coefficients]),
-                [*self.statements, f"return ({', '.join(self.results)},)"],
-            )
-        ]  # fmt: skip
-        if self.kinks[1]:
-            statements, signs = self.kinks
-            body = [*statements, f"return ({', '.join(signs)},)"]
-            written.append(function_text("kinks", ", ".join([*motion, *self.parameters]), body))
-        bodies = {
-            "prepare_held": self._prepare([0], copies=[1, 2, 3]),
-            "prepare_moving": self._prepare([0, 1, 2, 3], copies=[]),
-            "relax": self._relax(),
-            "sweep": self._sweep(),
-            "finish": self._finish(),
-            "inside": self._inside(),
-            "accept": self._accept(),
-            "restart": self._restart(),
-            "probe": self._probe(),
-        }
-        calls = []
-        for k, (name, own) in enumerate(OPERATIONS.items()):
-            arguments = ", ".join(filter(None, ["w", "base", own, "mask"]))
-            place = "first" if lanes == 1 or (shared and "table" in own) else "first + lane"
-            body = [f"at = {place}"] * ("first" in own) + bodies[name]
+        written, calls = self._of_law(), []
+        for k, (name, numbers) in enumerate(OPERATIONS.items()):
+            arguments = ", ".join(filter(None, ["w", "base", numbers, "mask"]))
+            by_lane = lanes > 1 and not (shared and "table" in numbers)
+            body = [f"at = first{' + lane' if by_lane else ''}"] if "first" in numbers else []
+            body += self._body(name)
             if lanes == 1:
-                body = ["if mask[0]:", *indented(["b, on = base, True", *body])]
+                body = ["if mask[0]:", *_indented(["b, on = base, True", *body])]
                 written.append(function_text(name, arguments, body))
             else:
                 # a loop becomes vector instructions in a function of its own
                 body = ["b, on = base + lane, mask[lane] != 0", *body]
-                body = ["for lane in range(LANES):", *indented(body)]
+                body = ["for lane in range(LANES):", *_indented(body)]
                 written.append(function_text(name, arguments, body, "@inner"))
-            calls += [f"if operation == {k}:", f"    {name}({_general(arguments)})"]
-        written.append(
-            function_text("element", "operation, w, base, p, q, array, first, mask", calls, "")
-        )
-        return "\n\n".join(written)
+            calls.append(f"{'elif' if k else 'if'} operation == {k}:")
+            calls += _indented([f"{name}({_general(arguments)})"])
+        arguments = "operation, w, base, p, q, array, first, mask"
+        return "\n\n".join([*written, function_text("element", arguments, calls, "")])
+
+    def _of_law(self) -> list[str]:
+        """Force and rates of the law, and its switching functions if it has any."""
+        motion = [*self.motion, *self.states]
+        arguments = ", ".join([*motion, *self.coefficients])
+        body = [*self.statements, f"return ({', '.join(self.results)},)"]
+        written = [function_text("respond", arguments, body)]
+        statements, signs = self.kinks
+        if signs:
+            body = [*statements, f"return ({', '.join(signs)},)"]
+            written.append(function_text("kinks", ", ".join([*motion, *self.parameters]), body))
+        return written
+
+    def _body(self, operation: str) -> list[str]:
+        """Statements of an operation for one lane."""
+        if operation == "prepare_held":
+            return self._prepare([0], copies=[1, 2, 3])
+        if operation == "prepare_moving":
+            return self._prepare([0, 1, 2, 3], copies=[])
+        body: list[str] = getattr(self, f"_{operation}")()
+        return body
 
     def _prepare(self, nodes: list[int], copies: list[int]) -> list[str]:
         """Expressions of only the parameters, at these nodes; copies get the last values."""
