@@ -25,8 +25,9 @@ _TEMPLATES = {
     part: Path(__file__).with_name(f"kernel_{part}_template.py")
     for part in ("tables", "windows", "step", "integration", "summary")
 }
+# not a set, whose order differs between processes
 _OPTIONS: dict[str, Any] = {
-    "fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False,
+    "fastmath": {"contract": True, "nsz": True}, "error_model": "numpy", "_nrt": False,
 }  # fmt: skip
 HEADER = f"""
 import math
