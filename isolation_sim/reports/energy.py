@@ -12,7 +12,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from .panels import MARKS_A_LINE, named
-from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
+from .style import DOUBLE_COLUMN, Look, label_outer, legend, line_styles, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +29,9 @@ SINKS = (
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )
 """Stored and dissipated energies from the bottom of the stack: attribute, label, shade, hatch."""
+
+SUPPLY = {"input": Look("#000000"), "input + field work": Look("#D55E00", (4, 1.2))}
+"""Looks of the lines of the supplied energy."""
 
 INSTANTS = 900
 """Points per area: the resolution of a page's width. matplotlib does not simplify areas."""
@@ -95,9 +98,8 @@ def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
             linewidth=0.3,
             zorder=1 - 0.1 * layer,
         )
-    supplied, changed, *_ = line_styles(2)
-    axes.plot(time, 1e-3 * ledger.input_J[drawn], label="input", **supplied)
-    axes.plot(time, 1e-3 * supply(ledger)[drawn], label="input + field work", **changed)
+    for label, values in supply(ledger).items():
+        axes.plot(time, values[drawn], label=label, **SUPPLY[label].print_keys())
     axes.margins(x=0)
     axes.set_xlabel("Time (s)")
     axes.set_ylabel("Energy (kJ)")
@@ -111,7 +113,7 @@ def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
         drawn = instants_of(ledger)
         axes.plot(
             ledger.time[drawn],
-            ((supply(ledger) - spent) / peak)[drawn],
+            ((ledger.input_J + ledger.field_work_J - spent) / peak)[drawn],
             label=name,
             linewidth=0.8,
             markevery=len(ledger.time[drawn]) // MARKS_A_LINE + 1,
@@ -127,6 +129,7 @@ def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:
     return slice(None, None, len(ledger.time) // instants + 1)
 
 
-def supply(ledger: Ledger) -> NDArray:
-    """Supplied energy: input and field work."""
-    return ledger.input_J + ledger.field_work_J
+def supply(ledger: Ledger) -> dict[str, NDArray]:
+    """Supplied energies without and with the field work, kJ."""
+    energies = ledger.input_J, ledger.input_J + ledger.field_work_J
+    return {label: 1e-3 * energy for label, energy in zip(SUPPLY, energies, strict=True)}

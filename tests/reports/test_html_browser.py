@@ -281,7 +281,7 @@ def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, opened, runs):
         figure.get_by_role("button", name="data (CSV)").click()
     assert waited.value.suggested_filename == "base_displacement_relative_to_the_ground_mm.csv"
     rows = list(csv.reader(io.StringIO(waited.value.path().read_text())))
-    assert rows[0] == ["line", "Time (s)", "mm"]
+    assert rows[0] == ["line", "Time (s)", "Base disp. (mm)"]
     for name, run in runs.items():
         values = [float(y) for line, _, y in rows[1:] if line == as_written(name)]
         times = [float(x) for line, x, _ in rows[1:] if line == as_written(name)]

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...effects.serialisation import device_code
+from ..loops_fitted import LOOKS, SAMPLES, loops
 from ..references import of_device
-from .charts import Look, layout, numbers
 from .page import (
     Bullets,
     Cell,
-    Chart,
     Facts,
     Gallery,
     LineChoice,
@@ -24,6 +23,7 @@ from .page import (
     Section,
     Table,
 )
+from .panels import drawn
 from .run_report import code_facts, versions
 from .text import capital
 
@@ -31,13 +31,6 @@ if TYPE_CHECKING:
     from ...identification.fitted import Fit, LawEvaluation, RunError
 
 _MOST_CHARTS = 24
-# a few cycles are enough to see, and the file stays small
-_MOST_POINTS = 1200
-_LOOKS = {
-    "measured": Look("#9a9a9a", "", "", ""),
-    # solid lines: consecutive loops coincide and would fill the gaps of dashes
-    "modelled": Look("#0072B2", "", "", ""),
-}
 
 
 def fit_report(fit: Fit) -> Page:
@@ -52,9 +45,9 @@ def fit_report(fit: Fit) -> Page:
               if fit.notes else []),
         ]),
         Section("Loops", [
-            Prose((f"The last {_MOST_POINTS} samples of each run at most, each run on its own "
+            Prose((f"The last {SAMPLES} samples of each run at most, each run on its own "
                    f"axes. The title gives the error.{some}",)),
-            LineChoice(_LOOKS, "Lines of all charts"),
+            LineChoice(LOOKS, "Lines of all charts"),
             *_loops(shown),
         ]),
         Section("Errors", [errors_table(fit)]),
@@ -89,7 +82,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     sections = [
         Section("Verdict", [Prose((f"{first[0]}.", first[1]), "verdict"),
                             *([Prose(notes, "warning")] if notes else [])]),
-        Section("Loops", [LineChoice(_LOOKS, "Lines of all charts"),
+        Section("Loops", [LineChoice(LOOKS, "Lines of all charts"),
                           *_loops(_shown(evaluation.errors))]),
         Section("Errors", [Table(
             caption="Force residual over measured force, both RMS",
@@ -165,35 +158,18 @@ def _verdict(fit: Fit) -> tuple[str, str]:
 
 def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
     """Loops of force over deformation, then over velocity."""
-    peak = max(float(np.abs(e.run.force).max()) for e in errors)
-    unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
     blocks: list[Prose | Gallery] = []
-    for motion, title in (("displacement", "Deformation (mm)"), ("velocity", "Velocity (mm/s)")):
-        # each on its own axes, since small loops may have the largest relative errors
-        axes = layout(title, f"Force ({unit})", hovermode="closest")
-        blocks += [
-            Prose((f"Force over {title.split()[0].lower()}.",)),
-            Gallery(tuple(_loop(e, motion, scale, axes) for e in errors)),
+    for motion, word in (("displacement", "deformation"), ("velocity", "velocity")):
+        charts = [
+            drawn(
+                panel,
+                f"RMS error of the model: {100 * error.relative:.2g} % of the measured force.",
+                height=280,
+            )
+            for panel, error in zip(loops(errors, motion), errors, strict=True)
         ]
+        blocks += [Prose((f"Force over {word}.",)), Gallery(tuple(charts))]
     return tuple(blocks)
-
-
-def _loop(error: RunError, motion: str, scale: float, axes: dict[str, Any]) -> Chart:
-    run = error.run
-    # the measured line is wider, so that it shows on both sides of the modelled line
-    widths = {"measured": 3.5, "modelled": 1.5}
-    drawn = slice(-min(len(run.time), _MOST_POINTS), None)
-    abscissa = numbers(1e3 * getattr(run, motion)[drawn])
-    traces = [
-        {**_LOOKS[name].line(width=widths[name]), "mode": "lines", "name": name, "meta": name,
-         "x": abscissa, "y": numbers(scale * force[drawn])}
-        for name, force in (("measured", run.force), ("modelled", error.force))
-    ]  # fmt: skip
-    held = ", held out" if run.hold_out else ""
-    over = ", over velocity" if motion == "velocity" else ""
-    title = f"{run.name}{over}: {100 * error.relative:.1f} %{held}"
-    summary = f"RMS error of the model: {100 * error.relative:.2g} % of the measured force."
-    return Chart(title, {"data": traces, "layout": axes}, summary, height=280)
 
 
 def _percent(share: float) -> Cell:

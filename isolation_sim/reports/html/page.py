@@ -14,7 +14,8 @@ from typing import Any, ClassVar, TypeAlias
 from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...version import __version__
-from .charts import Look
+from ..style import Look
+from .charts import dashes, glyph
 from .text import is_number, tied
 
 
@@ -271,8 +272,9 @@ def _template() -> Any:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    environment.filters["tied"] = tied
-    environment.filters["breaking"] = _breaking
+    environment.filters |= {
+        "tied": tied, "breaking": _breaking, "dashes": dashes, "glyph": glyph
+    }  # fmt: skip
     return environment.get_template("page.html.j2")
 
 
