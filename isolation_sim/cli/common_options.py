@@ -69,16 +69,6 @@ def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | No
     print(f"results: {folder}", file=stream)
 
 
-def print_stopped(folder: Path, overwrite: bool) -> None:
-    """Print the place of the results after an interrupt."""
-    where = (
-        f"{folder} is unchanged"
-        if overwrite
-        else (f"finished runs are in {folder}; --resume continues")
-    )
-    print(f"stopped; {where}", file=sys.stderr)
-
-
 def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
     """Refuse an unknown format of ``--export``, or an existing file, before the work starts."""
     from ..errors import InputError
@@ -135,3 +125,31 @@ def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[
     with Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task("starting", total=steps, completed=-1)
         yield lambda text, done=1: shown.update(task, description=text, advance=done)
+
+
+@contextmanager
+def resumable(
+    folder: Path, overwrite: bool, resume: bool, quiet: bool, steps: int, alike: bool = False
+) -> Iterator[Callable[..., None]]:
+    """Show the `progress` of work in a folder that ``--resume`` continues after an interrupt."""
+    from ..io.results_folder import replaced
+
+    try:
+        with replaced(folder, overwrite, resume), progress(quiet, steps, alike) as step:
+            yield step
+    except KeyboardInterrupt:
+        where = f"finished runs are in {folder}; --resume continues"
+        print(f"stopped; {f'{folder} is unchanged' if overwrite else where}", file=sys.stderr)
+        raise typer.Exit(130) from None
+
+
+def count_failures(step: Callable[..., None]) -> Callable[[int, int], None]:
+    """Return a function that shows the progress of runs with the number of failed ones."""
+    failures = 0
+
+    def advance(done: int, failed: int) -> None:
+        nonlocal failures
+        failures += failed
+        step(f"running, {failures} failed" if failures else "running", done)
+
+    return advance

@@ -79,6 +79,12 @@ def coil_current(runs: Mapping[str, Run], channel: int) -> Panel:
     return _over_time(title, "Coil\ncurrent", "A", lines, steps=True)
 
 
+def coil_currents(run: Run) -> Panel:
+    """Coil currents of all channels over time."""
+    lines = {f"channel {k}": (run.time, current) for k, current in enumerate(run.current.T)}
+    return _over_time("Coil currents", "Current", "A", lines, steps=True)
+
+
 def loop(runs: Mapping[str, Run], element: str) -> Panel:
     """Force (kN) of an element over its deformation (mm)."""
     lines = {

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
-from .panels import MARKS_A_LINE, named
-from .style import DOUBLE_COLUMN, Look, label_outer, legend, line_styles, new_figure, style
+from .chart import OVER_TIME, Panel
+from .panels import named, over_time
+from .style import DOUBLE_COLUMN, Look, label_outer, legend, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +75,8 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
             axes.append(panel)
         label_outer(axes, across)
         residuals = figure.add_subplot(cells[down, :])
-        _draw_residuals(residuals, by_name)
+        over_time(residuals, _residuals(by_name), list(by_name))
+        residuals.set_xlabel(OVER_TIME)
         legend(figure, axes[0], "outside upper center")
         if len(by_name) > 1:
             legend(figure, residuals, "outside lower center")
@@ -105,23 +107,16 @@ def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
     axes.set_ylabel("Energy (kJ)")
 
 
-def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
-    for line, (name, run) in zip(line_styles(len(runs)), runs.items(), strict=True):
-        ledger = run.energy
+def _residuals(runs: Mapping[str, Run]) -> Panel:
+    """Mismatch of supplied and spent energies over the peak input, over time."""
+    lines = {}
+    for name, run in runs.items():
+        ledger, drawn = run.energy, instants_of(run.energy)
         spent = sum(getattr(ledger, sink) for sink, *_ in SINKS)
         peak = np.max(np.abs(ledger.input_J)) or 1.0
-        drawn = instants_of(ledger)
-        axes.plot(
-            ledger.time[drawn],
-            ((ledger.input_J + ledger.field_work_J - spent) / peak)[drawn],
-            label=name,
-            linewidth=0.8,
-            markevery=len(ledger.time[drawn]) // MARKS_A_LINE + 1,
-            **line,
-        )
-    axes.margins(x=0)
-    axes.set_xlabel("Time (s)")
-    axes.set_ylabel("Mismatch /\npeak input (-)")
+        residual = (ledger.input_J + ledger.field_work_J - spent) / peak
+        lines[name] = ledger.time[drawn], residual[drawn]
+    return Panel("Closure error", OVER_TIME, "Mismatch /\npeak input (-)", lines)
 
 
 def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:

@@ -17,7 +17,7 @@ from ..simulation.result import Run
 from ..written_names import as_written
 from . import chart, panels
 from .energy import draw_ledger, energy_figure
-from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
+from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, save, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -181,20 +181,9 @@ def currents(runs: Runs) -> Figure:
         figure = new_figure(DOUBLE_COLUMN, 0.6 + 1.1 * len(by_name))
         axes = _column(figure.add_gridspec(len(by_name), 1), sharex=True, sharey=True)
         for panel, (name, run) in zip(axes, by_name.items(), strict=True):
-            for channel, line in enumerate(line_styles(run.isolated.n_channels)):
-                panel.plot(
-                    run.time,
-                    run.current[:, channel],
-                    label=f"channel {channel}",
-                    drawstyle="steps-post",
-                    linewidth=0.8,
-                    markevery=len(run.time) // panels.MARKS_A_LINE + 1,
-                    **line,
-                )
+            drawn = chart.coil_currents(run)
+            panels.over_time(panel, drawn, list(drawn.lines))
             panel.set_title(name, loc="left")
-            panel.set_ylabel("Current (A)")
-            panel.margins(x=0)
-            panels.from_zero(panel)
         axes[-1].set_xlabel("Time (s)")
         widest = max(axes, key=lambda panel: len(panel.lines))
         if len(widest.lines) > 1:

@@ -102,7 +102,7 @@ class WideTable:
 
 
 class TextTable:
-    """A table of texts that fits any width."""
+    """A table of texts that fits any width; `html.page.Table.of` puts it on a page."""
 
     # Numbers are not split; headings break between words. Columns that do not fit go to a part
     # below, together with the key columns.
@@ -114,7 +114,8 @@ class TextTable:
         self, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], keys: int = 1,
         caption: str = "", totals: int = 0,
     ):  # fmt: skip
-        self._title, self._caption, self._rows, self._totals = title, caption, rows, totals
+        self.title, self.headings, self.rows, self.caption = title, headings, rows, caption
+        self._totals = totals
         columns = [_Column(heading, k, [row[k] for row in rows], k < keys)
                    for k, heading in enumerate(headings)]  # fmt: skip
         self._keys, self._others = columns[:keys], columns[keys:]
@@ -139,8 +140,8 @@ class TextTable:
         from rich.table import Table
 
         table = Table(
-            title=self._title or None, title_justify="left", title_style="bold",
-            caption=self._caption or None, caption_justify="left", box=SIMPLE_HEAD,
+            title=self.title or None, title_justify="left", title_style="bold",
+            caption=self.caption or None, caption_justify="left", box=SIMPLE_HEAD,
             padding=(0, self.GAP - 1, 0, 0), show_edge=False, pad_edge=False,
         )  # fmt: skip
         spare = max(0, width - self._least(columns))
@@ -151,8 +152,8 @@ class TextTable:
                 column.heading, justify="right" if column.number else "left",
                 width=column.least + more,
             )  # fmt: skip
-        for number, row in enumerate(self._rows):
-            if self._totals and number == len(self._rows) - self._totals:
+        for number, row in enumerate(self.rows):
+            if self._totals and number == len(self.rows) - self._totals:
                 table.add_section()
             table.add_row(*(row[column.place] for column in columns))
         return table

@@ -11,15 +11,13 @@ import numpy as np
 
 from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace, relative_error, worst_first
 from ...effects.effect import in_sentence
-from ..consequence import HEADINGS, NOTE, TITLE, consequence_rows
+from ..consequence import NOTE, consequence_table
 from ..diagnosis import (
-    LADDER,
-    LADDER_HEADINGS,
     cause_rows,
     cause_text,
     consequence_text,
-    error_rows,
-    ladder_rows,
+    errors_table,
+    ladder_table,
     ladder_text,
 )
 from ..diagnosis_figures import LOOKS, errors, histories, loops
@@ -219,11 +217,11 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
 def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.ladder is None:
         return
-    yield Table(
-        LADDER, LADDER_HEADINGS, text_rows(ladder_rows(diagnosis)),
+    yield Table.of(
+        ladder_table(diagnosis.ladder, diagnosis.noise_floor),
         note="Conditions left out: each condition is predicted by a model fitted without it.",
     )  # fmt: skip
-    yield Prose(tuple(ladder_text(diagnosis)))
+    yield Prose(tuple(ladder_text(diagnosis.ladder)))
     if diagnosis.ladder.law_text:
         yield Listing("The extended law, as a Python file", diagnosis.ladder.law_text)
 
@@ -259,9 +257,8 @@ def equations(part: Law | Effect) -> str:
 
 
 def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
-    yield Table(
-        "Residual over measured signal (RMS)", ("", "Before, %", "After, %"),
-        text_rows(error_rows(diagnosis)),
+    yield Table.of(
+        errors_table(diagnosis),
         note="The held-out data were not used in any fit." * bool(diagnosis.gain),
     )  # fmt: skip
 
@@ -270,9 +267,8 @@ def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.consequence is None:
         return
     yield Prose(tuple(consequence_text(diagnosis.consequence)))
-    rows = consequence_rows(diagnosis.consequence)
-    if rows:
-        yield Table(TITLE, HEADINGS, text_rows(rows), note=NOTE)
+    if diagnosis.consequence.performance:
+        yield Table.of(consequence_table(diagnosis.consequence), note=NOTE)
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:

@@ -15,8 +15,9 @@ from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...version import __version__
 from ..style import Look
+from ..tables import TextTable
 from .charts import dashes, glyph
-from .text import is_number, tied
+from .text import capital, is_number, tied
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,13 @@ class Table:
     # Headings of columns with a filter; chart points that belong to a row
     # (`isolation_sim.reports.html.charts.points`) follow the filters
     filters: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, table: TextTable, caption: str = "", **more: Any) -> Table:
+        """A table of the terminal, with capitals at the start of its headings."""
+        headings = tuple(map(capital, table.headings))
+        return cls(caption or table.title, headings, text_rows(table.rows),
+                   **{"note": table.caption, **more})  # fmt: skip
 
     @property
     def numeric(self) -> tuple[bool, ...]:

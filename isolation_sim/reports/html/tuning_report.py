@@ -11,7 +11,7 @@ from ...written_names import as_written
 from ..chart import Panel
 from ..style import Look
 from ..sweep_figures import title_of
-from ..tuning_tables import gains_texts, settings_texts
+from ..tuning_tables import gains_table, settings_table
 from .page import (
     Block,
     Chart,
@@ -48,9 +48,9 @@ def tuning_report(tuning: Tuning) -> Page:
     )
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(tuning.verdict()), "verdict")]),
-        ("Gain", [_texts("Mean score with 95 % intervals", *gains_texts(tuning)),
+        ("Gain", [Table.of(gains_table(tuning), "Mean score with 95 % intervals"),
                   *map(_by_motion, tuning.judged)]),
-        ("Settings", [_texts("Settings before and after", *settings_texts(tuning))]),
+        ("Settings", [Table.of(settings_table(tuning), "Settings before and after")]),
         ("Search", [Key({}, _LOOKS), _progress(tuning)]),
         ("Sensitivity", [
             Prose(("Each setting over its range, with tuned values of the other settings, on the "
@@ -77,10 +77,6 @@ def tuning_report(tuning: Tuning) -> Page:
         f"{len(tuning.trials)} trials of {len(content['settings'])} settings",
         [Section(title, blocks) for title, blocks in parts],
     )
-
-
-def _texts(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    return Table(caption, tuple(map(capital, headings)), text_rows(rows))
 
 
 def _by_motion(evaluated: Judgement) -> Table:
