@@ -22,6 +22,12 @@ Out = Annotated[
     Path | None,
     typer.Option(help="Results folder; a number is added if it is not empty."),
 ]
+DefaultOut = Annotated[Path | None, typer.Option(help="Results folder; results/NAME by default.")]
+Workers = Annotated[
+    int | None, typer.Option(help="Processes on this machine; one per processor by default.")
+]
+ReportFile = Annotated[Path | None, typer.Option(help="File for the report (HTML).")]
+TestsFolder = Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")]
 Export = Annotated[
     list[str] | None,
     typer.Option("--export", help="Also write all results to one file: mat or xlsx."),

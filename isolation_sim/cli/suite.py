@@ -10,9 +10,11 @@ import typer
 
 from .common_options import (
     AsJson,
+    DefaultOut,
     Export,
     Overwrite,
     Quiet,
+    Workers,
     check_exports,
     count_failures,
     examples,
@@ -36,15 +38,11 @@ def suite(
     scenario: Annotated[
         Path, typer.Argument(help="Scenario whose [ground] is a folder, files or a PEER download.")
     ],
-    out: Annotated[
-        Path | None, typer.Option(help="Results folder; results/NAME by default.")
-    ] = None,
+    out: DefaultOut = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted suite.")
     ] = False,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine; one per processor by default.")
-    ] = None,
+    workers: Workers = None,
     criterion: Annotated[
         str, typer.Option(help="Criterion of the table with one row per motion.")
     ] = "peak_base_displacement_m",

@@ -16,10 +16,12 @@ from typer.core import TyperGroup
 from ..errors import InputError
 from .common_options import (
     AsJson,
+    DefaultOut,
     Export,
     Force,
     Overwrite,
     Quiet,
+    Workers,
     check_exports,
     count_failures,
     examples,
@@ -132,16 +134,12 @@ app = typer.Typer(
 )
 def run_plan(
     plan: Annotated[Path, typer.Argument(help="The plan, TOML.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Results folder; results/NAME by default.")
-    ] = None,
+    out: DefaultOut = None,
     resume: Annotated[
         bool,
         typer.Option("--resume", help="Continue an interrupted sweep; run failed cases again."),
     ] = False,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine; one per processor by default.")
-    ] = None,
+    workers: Workers = None,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to run the sweep on.")
     ] = None,

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError
 from .chart import OVER_TIME, Panel
 from .panels import named, over_time
 from .style import DOUBLE_COLUMN, Look, label_outer, legend, new_figure, style
@@ -58,8 +57,6 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
         If there are no runs.
     """
     by_name = named(runs)
-    if not by_name:
-        raise InputError("a figure has no runs; expected: one run or more")
     across = min(len(by_name), 2 if len(by_name) < 5 else 3)
     down = -(-len(by_name) // across)
     with style():

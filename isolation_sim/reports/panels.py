@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..criteria import columns
-from ..errors import unknown_name
+from ..errors import InputError, unknown_name
 from ..written_names import as_written
 from . import chart
 from .chart import Panel
@@ -29,10 +29,14 @@ LABELS_A_HEIGHT = 12
 
 def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
     """Runs by the names to print."""
+    if not isinstance(runs, Mapping | Sequence):
+        runs = [runs]
+    if not runs:
+        raise InputError("a figure has no runs; expected: one run or more")
     if isinstance(runs, Mapping):
         return {as_written(name): run for name, run in runs.items()}
     result: dict[str, Run] = {}
-    for run in runs if isinstance(runs, Sequence) else [runs]:
+    for run in runs:
         written, number = as_written(run.controller), 2
         name = written
         while name in result:

@@ -68,15 +68,6 @@ _GROUPS = {
 }
 
 
-def criteria_table(
-    criteria: Mapping[str, Mapping[str, float]],
-    energy: Mapping[str, Mapping[str, float]],
-    title: str = "",
-) -> Table:
-    """Table of criteria and energies, one column per run."""
-    return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
-
-
 class WideTable:
     """A table that is split into parts, one below the other, to fit the console's width."""
 
@@ -275,12 +266,12 @@ def _scaled(values: Mapping[str, float], key: str, factor: float) -> float | Non
     return values[key] * factor if key in values else None
 
 
-def run_table(run: Run) -> Table:
+def run_table(run: Run) -> WideTable:
     """Table of one run."""
     from ..comparison import Comparison
 
     of_one = Comparison({run.controller: run})
-    return criteria_table(of_one.criteria, of_one.energy, of_one.title)
+    return criteria_tables(of_one.criteria, of_one.energy, of_one.title)
 
 
 def as_text(table: Any, width: int = WIDTH) -> str:
