@@ -25,7 +25,6 @@ from ..references import of_device
 from .page import (
     Block,
     Bullets,
-    Cell,
     Chart,
     Facts,
     Gallery,
@@ -34,7 +33,6 @@ from .page import (
     Listing,
     Page,
     Prose,
-    Row,
     Section,
     Table,
     TimeRange,
@@ -168,11 +166,9 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
 
 def _runs_table(traces: Sequence[Trace]) -> Table:
     """Errors run by run, before and after."""
-    rows = tuple(
-        Row(trace.name, (
-            Cell("held out" if trace.held_out else "fitted"),
-            *(Cell(f"{100 * relative_error(trace, f):.2f}") for f in (trace.before, trace.after)),
-        ))
+    rows = text_rows(
+        (trace.name, "held out" if trace.held_out else "fitted",
+         *(f"{100 * relative_error(trace, f):.2f}" for f in (trace.before, trace.after)))
         for trace in traces
     )  # fmt: skip
     return Table(

@@ -8,27 +8,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...effects.serialisation import device_code
+from ...identification.fitted import Fit
 from ..loops_fitted import LOOKS, SAMPLES, loops
 from ..references import of_device
 from .page import (
+    Block,
     Bullets,
-    Cell,
     Facts,
     Gallery,
     LineChoice,
     Listing,
     Page,
     Prose,
-    Row,
     Section,
     Table,
+    text_rows,
 )
 from .panels import drawn
 from .run_report import code_facts, versions
 from .text import capital
 
 if TYPE_CHECKING:
-    from ...identification.fitted import Fit, LawEvaluation, RunError
+    from ...identification.fitted import LawEvaluation, RunError
 
 _MOST_CHARTS = 24
 
@@ -36,22 +37,9 @@ _MOST_CHARTS = 24
 def fit_report(fit: Fit) -> Page:
     """Report of a fit."""
     law, errors = fit.device.law, fit.errors
-    shown = _shown(errors)
-    some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
     sections = [
-        Section("Verdict", [
-            Prose(_verdict(fit), "verdict"),
-            *([Prose(tuple(f"{capital(note)}." for note in fit.notes), "warning")]
-              if fit.notes else []),
-        ]),
-        Section("Loops", [
-            Prose((f"The last {SAMPLES} samples of each run at most, each run on its own "
-                   f"axes. The title gives the error.{some}",)),
-            LineChoice(LOOKS, "Lines of all charts"),
-            *_loops(shown),
-        ]),
-        Section("Errors", [errors_table(fit)]),
-        Section("Parameters", [parameters_table(fit)]),
+        *_results(fit, _verdict(fit)),
+        Section("Parameters", [_parameters(fit)]),
         Section("Inputs and versions", [
             Facts({
                 "Law": f"{law.title} ({law.name}); {law.source}",
@@ -74,21 +62,12 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     """Report of a law's errors on measured runs."""
     device, campaign = evaluation.device, evaluation.campaign
     law = device.law
-    first = (
-        f"{law.title} has an RMS force error of {100 * evaluation.error:.2g} %",
+    verdict = (
+        f"{law.title} has an RMS force error of {100 * evaluation.error:.2g} %.",
         f"The noise of the measured force is {100 * evaluation.noise:.2g} %.",
     )
-    notes = tuple(f"{capital(note)}." for note in evaluation.notes)
     sections = [
-        Section("Verdict", [Prose((f"{first[0]}.", first[1]), "verdict"),
-                            *([Prose(notes, "warning")] if notes else [])]),
-        Section("Loops", [LineChoice(LOOKS, "Lines of all charts"),
-                          *_loops(_shown(evaluation.errors))]),
-        Section("Errors", [Table(
-            caption="Force residual over measured force, both RMS",
-            headings=("Run", "Error, %"),
-            rows=tuple(Row(e.run.name, (_percent(e.relative),)) for e in evaluation.errors),
-        )]),
+        *_results(evaluation, verdict),
         Section("Inputs and versions", [Facts({
             "Law": f"{law.title} ({law.name}); {device.source or law.source}",
             "Campaign": f"{campaign.name}; {campaign.source or 'no source given'}",
@@ -99,38 +78,51 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     return Page(f"Errors of {law.title}", f"On {campaign.name}", sections)
 
 
-def _shown(errors: Sequence[RunError]) -> Sequence[RunError]:
-    """Runs to draw, evenly chosen from many."""
-    return errors[:: -(-len(errors) // _MOST_CHARTS)]
+def _results(evaluation: LawEvaluation, verdict: tuple[str, ...]) -> list[Section]:
+    """Verdict, loops and errors of a fit or an evaluation."""
+    errors = evaluation.errors
+    # evenly chosen from many
+    shown = errors[:: -(-len(errors) // _MOST_CHARTS)]
+    some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
+    first: list[Block] = [Prose(verdict, "verdict")]
+    if evaluation.notes:
+        first.append(Prose(tuple(f"{capital(note)}." for note in evaluation.notes), "warning"))
+    return [
+        Section("Verdict", first),
+        Section("Loops", [
+            Prose((f"The last {SAMPLES} samples of each run at most, each run on its own "
+                   f"axes. The title gives the error.{some}",)),
+            LineChoice(LOOKS, "Lines of all charts"),
+            *_loops(shown),
+        ]),
+        Section("Errors", [_errors(evaluation)]),
+    ]  # fmt: skip
 
 
-def errors_table(fit: Fit) -> Table:
-    """Errors by run, held-out runs marked, with the pooled errors below."""
-    rows = [
-        Row(e.run.name, (Cell("held out" if e.run.hold_out else "fitted"), _percent(e.relative)))
-        for e in fit.errors
-    ]
-    rows.append(Row("all fitted runs, pooled", (Cell("fitted"), _percent(fit.error))))
-    if any(e.run.hold_out for e in fit.errors):
-        rows.append(
-            Row("all held-out runs, pooled", (Cell("held out"), _percent(fit.held_out_error)))
-        )
-    return Table(
-        caption="Force residual over measured force, both RMS",
-        headings=("Run", "Used as", "Error, %"),
-        rows=tuple(rows),
-        filters=("Used as",) if any(e.run.hold_out for e in fit.errors) else (),
+def _errors(evaluation: LawEvaluation) -> Table:
+    """Errors by run; of a fit with held-out runs marked and the pooled errors below."""
+    caption = "Force residual over measured force, both RMS"
+    errors = [(e.run.name, e.run.hold_out, e.relative) for e in evaluation.errors]
+    if not isinstance(evaluation, Fit):
+        rows = text_rows((name, f"{100 * error:.2f}") for name, _, error in errors)
+        return Table(caption, ("Run", "Error, %"), rows)
+    held_out = any(held for _, held, _ in errors)
+    errors.append(("all fitted runs, pooled", False, evaluation.error))
+    if held_out:
+        errors.append(("all held-out runs, pooled", True, evaluation.held_out_error))
+    rows = text_rows(
+        (name, "held out" if held else "fitted", f"{100 * error:.2f}")
+        for name, held, error in errors
     )
+    filters = ("Used as",) if held_out else ()
+    return Table(caption, ("Run", "Used as", "Error, %"), rows, filters=filters)
 
 
-def parameters_table(fit: Fit) -> Table:
+def _parameters(fit: Fit) -> Table:
     """Fitted numbers with their intervals; undetermined numbers are marked."""
-    rows = tuple(
-        Row(e.name, (
-            Cell("any" if e.current is None else f"{e.current:.3g}"),
-            Cell(f"{e.value:.5g}"), Cell(f"{e.low:.5g} to {e.high:.5g}"), Cell(e.unit or "-"),
-            Cell("yes" if e.determined else "no"),
-        ))
+    rows = text_rows(
+        (e.name, "any" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
+         f"{e.low:.5g} to {e.high:.5g}", e.unit or "-", "yes" if e.determined else "no")
         for e in fit.estimates
     )  # fmt: skip
     return Table(
@@ -170,7 +162,3 @@ def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
         ]
         blocks += [Prose((f"Force over {word}.",)), Gallery(tuple(charts))]
     return tuple(blocks)
-
-
-def _percent(share: float) -> Cell:
-    return Cell(f"{100 * share:.2f}")
