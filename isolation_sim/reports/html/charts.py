@@ -58,21 +58,6 @@ def line(name: str, look: Look, **more: Any) -> dict[str, Any]:
     return keys
 
 
-def points(rows: Sequence[str], x: ArrayLike, y: ArrayLike, look: Look) -> dict[str, Any]:
-    """Trace of points, each of which stands for a row of the page's filtered table."""
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "ids": list(rows),
-        "x": numbers(x),
-        "y": numbers(y),
-        "marker": {"symbol": symbol(look), "size": 7, "color": look.colour},
-        "unselected": {"marker": {"opacity": 0.07}},
-        "text": list(rows),
-        "hovertemplate": "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
-    }
-
-
 def numbers(values: ArrayLike) -> dict[str, str]:
     """Numbers in the binary form of plotly.js: base64 of single precision."""
     packed = np.asarray(values, dtype="<f4").tobytes()

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..chart import OVER_TIME, Panel
 from ..style import Look
-from .charts import layout, line, numbers, over, peaks, points, thinned
+from .charts import layout, line, numbers, over, peaks, thinned
 from .page import Chart
 
 
@@ -24,13 +24,16 @@ def drawn(
     traces = []
     for name, (x, y) in panel.lines.items():
         look = (looks or panel.looks)[name]
-        if ids and not look.joined:
-            traces.append(points(ids, x, y, look) | {"name": name, "meta": name})
-            continue
         keep = thinned(most, y) if timed else slice(None)
         pair = over(x[keep], y[keep]) if timed else {"x": numbers(x), "y": numbers(y)}
         shape = {"shape": "hv"} if panel.steps and look.joined else {}
         traces.append(line(name, look, **shape) | pair)
+        if ids and not look.joined:
+            traces[-1] |= {
+                "ids": list(ids), "text": list(ids),
+                "unselected": {"marker": {"opacity": 0.07}},
+                "hovertemplate": "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
+            }  # fmt: skip
     across: dict[str, Any] = {}
     if panel.log_x:
         across = {"type": "log", "dtick": "D2", "tickformat": "~g"}
