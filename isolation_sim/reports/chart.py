@@ -102,20 +102,19 @@ def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
     structure = next(iter(runs.values())).isolated.structure
     ends = tuple(f"_{direction}" for direction in structure.directions)
 
-    def panel(title: str, short: str, unit: str, key: str, factor: float, names: list) -> Panel:
+    def panel(title: str, x: str, unit: str, key: str, factor: float, names: list) -> Panel:
         labels = [name.rsplit("_", 1)[0] if name.endswith(ends) else name for name in names]
         peaks = {
             name: (factor * run.peaks[key], np.arange(len(names))) for name, run in runs.items()
         }
-        across = f"{short} ({unit})"
-        return Panel(f"{title} ({unit})", across, "", peaks, unit=unit, rows=labels)
+        return Panel(f"{title} ({unit})", x, "", peaks, unit=unit, rows=labels)
 
     levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
     storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
-    acceleration = "Peak absolute acceleration", "Peak abs. acceleration", "m/s²"
+    acceleration = "Peak absolute acceleration", "Peak abs. acceleration (m/s²)", "m/s²"
     return (
         panel(*acceleration, "floor_acceleration_m_s2", 1.0, levels),
-        panel("Peak storey drift", "Peak storey drift", "mm", "drift_m", 1e3, storeys),
+        panel("Peak storey drift", "Peak storey drift (mm)", "mm", "drift_m", 1e3, storeys),
     )
 
 

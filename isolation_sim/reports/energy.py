@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ground_motions.argument_types import checked
 
 from .chart import OVER_TIME, Panel
-from .panels import named, over_time
+from .panels import name_runs, over_time
 from .style import DOUBLE_COLUMN, Look, label_outer, legend, new_figure, style
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     InputError
         If there are no runs.
     """
-    by_name = named(runs)
+    by_name = name_runs(runs)
     across = min(len(by_name), 2 if len(by_name) < 5 else 3)
     down = -(-len(by_name) // across)
     with style():

@@ -62,7 +62,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     InputError
         If there are no runs or no such direction.
     """
-    by_name = panels.named(runs)
+    by_name = panels.name_runs(runs)
     first = next(iter(by_name.values()))
     number = panels.direction_number(first, direction)
     with style():
@@ -96,7 +96,7 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
     InputError
         If there are no runs or no such element.
     """
-    by_name = panels.named(runs)
+    by_name = panels.name_runs(runs)
     across = min(len(by_name), 4 if len(by_name) in (4, 7, 8) else 3)
     down = -(-len(by_name) // across)
     with style():
@@ -133,7 +133,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     InputError
         If there are no runs, or the element is none of a biaxial device.
     """
-    by_name = panels.named(runs)
+    by_name = panels.name_runs(runs)
     isolated = next(iter(by_name.values())).isolated
     names = isolated.element_names
     pairs = {names[g[0]]: [names[e] for e in g[:2]] for g in isolated.groups if len(g) > 1}
@@ -174,7 +174,7 @@ def currents(runs: Runs) -> Figure:
     InputError
         If there are no runs, or none has a coil.
     """
-    by_name = {name: run for name, run in panels.named(runs).items() if run.isolated.n_channels}
+    by_name = {name: run for name, run in panels.name_runs(runs).items() if run.isolated.n_channels}
     if not by_name:
         raise InputError("no run has a coil; expected: a run with a coil current")
     with style():
@@ -210,7 +210,7 @@ def floor_envelopes(runs: Runs) -> Figure:
     InputError
         If there are no runs.
     """
-    by_name = panels.named(runs)
+    by_name = panels.name_runs(runs)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.2)
         left, right = figure.subplots(1, 2)

@@ -27,7 +27,7 @@ LABELS_A_HEIGHT = 12
 """Largest number of level names beside a panel."""
 
 
-def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
+def name_runs(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
     """Runs by the names to print."""
     if not isinstance(runs, Mapping | Sequence):
         runs = [runs]

@@ -6,7 +6,7 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.reports.chart import Panel
 from isolation_sim.reports.html.page import Cell, Page, Row, Section, Table
-from isolation_sim.reports.html.panels import drawn
+from isolation_sim.reports.html.panels import panel_chart
 from isolation_sim.reports.style import Look
 from isolation_sim.written_names import as_written
 
@@ -201,7 +201,7 @@ def test_a_table_is_filtered_by_its_columns(opened, tmp_path, until):
     table = Table("Runs", ("Run", "Law", "Drift, mm"), rows, filters=("Law", "Run"))
     points = {"all": (np.array([1, 2, 3]), np.array([4, 5, 6]))}
     look = {"all": Look("#000000", marker="o", joined=False)}
-    chart = drawn(Panel("Drift", "x (m)", "y (m)", points, look), ids="abc")
+    chart = panel_chart(Panel("Drift", "x (m)", "y (m)", points, look), ids="abc")
     section = Section("Runs", [table, chart])
     page = opened(Page("Sweep", "", [section]).write(tmp_path / "sweep.html"))
     page.locator("select[data-column='1']").select_option("x")

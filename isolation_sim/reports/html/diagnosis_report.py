@@ -38,7 +38,7 @@ from .page import (
     TimeRange,
     text_rows,
 )
-from .panels import drawn
+from .panels import panel_chart
 from .run_report import code_facts, versions
 from .text import capital
 
@@ -118,7 +118,7 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
 def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
     if not traces:
         return
-    charts = [drawn(panel, _rms(trace), height=290)
+    charts = [panel_chart(panel, _rms(trace), height=290)
               for panel, trace in zip(loops(traces), traces, strict=False)]  # fmt: skip
     yield Prose((
         f"The {len(charts)} of {len(traces)} runs with the largest errors before, each on its own "
@@ -136,7 +136,7 @@ def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
     shown = traces[:_HISTORIES]
     end = max(float(trace.time[-1]) for trace in shown)
     panels = histories(shown, residual)
-    return [drawn(panel, height=215, xaxis={"range": [0.0, end]}) for panel in panels]
+    return [panel_chart(panel, height=215, xaxis={"range": [0.0, end]}) for panel in panels]
 
 
 def _rms(trace: Trace) -> str:
@@ -151,7 +151,7 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
     if traces:
         panel, names = errors(diagnosis), [trace.name for trace in traces]
         yield Key({}, panel.looks)
-        yield drawn(
+        yield panel_chart(
             panel, f"{names[0]} has the largest error; the table below gives the numbers.",
             ids=names, height=90 + 20 * len(names), margin={"l": 20},
         )  # fmt: skip

@@ -24,7 +24,7 @@ from .page import (
     Table,
     text_rows,
 )
-from .panels import drawn
+from .panels import panel_chart
 from .run_report import code_facts, versions
 from .text import capital
 
@@ -153,7 +153,7 @@ def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
     blocks: list[Prose | Gallery] = []
     for motion, word in (("displacement", "deformation"), ("velocity", "velocity")):
         charts = [
-            drawn(
+            panel_chart(
                 panel,
                 f"RMS error of the model: {100 * error.relative:.2g} % of the measured force.",
                 height=280,

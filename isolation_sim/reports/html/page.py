@@ -86,7 +86,7 @@ class Table:
     rows: tuple[Row, ...]  # Rows
     note: str = ""  # Explanation of the marks
     # Headings of columns with a filter; chart points that belong to a row
-    # (``ids`` of `isolation_sim.reports.html.panels.drawn`) follow the filters
+    # (``ids`` of `isolation_sim.reports.html.panels.panel_chart`) follow the filters
     filters: tuple[str, ...] = ()
 
     @classmethod

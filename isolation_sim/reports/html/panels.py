@@ -10,8 +10,11 @@ from ..style import Look
 from .charts import layout, line, numbers, over, peaks, thinned
 from .page import Chart
 
+_LABEL = 20
+"""Height of a row's name, px."""
 
-def drawn(
+
+def panel_chart(
     panel: Panel, summary: str = "", *, looks: Mapping[str, Look] | None = None,
     ids: Sequence[str] = (), most: int = 4000, height: int = 230, **axes: Any,
 ) -> Chart:  # fmt: skip
@@ -44,8 +47,10 @@ def drawn(
     if panel.limits is not None:
         up["range"] = list(panel.limits)
     if panel.rows:
-        names = list(panel.rows)
-        up |= {"tickvals": list(range(len(names))), "ticktext": names, "automargin": True}
+        n = len(panel.rows)
+        every = -(-n // ((height - 80) // _LABEL))
+        ticks = {"tickvals": list(range(0, n, every)), "ticktext": panel.rows[::every]}
+        up |= {**ticks, "automargin": True}
     made = layout(
         panel.x, panel.y.replace("\n", " "), xaxis=across, yaxis=up,
         hovermode="x" if timed else "closest",

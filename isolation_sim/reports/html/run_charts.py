@@ -19,11 +19,10 @@ from ..chart import (
 )
 from ..chart import envelopes as level_envelopes
 from ..energy import SINKS, SUPPLY, instants_of, supply
-from ..panels import LABELS_A_HEIGHT
 from ..style import Look
 from .charts import layout, line, numbers, over, peaks, span, symbol, thinned
 from .page import Chart, Gallery, Key
-from .panels import drawn
+from .panels import panel_chart
 
 if TYPE_CHECKING:
     from ...simulation.result import Run
@@ -88,8 +87,8 @@ def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[C
     most = _POINTS_OVER_TIME // (len(runs) * len(panels))
     grounds = [ground_acceleration(first, number) for number in directions]
     return [
-        *(drawn(panel, most=most, height=215) for panel in grounds),
-        *(drawn(panel, looks=looks, most=most, height=215) for panel in panels),
+        *(panel_chart(panel, most=most, height=215) for panel in grounds),
+        *(panel_chart(panel, looks=looks, most=most, height=215) for panel in panels),
     ]
 
 
@@ -143,29 +142,12 @@ def _current(run: Run, channel: int | None) -> NDArray:
 
 def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
     """Peak absolute acceleration and peak drift over the height."""
-    charts = []
-    for panel in level_envelopes(runs):
-        n = len(panel.rows)
-        if not n:
-            continue
-        traces = [
-            {**line(name, looks[name]), "x": each.tolist(), "y": height.tolist()}
-            for name, (each, height) in panel.lines.items()
-        ]  # fmt: skip
-        every = -(-n // LABELS_A_HEIGHT)
-        ticks = {
-            "tickvals": list(range(0, n, every)),
-            "ticktext": panel.rows[::every],
-            "range": [-0.4, n - 0.6],
-        }
-        axes = layout(
-            panel.title, "", yaxis=ticks, hovermode="closest", xaxis={"rangemode": "tozero"},
-            margin={"l": 78},
-        )  # fmt: skip
-        values = {name: each for name, (each, _) in panel.lines.items()}
-        figure = {"data": traces, "layout": axes}
-        charts.append(Chart(panel.title, figure, peaks(values, panel.unit), height=340))
-    return Gallery(tuple(charts))
+    return Gallery(tuple(
+        panel_chart(panel, looks=looks, height=340, xaxis={"rangemode": "tozero"},
+              yaxis={"range": [-0.4, len(panel.rows) - 0.6]})
+        for panel in level_envelopes(runs)
+        if panel.rows
+    ))  # fmt: skip
 
 
 def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:

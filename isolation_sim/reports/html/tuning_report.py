@@ -25,7 +25,7 @@ from .page import (
     Table,
     text_rows,
 )
-from .panels import drawn
+from .panels import panel_chart
 from .run_report import versions
 from .text import capital
 
@@ -99,7 +99,7 @@ def _progress(tuning: Tuning) -> Chart:
         {"candidate": (at, means), "best so far": (at, best)}, _LOOKS, steps=True,
         limits=(best[-1] - 0.1 * gain, best[0] + 1.1 * gain),
     )  # fmt: skip
-    return drawn(panel, f"The mean score falls from {means[0]:.3f} to {best[-1]:.3f}.")
+    return panel_chart(panel, f"The mean score falls from {means[0]:.3f} to {best[-1]:.3f}.")
 
 
 def _sensitivity(tuning: Tuning, name: str) -> Chart:
@@ -112,4 +112,4 @@ def _sensitivity(tuning: Tuning, name: str) -> Chart:
         {name: Look("#0072B2", marker="o"), "tuned": _LOOKS["tuned"]}, log_x=one["scale"] == "log",
     )  # fmt: skip
     low, high = min(scores), max(scores)
-    return drawn(panel, f"Mean score from {low:.3f} to {high:.3f} over the range of {name}.")
+    return panel_chart(panel, f"Mean score from {low:.3f} to {high:.3f} over the range of {name}.")
