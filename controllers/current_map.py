@@ -207,21 +207,11 @@ def nearest_current(
 
 
 class MappedCurrent(NamedTuple):
-    """Result of the map.
+    """Result of the map."""
 
-    Attributes
-    ----------
-    current : float, A
-        Within the map's range.
-    force : float, N
-        The force there.
-    saturated : bool
-        Whether no current in the range gives the target force.
-    """
-
-    current: float
-    force: float
-    saturated: bool
+    current: float  # Within the map's range, A
+    force: float  # The force there, N
+    saturated: bool  # Whether no current in the range gives the target force
 
 
 @checked

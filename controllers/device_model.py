@@ -64,30 +64,13 @@ def next_break(current: float, arguments: tuple) -> float:
 
 
 class DeviceModel:
-    """Devices in the form in which decisions compute with them.
-
-    Parameters
-    ----------
-    devices : sequence of Device
-        The devices.
-
-    Attributes
-    ----------
-    devices : tuple of Device
-        The devices.
-    laws : tuple of Law
-        Their laws, each once.
-    n_states : int
-        Places for internal states that each device has: the largest number of them.
-    n_numbers : int
-        Places for numbers that each device has.
-    numbers : numpy.ndarray, shape (n_devices * n_numbers,)
-        Their numbers.
-    """
+    """Devices in the form in which decisions compute with them."""
 
     def __init__(self, devices: Sequence[Device]):
         self.devices = tuple(devices)
+        # each law once
         self.laws = tuple(dict.fromkeys(device.law for device in self.devices))
+        # places for internal states and for numbers that each device has: the most of any of them
         self.n_states = max((len(law.states) for law in self.laws), default=0)
         rows = [self._row(device) for device in self.devices]
         self.n_numbers = max(map(len, rows), default=0)

@@ -29,27 +29,16 @@ _ENOUGH = 0.5
 
 @dataclass
 class Report:
-    """Statistics of a run's decisions.
+    """Statistics of a run's decisions."""
 
-    Attributes
-    ----------
-    failed : int
-        Programmes without a usable solution; the previous plan was followed instead.
-    late : int
-        Decisions that took longer than the deadline; the previous plan was followed instead.
-    seconds : list of float
-        Computing time of each decision, s.
-    iterations : list of int
-        Iterations of the solver in each decision.
-    strength : float or None
-        Last estimate of the force scale: isolator force over that of the nominal model; None
-        without ``learning``.
-    """
-
-    failed: int = 0
+    failed: int = 0  # Programmes without a usable solution; the previous plan was followed instead
+    # Decisions that took longer than the deadline; the previous plan was followed instead
     late: int = 0
-    seconds: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)  # Computing time of each decision, s
+    # Iterations of the solver in each decision
     iterations: list[int] = field(default_factory=list)
+    # Last estimate of the force scale: isolator force over that of the nominal model; None without
+    # ``learning``
     strength: float | None = None
 
     def __str__(self) -> str:

@@ -16,27 +16,15 @@ from isolation_sim.search_range import SearchRange
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting of a controller.
+    """One setting of a controller."""
 
-    Attributes
-    ----------
-    default : object
-        Value where none is given.
-    meaning : str
-        Short description.
-    accepts : callable
-        Turns a given value into the one to use, or raises ValueError; printed with ``str``, it
-        names the expected values.
-    unit : str
-        SI unit; empty for a number without one and for other types.
-    search : SearchRange or None
-        Where ``isolation_sim.tune`` looks for a better value; None if it is not tuned.
-    """
-
-    default: Any
-    meaning: str
+    default: Any  # Value where none is given
+    meaning: str  # Short description
+    # Turns a given value into the one to use, or raises ValueError; printed with ``str``, it names
+    # the expected values
     accepts: Callable[[Any], Any]
-    unit: str = ""
+    unit: str = ""  # SI unit; empty for a number without one and for other types
+    # Where ``isolation_sim.tune`` looks for a better value; None if it is not tuned
     search: SearchRange | None = None
 
     @property
@@ -93,21 +81,11 @@ def setting(
 
 @dataclass(frozen=True)
 class Number:
-    """Accepts numbers.
+    """Accepts numbers."""
 
-    Attributes
-    ----------
-    at_least : float
-        Lowest number accepted.
-    above : float
-        Number above which all are accepted; -inf for no such bound.
-    infinite : bool
-        Whether infinity is accepted.
-    """
-
-    at_least: float = -np.inf
-    above: float = -np.inf
-    infinite: bool = False
+    at_least: float = -np.inf  # Lowest number accepted
+    above: float = -np.inf  # Number above which all are accepted; -inf for no such bound
+    infinite: bool = False  # Whether infinity is accepted
 
     kind = float
     """Type of the expected values."""
@@ -134,15 +112,9 @@ class Number:
 
 @dataclass(frozen=True)
 class Integer:
-    """Accepts whole numbers.
+    """Accepts whole numbers."""
 
-    Attributes
-    ----------
-    at_least : int
-        Lowest number accepted.
-    """
-
-    at_least: int
+    at_least: int  # Lowest number accepted
 
     kind = int
     """Type of the expected values."""
@@ -159,15 +131,9 @@ class Integer:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Accepts one of some words.
+    """Accepts one of some words."""
 
-    Attributes
-    ----------
-    words : tuple of str
-        The words.
-    """
-
-    words: tuple[str, ...]
+    words: tuple[str, ...]  # The words
 
     @property
     def kind(self) -> Any:
@@ -186,15 +152,9 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Optional:
-    """Expects None or the values of another kind of setting.
+    """Expects None or the values of another kind of setting."""
 
-    Attributes
-    ----------
-    inner : callable
-        The other kind.
-    """
-
-    inner: Callable[[Any], Any]
+    inner: Callable[[Any], Any]  # The other kind
 
     @property
     def kind(self) -> Any:
@@ -211,15 +171,9 @@ class Optional:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Accepts rows, or rows of rows, of finite numbers and keeps them as nested tuples.
+    """Accepts rows, or rows of rows, of finite numbers and keeps them as nested tuples."""
 
-    Attributes
-    ----------
-    n_axes : tuple of int
-        Numbers of axes accepted.
-    """
-
-    n_axes: tuple[int, ...] = (1,)
+    n_axes: tuple[int, ...] = (1,)  # Numbers of axes accepted
 
     kind = tuple
     """Type of the expected values."""

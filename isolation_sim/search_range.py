@@ -14,23 +14,12 @@ DIGITS = 4
 
 @dataclass(frozen=True)
 class SearchRange:
-    """Search range of a setting for tuning.
+    """Search range of a setting for tuning."""
 
-    Attributes
-    ----------
-    low, high : float
-        Bounds, in the setting's unit.
-    scale : {"log", "linear"}
-        Logarithmic (bounds above 0) or linear.
-
-    Raises
-    ------
-    InputError
-        If the bounds do not increase, are not finite, or do not fit the scale.
-    """
-
+    # low, high: Bounds, in the setting's unit
     low: float
     high: float
+    # {"log", "linear"}: Logarithmic (bounds above 0) or linear
     scale: Literal["log", "linear"] = "log"
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.comparison import Comparison, json_report
 from isolation_sim.criteria import criteria
-from isolation_sim.reports.tables import as_text, criteria_table, run_table
+from isolation_sim.reports.tables import as_text, criteria_tables, run_table
 
 GROUND = el_centro_1940().cut(0, 8)
 CONTROLLERS = ("passive_off", "passive_on", "on_off")
@@ -126,7 +126,7 @@ def test_seven_long_names_fit_a_terminal(comparison):
 
 
 def test_a_missing_number_leaves_its_place():
-    table = criteria_table(
+    table = criteria_tables(
         {"[a]": {"J1": 0.5, "J9": float("nan")}, "b": {"J9": 0.25}}, {"[a]": {}, "b": {}}
     )
     assert "[a]" in as_text(table)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Force, Quiet, examples, progress
+from .common_options import AsJson, Force, Quiet, ReportFile, examples, progress
 
 EXAMPLES = examples(
     "isolation-sim check my_building.toml",
@@ -19,7 +19,7 @@ EXAMPLES = examples(
 
 def check(
     scenario: Annotated[Path, typer.Argument(help="Scenario file with a [check] section.")],
-    report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
+    report: ReportFile = None,
     force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,

@@ -22,6 +22,12 @@ Out = Annotated[
     Path | None,
     typer.Option(help="Results folder; a number is added if it is not empty."),
 ]
+DefaultOut = Annotated[Path | None, typer.Option(help="Results folder; results/NAME by default.")]
+Workers = Annotated[
+    int | None, typer.Option(help="Processes on this machine; one per processor by default.")
+]
+ReportFile = Annotated[Path | None, typer.Option(help="File for the report (HTML).")]
+TestsFolder = Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")]
 Export = Annotated[
     list[str] | None,
     typer.Option("--export", help="Also write all results to one file: mat or xlsx."),
@@ -67,16 +73,6 @@ def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | No
     if not quiet:
         print(f"report: {folder / 'report.html'}", file=stream)
     print(f"results: {folder}", file=stream)
-
-
-def print_stopped(folder: Path, overwrite: bool) -> None:
-    """Print the place of the results after an interrupt."""
-    where = (
-        f"{folder} is unchanged"
-        if overwrite
-        else (f"finished runs are in {folder}; --resume continues")
-    )
-    print(f"stopped; {where}", file=sys.stderr)
 
 
 def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
@@ -135,3 +131,31 @@ def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[
     with Progress(*columns, console=console, transient=True, disable=hidden) as shown:
         task = shown.add_task("starting", total=steps, completed=-1)
         yield lambda text, done=1: shown.update(task, description=text, advance=done)
+
+
+@contextmanager
+def resumable(
+    folder: Path, overwrite: bool, resume: bool, quiet: bool, steps: int, alike: bool = False
+) -> Iterator[Callable[..., None]]:
+    """Show the `progress` of work in a folder that ``--resume`` continues after an interrupt."""
+    from ..io.results_folder import replaced
+
+    try:
+        with replaced(folder, overwrite, resume), progress(quiet, steps, alike) as step:
+            yield step
+    except KeyboardInterrupt:
+        where = f"finished runs are in {folder}; --resume continues"
+        print(f"stopped; {f'{folder} is unchanged' if overwrite else where}", file=sys.stderr)
+        raise typer.Exit(130) from None
+
+
+def count_failures(step: Callable[..., None]) -> Callable[[int, int], None]:
+    """Return a function that shows the progress of runs with the number of failed ones."""
+    failures = 0
+
+    def advance(done: int, failed: int) -> None:
+        nonlocal failures
+        failures += failed
+        step(f"running, {failures} failed" if failures else "running", done)
+
+    return advance

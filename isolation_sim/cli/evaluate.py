@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import AsJson, Force, Quiet, examples
+from .common_options import AsJson, Force, Quiet, ReportFile, TestsFolder, examples
 
 EXAMPLES = examples(
     "isolation-sim evaluate fitted.toml my_tests",
@@ -19,8 +19,8 @@ EXAMPLES = examples(
 
 def evaluate(
     law: Annotated[Path, typer.Argument(help="File of a law, as fit --out and diagnose write it.")],
-    campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
-    report: Annotated[Path | None, typer.Option(help="File for the report (HTML).")] = None,
+    campaign: TestsFolder,
+    report: ReportFile = None,
     force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,

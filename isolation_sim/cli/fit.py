@@ -11,7 +11,16 @@ import typer
 
 from ..errors import InputError
 from ..io.output_place import check_new_files
-from .common_options import AsJson, Export, Force, Quiet, check_exports, examples, progress
+from .common_options import (
+    AsJson,
+    Export,
+    Force,
+    Quiet,
+    TestsFolder,
+    check_exports,
+    examples,
+    progress,
+)
 
 EXAMPLES = examples(
     "isolation-sim fit my_tests --law kelvin_voigt",
@@ -21,7 +30,7 @@ EXAMPLES = examples(
 
 
 def fit(
-    campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")],
+    campaign: TestsFolder,
     law: Annotated[
         str,
         typer.Option(

@@ -10,15 +10,17 @@ import typer
 
 from .common_options import (
     AsJson,
+    DefaultOut,
     Export,
     Overwrite,
     Quiet,
+    Workers,
     check_exports,
+    count_failures,
     examples,
     print_results,
-    print_stopped,
     print_warning,
-    progress,
+    resumable,
     write_exports,
 )
 
@@ -36,15 +38,11 @@ def suite(
     scenario: Annotated[
         Path, typer.Argument(help="Scenario whose [ground] is a folder, files or a PEER download.")
     ],
-    out: Annotated[
-        Path | None, typer.Option(help="Results folder; results/NAME by default.")
-    ] = None,
+    out: DefaultOut = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted suite.")
     ] = False,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine; one per processor by default.")
-    ] = None,
+    workers: Workers = None,
     criterion: Annotated[
         str, typer.Option(help="Criterion of the table with one row per motion.")
     ] = "peak_base_displacement_m",
@@ -54,31 +52,20 @@ def suite(
     quiet: Quiet = False,
 ) -> None:
     """Run all records of a suite with all controllers, and compute the statistics of codes."""
-    from ..io.results_folder import file_name, replaced
+    from ..io.results_folder import file_name
     from ..reports.console import standard_console
     from ..reports.suite_tables import records_table, statistics_table, verdict
     from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite
 
     check_exports(export, out)
-    failures = 0
-
-    def advance(done: int, failed: int) -> None:
-        nonlocal failures
-        failures += failed
-        step(f"running, {failures} failed" if failures else "running", done)
-
     described = Scenario.read(scenario)
     folder = out or Path("results") / file_name(described.name)
-    try:
-        with replaced(folder, overwrite, resume), progress(quiet, 100) as step:
-            result = run_suite(
-                described, folder, resume=resume, workers=workers,
-                step=lambda text: step(text, 0), progress=advance,
-            )  # fmt: skip
-    except KeyboardInterrupt:
-        print_stopped(folder, overwrite)
-        raise typer.Exit(130) from None
+    with resumable(folder, overwrite, resume, quiet, 100) as step:
+        result = run_suite(
+            described, folder, resume=resume, workers=workers,
+            step=lambda text: step(text, 0), progress=count_failures(step),
+        )  # fmt: skip
     result.check(criterion)
     write_exports(export, Path(result.folder), f"Suite {result.name}")
     if as_json:

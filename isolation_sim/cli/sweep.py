@@ -16,16 +16,18 @@ from typer.core import TyperGroup
 from ..errors import InputError
 from .common_options import (
     AsJson,
+    DefaultOut,
     Export,
     Force,
     Overwrite,
     Quiet,
+    Workers,
     check_exports,
+    count_failures,
     examples,
     print_results,
-    print_stopped,
     print_warning,
-    progress,
+    resumable,
     write_exports,
     write_new_file,
 )
@@ -132,16 +134,12 @@ app = typer.Typer(
 )
 def run_plan(
     plan: Annotated[Path, typer.Argument(help="The plan, TOML.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Results folder; results/NAME by default.")
-    ] = None,
+    out: DefaultOut = None,
     resume: Annotated[
         bool,
         typer.Option("--resume", help="Continue an interrupted sweep; run failed cases again."),
     ] = False,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine; one per processor by default.")
-    ] = None,
+    workers: Workers = None,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to run the sweep on.")
     ] = None,
@@ -151,7 +149,7 @@ def run_plan(
     quiet: Quiet = False,
 ) -> None:
     """Run a plan; the word ``run`` can be left out."""
-    from ..io.results_folder import replaced, write_contents
+    from ..io.results_folder import write_contents
     from ..reports.console import standard_console
     from ..reports.sweep_tables import controllers_table
     from ..sweeps.design import Design
@@ -162,30 +160,18 @@ def run_plan(
     folder = default_folder(design.plan) if out is None else out
     check_exports(export, None if overwrite else folder)
     begun = time.perf_counter()
-    failures = 0
 
     def announce(expected: Estimate) -> None:
         if not (quiet or as_json):
             print(_announced(expected, None if scheduler else workers or os.cpu_count() or 1))
 
-    def advance(done: int, failed: int) -> None:
-        nonlocal failures
-        failures += failed
-        step(f"running, {failures} failed" if failures else "running", done)
-
     try:
-        with (
-            replaced(folder, overwrite, resume),
-            progress(quiet, design.n_runs, alike=True) as step,
-        ):
+        with resumable(folder, overwrite, resume, quiet, design.n_runs, alike=True) as step:
             step("measuring")
             result = run_design(
                 design, folder, resume=resume, workers=workers, scheduler=scheduler,
-                announce=announce, progress=advance,
+                announce=announce, progress=count_failures(step),
             )  # fmt: skip
-    except KeyboardInterrupt:
-        print_stopped(folder, overwrite)
-        raise typer.Exit(130) from None
     except OSError as error:
         raise InputError(
             f"{error.filename or folder}: {error.strerror or error}; finished runs are saved. "

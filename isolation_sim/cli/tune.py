@@ -18,8 +18,7 @@ from .common_options import (
     check_exports,
     examples,
     print_results,
-    print_stopped,
-    progress,
+    resumable,
     write_exports,
 )
 
@@ -83,24 +82,20 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Tune a controller on some motions and evaluate it on other motions."""
-    from ..io.results_folder import file_name, replaced
+    from ..io.results_folder import file_name
     from ..tuning.tune import tune as run_tune
 
     check_exports(export, out)
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
     options: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
-    try:
-        with replaced(folder, overwrite, resume), progress(quiet, evaluations) as step:
-            result = run_tune(
-                controller, scenario, motions=motions, **options,
-                criteria=_weights(criterion) if criterion else None, settings=setting,
-                fixed=dict(_pair(text, "--fix", "rule=skyhook") for text in fix or ()),
-                evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,
-                workers=workers, progress=step,
-            )  # fmt: skip
-    except KeyboardInterrupt:
-        print_stopped(folder, overwrite)
-        raise typer.Exit(130) from None
+    with resumable(folder, overwrite, resume, quiet, evaluations) as step:
+        result = run_tune(
+            controller, scenario, motions=motions, **options,
+            criteria=_weights(criterion) if criterion else None, settings=setting,
+            fixed=dict(_pair(text, "--fix", "rule=skyhook") for text in fix or ()),
+            evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,
+            workers=workers, progress=step,
+        )  # fmt: skip
     write_exports(export, folder, f"Tuning of {result.controller}")
     if as_json:
         print(json.dumps(result.to_dict(), indent=2))

@@ -80,20 +80,7 @@ class Fields(tuple):
 
 
 class CText:
-    """Writes functions of a module as C.
-
-    Parameters
-    ----------
-    text : str
-        Source of the module.
-    prefix : str
-        Put before the functions' names.
-    external : mapping of str to (kind, str), optional
-        Kind of the result and C text of functions that take the place of the module's own or of
-        those that it imports, by name; an empty text leaves their calls out.
-    records : mapping of str to sequence of str, optional
-        Names of the fields of named tuples that it makes.
-    """
+    """Writes functions of a module as C; ``prefix`` stands before their names."""
 
     def __init__(
         self,
@@ -103,7 +90,10 @@ class CText:
         records: Mapping[str, Sequence[str]] | None = None,
     ):
         self.prefix = prefix
+        # kind of the result and C text of functions that replace the module's own or imported
+        # ones; an empty text leaves their calls out
         self.external = external or {}
+        # names of the fields of named tuples
         self.records = records or {}
         self.arrays: dict[str, str] = {}
         self.sources: dict[str, ast.FunctionDef] = {}

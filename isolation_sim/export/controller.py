@@ -22,27 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Decided:
-    """A controller's compiled decision in a scenario, and its run context.
+    """A controller's compiled decision in a scenario, and its run context."""
 
-    Attributes
-    ----------
-    name : str
-        Of the controller, as an identifier of C.
-    title : str
-        Short description for comments.
-    compiled : CompiledDecision
-        Constants, and memory at the start.
-    text : str
-        Source of the compiled module.
-    context : RunContext
-        With the measured outputs, the period and the limits of the currents.
-    """
-
-    name: str
-    title: str
-    compiled: CompiledDecision
-    text: str
-    context: RunContext
+    name: str  # Of the controller, as an identifier of C
+    title: str  # Short description for comments
+    compiled: CompiledDecision  # Constants, and memory at the start
+    text: str  # Source of the compiled module
+    context: RunContext  # With the measured outputs, the period and the limits of the currents
 
     @property
     def inputs(self) -> tuple[str, ...]:

@@ -9,31 +9,16 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Part:
-    """C sources that are stepped through ``NAME_init``, ``NAME_step`` and ``NAME_observe``.
+    """C sources that are stepped through ``NAME_init``, ``NAME_step`` and ``NAME_observe``."""
 
-    Attributes
-    ----------
-    name : str
-        Name, a C identifier.
-    title : str
-        Description, for comments.
-    files : dict of str to str
-        C sources by name.
-    inputs, outputs : tuple of str
-        Names with units, in the order of the sources' arrays.
-    period : float
-        Usual length of a step, s.
-    sampled : bool
-        Whether it is a controller, which decides at multiples of its period.
-    """
-
-    name: str
-    title: str
-    files: dict[str, str]
+    name: str  # Name, a C identifier
+    title: str  # Description, for comments
+    files: dict[str, str]  # C sources by name
+    # inputs, outputs: Names with units, in the order of the sources' arrays
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
-    period: float
-    sampled: bool = False
+    period: float  # Usual length of a step, s
+    sampled: bool = False  # Whether it is a controller, which decides at multiples of its period
 
 
 def numbers(values: np.ndarray) -> str:

@@ -1,39 +1,52 @@
-"""Contents of the charts of runs, drawn by `panels` for print and by `html` for a page."""
+"""The description of a chart, and the charts of runs."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..criteria import columns
 from ..simulation.quantities import level_dofs, storey_rows
+from .style import Look
 
 if TYPE_CHECKING:
     from ..simulation.result import Run
 
 
+OVER_TIME = "Time (s)"
+"""Horizontal axis of the panels that zoom together on a page."""
+
+
 @dataclass(frozen=True)
 class Panel:
-    """Lines over one pair of axes, in the units of the axes."""
+    """Lines over one pair of axes, in the units of the axes; `panels` and `html.panels` draw it."""
 
-    title: str  # Quantity
-    short: str  # Quantity, abbreviated for an axis
-    unit: str  # Unit of the quantity
-    lines: Mapping[str, tuple[NDArray, NDArray]]  # Abscissas and ordinates by run
+    title: str  # Contents
+    # x, y: Titles of the axes, with their units
+    x: str
+    y: str
+    lines: Mapping[str, tuple[NDArray, NDArray]]  # Abscissas and ordinates by name
+    looks: Mapping[str, Look] = field(default_factory=dict)  # Looks; of runs the figure chooses
+    unit: str = ""  # Unit of the quantity
+    note: str = ""  # Numbers for a second line of the title
     steps: bool = False  # Whether a value is constant until the next one
-    levels: Sequence[str] = ()  # Names of the levels or storeys at the ordinates 0, 1, 2
+    rows: Sequence[str] = ()  # Names at the ordinates 0, 1, 2
+    log_x: bool = False  # Whether the abscissas have a logarithmic axis
+    limits: tuple[float, float] | None = None  # Lower and upper end of the vertical axis
 
 
 def ground_acceleration(run: Run, direction: int) -> Panel:
     """Ground acceleration over time."""
     record = run.records[direction]
-    title = f"Ground acceleration{_along(run, direction)}"
-    lines = {record.name: (record.time, record.acceleration)}
-    return Panel(title, "Ground\nacc.", "m/s²", lines)
+    lines = {"ground": (record.time, record.acceleration)}
+    look = {"ground": Look("#4d4d4d")}
+    return _over_time(
+        f"Ground acceleration{_along(run, direction)}", "Ground\nacc.", "m/s²", lines, looks=look
+    )
 
 
 def base_and_roof(runs: Mapping[str, Run], direction: int) -> tuple[Panel, Panel]:
@@ -49,8 +62,8 @@ def base_and_roof(runs: Mapping[str, Run], direction: int) -> tuple[Panel, Panel
     along = _along(next(iter(runs.values())), direction)
     relative = f"Base displacement relative to the ground{along}"
     return (
-        Panel(relative, "Base\ndisp.", "mm", displacement),
-        Panel(f"Absolute roof acceleration{along}", "Roof\nacc.", "m/s²", acceleration),
+        _over_time(relative, "Base\ndisp.", "mm", displacement),
+        _over_time(f"Absolute roof acceleration{along}", "Roof\nacc.", "m/s²", acceleration),
     )
 
 
@@ -63,7 +76,13 @@ def coil_current(runs: Mapping[str, Run], channel: int) -> Panel:
         if run.isolated.n_channels > channel
     }
     title = f"Coil current, channel {channel}" if several else "Coil current"
-    return Panel(title, "Coil\ncurrent", "A", lines, steps=True)
+    return _over_time(title, "Coil\ncurrent", "A", lines, steps=True)
+
+
+def coil_currents(run: Run) -> Panel:
+    """Coil currents of all channels over time."""
+    lines = {f"channel {k}": (run.time, current) for k, current in enumerate(run.current.T)}
+    return _over_time("Coil currents", "Current", "A", lines, steps=True)
 
 
 def loop(runs: Mapping[str, Run], element: str) -> Panel:
@@ -75,7 +94,7 @@ def loop(runs: Mapping[str, Run], element: str) -> Panel:
         )
         for name, run in runs.items()
     }
-    return Panel(element, "Force", "kN", lines)
+    return Panel(element, "Deformation (mm)", "Force (kN)", lines)
 
 
 def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
@@ -83,19 +102,19 @@ def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
     structure = next(iter(runs.values())).isolated.structure
     ends = tuple(f"_{direction}" for direction in structure.directions)
 
-    def panel(title: str, short: str, unit: str, key: str, factor: float, names: list) -> Panel:
+    def panel(title: str, x: str, unit: str, key: str, factor: float, names: list) -> Panel:
         labels = [name.rsplit("_", 1)[0] if name.endswith(ends) else name for name in names]
         peaks = {
             name: (factor * run.peaks[key], np.arange(len(names))) for name, run in runs.items()
         }
-        return Panel(title, short, unit, peaks, levels=labels)
+        return Panel(f"{title} ({unit})", x, "", peaks, unit=unit, rows=labels)
 
     levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
     storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
-    acceleration = "Peak absolute acceleration", "Peak abs. acceleration", "m/s²"
+    acceleration = "Peak absolute acceleration", "Peak abs. acceleration (m/s²)", "m/s²"
     return (
         panel(*acceleration, "floor_acceleration_m_s2", 1.0, levels),
-        panel("Peak storey drift", "Peak storey drift", "mm", "drift_m", 1e3, storeys),
+        panel("Peak storey drift", "Peak storey drift (mm)", "mm", "drift_m", 1e3, storeys),
     )
 
 
@@ -103,6 +122,11 @@ def element_along(run: Run, direction: int = 0) -> str:
     """Find the element whose loop represents the isolators."""
     along = run.isolated.holding[:, direction]
     return run.isolated.element_names[int(np.argmax(along != 0))]
+
+
+def _over_time(title: str, short: str, unit: str, lines: Mapping, **more: Any) -> Panel:
+    """A panel over time; the vertical axis has a short title."""
+    return Panel(f"{title} ({unit})", OVER_TIME, f"{short} ({unit})", lines, unit=unit, **more)
 
 
 def _along(run: Run, direction: int) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..written_names import as_written
+from .tables import TextTable
 from .units import unit_of
 
 if TYPE_CHECKING:
     from ..discrepancy.consequence import Consequence, Performance
 
-TITLE = "Consequence of the law's error for control"
-HEADINGS = (
+_HEADINGS = (
     "controller",
     "base displ., mm: old", "new", "error, %",
     "floor acc., m/s²: old", "new", "error, %",
@@ -25,8 +25,8 @@ NOTE = (
 )
 
 
-def consequence_rows(consequence: Consequence) -> list[list[str]]:
-    """Write the table's rows."""
+def consequence_table(consequence: Consequence) -> TextTable:
+    """Controllers with the evaluated and with the extended law."""
     rows = []
     for name, cases in consequence.performance.items():
         predicted, actual, redesigned = (
@@ -38,7 +38,7 @@ def consequence_rows(consequence: Consequence) -> list[list[str]]:
         row += [_number(one, "J") for one in (predicted, actual, redesigned)]
         row += [str(one.rank) if one else "-" for one in (predicted, actual, redesigned)]
         rows.append(row)
-    return rows
+    return TextTable("Consequence of the law's error for control", _HEADINGS, rows)
 
 
 def _number(one: Performance | None, key: str) -> str:

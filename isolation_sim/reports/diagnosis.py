@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
-from .consequence import HEADINGS, NOTE, TITLE, consequence_rows
+from .consequence import NOTE, consequence_table
 from .html.text import capital
 from .tables import TextTable
 
 if TYPE_CHECKING:
     from ..discrepancy.consequence import Consequence
+    from ..discrepancy.tiers.result import Ladder
 
 
 CAUSE_HEADINGS = (
@@ -36,8 +37,8 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
             if cause.confusable_with:
                 yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
-        yield TextTable(LADDER, LADDER_HEADINGS, ladder_rows(diagnosis))
-        yield from ladder_text(diagnosis)
+        yield ladder_table(diagnosis.ladder, diagnosis.noise_floor)
+        yield from ladder_text(diagnosis.ladder)
     if diagnosis.depends_on:
         yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
@@ -51,11 +52,6 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         yield from consequence_text(diagnosis.consequence)
 
 
-def consequence_table(consequence: Consequence) -> TextTable:
-    """Controllers with the evaluated and with the extended law, for the terminal."""
-    return TextTable(TITLE, HEADINGS, consequence_rows(consequence))
-
-
 def consequence_text(consequence: Consequence) -> list[str]:
     """A consequence in sentences."""
     where = f"{capital(consequence.scenario)}. {consequence.finding}"
@@ -63,13 +59,7 @@ def consequence_text(consequence: Consequence) -> list[str]:
 
 
 def errors_table(diagnosis: Diagnosis) -> TextTable:
-    """Errors before and after, for the terminal."""
-    headings = ("", "before, %", "after, %")
-    return TextTable("Residual over measured signal (RMS)", headings, error_rows(diagnosis))
-
-
-def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Errors before and after, noise floor and decrease of the held-out error, %, as text."""
+    """Errors before and after, noise floor and decrease of the held-out error, %."""
     rows = [
         (name, f"{100 * before:.2f}", f"{100 * after:.2f}")
         for name, before, after in (
@@ -83,22 +73,17 @@ def error_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
     if diagnosis.gain:
         low, high = (100 * g for g in diagnosis.gain)
         rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}"))
-    return rows
+    return TextTable("Residual over measured signal (RMS)", ("", "before, %", "after, %"), rows)
 
 
-LADDER = "Residual over force (RMS) of each tier"
-LADDER_HEADINGS = ("", "fitted, %", "held out, %", "conditions left out, %")
 _RUNGS = {
     "law": "law", "causes": "with causes", "equation": "with an equation",
     "learned": "with a learned term",
 }  # fmt: skip
 
 
-def ladder_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
-    """Errors of every tier, the best attained error and the noise floor, %, as text."""
-    ladder = diagnosis.ladder
-    if ladder is None:
-        return []
+def ladder_table(ladder: Ladder, noise_floor: float) -> TextTable:
+    """Errors of every tier, the best attained error and the noise floor, %."""
 
     def percent(value: float) -> str:
         return f"{100 * value:.2f}" if np.isfinite(value) else ""
@@ -111,15 +96,13 @@ def ladder_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
     columns = [[getattr(one, name) for one in ladder.rungs] for name in
                ("fit", "held_out", "left_out")]  # fmt: skip
     rows.append(("best attained", *(percent(min(column)) for column in columns)))
-    rows.append(("noise floor", percent(diagnosis.noise_floor), "", ""))
-    return rows
+    rows.append(("noise floor", percent(noise_floor), "", ""))
+    headings = ("", "fitted, %", "held out, %", "conditions left out, %")
+    return TextTable("Residual over force (RMS) of each tier", headings, rows)
 
 
-def ladder_text(diagnosis: Diagnosis) -> list[str]:
+def ladder_text(ladder: Ladder) -> list[str]:
     """The equation and the unexplained misfit, as sentences."""
-    ladder = diagnosis.ladder
-    if ladder is None:
-        return []
     lines = []
     if ladder.terms:
         lines.append(f"Equation. F = law {ladder.equation}".replace("\n", " "))
@@ -197,8 +180,9 @@ def markdown(diagnosis: Diagnosis) -> str:
         parts.append(_grid(CAUSE_HEADINGS, rows))
         parts += [f"- **{cause.label}**: {cause_text(cause)}" for cause in diagnosis.causes]
     if diagnosis.ladder is not None:
-        parts += ["## Tiers", _grid(LADDER_HEADINGS, ladder_rows(diagnosis))]
-        parts += ladder_text(diagnosis)
+        ladder = ladder_table(diagnosis.ladder, diagnosis.noise_floor)
+        parts += ["## Tiers", _grid(ladder.headings, ladder.rows)]
+        parts += ladder_text(diagnosis.ladder)
     for number, step in enumerate(diagnosis.steps, start=1):
         parts.append(f"## {number}. {step.title}\n\n{step.text}")
         if step.rows:
@@ -208,7 +192,8 @@ def markdown(diagnosis: Diagnosis) -> str:
     if diagnosis.consequence is not None:
         parts.append("## Consequence for control")
         if diagnosis.consequence.performance:
-            parts += [_grid(HEADINGS, consequence_rows(diagnosis.consequence)), NOTE]
+            table = consequence_table(diagnosis.consequence)
+            parts += [_grid(table.headings, table.rows), NOTE]
         parts += consequence_text(diagnosis.consequence)
     return "\n\n".join(parts) + "\n"
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError
-from .panels import MARKS_A_LINE, named
-from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
+from .chart import OVER_TIME, Panel
+from .panels import name_runs, over_time
+from .style import DOUBLE_COLUMN, Look, label_outer, legend, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +29,9 @@ SINKS = (
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )
 """Stored and dissipated energies from the bottom of the stack: attribute, label, shade, hatch."""
+
+SUPPLY = {"input": Look("#000000"), "input + field work": Look("#D55E00", (4, 1.2))}
+"""Looks of the lines of the supplied energy."""
 
 INSTANTS = 900
 """Points per area: the resolution of a page's width. matplotlib does not simplify areas."""
@@ -53,9 +56,7 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     InputError
         If there are no runs.
     """
-    by_name = named(runs)
-    if not by_name:
-        raise InputError("a figure has no runs; expected: one run or more")
+    by_name = name_runs(runs)
     across = min(len(by_name), 2 if len(by_name) < 5 else 3)
     down = -(-len(by_name) // across)
     with style():
@@ -71,7 +72,8 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
             axes.append(panel)
         label_outer(axes, across)
         residuals = figure.add_subplot(cells[down, :])
-        _draw_residuals(residuals, by_name)
+        over_time(residuals, _residuals(by_name), list(by_name))
+        residuals.set_xlabel(OVER_TIME)
         legend(figure, axes[0], "outside upper center")
         if len(by_name) > 1:
             legend(figure, residuals, "outside lower center")
@@ -95,31 +97,23 @@ def draw_ledger(axes: Axes, ledger: Ledger, instants: int = INSTANTS) -> None:
             linewidth=0.3,
             zorder=1 - 0.1 * layer,
         )
-    supplied, changed, *_ = line_styles(2)
-    axes.plot(time, 1e-3 * ledger.input_J[drawn], label="input", **supplied)
-    axes.plot(time, 1e-3 * supply(ledger)[drawn], label="input + field work", **changed)
+    for label, values in supply(ledger).items():
+        axes.plot(time, values[drawn], label=label, **SUPPLY[label].print_keys())
     axes.margins(x=0)
     axes.set_xlabel("Time (s)")
     axes.set_ylabel("Energy (kJ)")
 
 
-def _draw_residuals(axes: Axes, runs: Mapping[str, Run]) -> None:
-    for line, (name, run) in zip(line_styles(len(runs)), runs.items(), strict=True):
-        ledger = run.energy
+def _residuals(runs: Mapping[str, Run]) -> Panel:
+    """Mismatch of supplied and spent energies over the peak input, over time."""
+    lines = {}
+    for name, run in runs.items():
+        ledger, drawn = run.energy, instants_of(run.energy)
         spent = sum(getattr(ledger, sink) for sink, *_ in SINKS)
         peak = np.max(np.abs(ledger.input_J)) or 1.0
-        drawn = instants_of(ledger)
-        axes.plot(
-            ledger.time[drawn],
-            ((supply(ledger) - spent) / peak)[drawn],
-            label=name,
-            linewidth=0.8,
-            markevery=len(ledger.time[drawn]) // MARKS_A_LINE + 1,
-            **line,
-        )
-    axes.margins(x=0)
-    axes.set_xlabel("Time (s)")
-    axes.set_ylabel("Mismatch /\npeak input (-)")
+        residual = (ledger.input_J + ledger.field_work_J - spent) / peak
+        lines[name] = ledger.time[drawn], residual[drawn]
+    return Panel("Closure error", OVER_TIME, "Mismatch /\npeak input (-)", lines)
 
 
 def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:
@@ -127,6 +121,7 @@ def instants_of(ledger: Ledger, instants: int = INSTANTS) -> slice:
     return slice(None, None, len(ledger.time) // instants + 1)
 
 
-def supply(ledger: Ledger) -> NDArray:
-    """Supplied energy: input and field work."""
-    return ledger.input_J + ledger.field_work_J
+def supply(ledger: Ledger) -> dict[str, NDArray]:
+    """Supplied energies without and with the field work, kJ."""
+    energies = ledger.input_J, ledger.input_J + ledger.field_work_J
+    return {label: 1e-3 * energy for label, energy in zip(SUPPLY, energies, strict=True)}

@@ -17,7 +17,7 @@ from ..simulation.result import Run
 from ..written_names import as_written
 from . import chart, panels
 from .energy import draw_ledger, energy_figure
-from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, save, style
+from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, save, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +62,7 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     InputError
         If there are no runs or no such direction.
     """
-    by_name = _some(runs)
+    by_name = panels.name_runs(runs)
     first = next(iter(by_name.values()))
     number = panels.direction_number(first, direction)
     with style():
@@ -96,7 +96,7 @@ def loops(runs: Runs, element: str | None = None) -> Figure:
     InputError
         If there are no runs or no such element.
     """
-    by_name = _some(runs)
+    by_name = panels.name_runs(runs)
     across = min(len(by_name), 4 if len(by_name) in (4, 7, 8) else 3)
     down = -(-len(by_name) // across)
     with style():
@@ -133,7 +133,7 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     InputError
         If there are no runs, or the element is none of a biaxial device.
     """
-    by_name = _some(runs)
+    by_name = panels.name_runs(runs)
     isolated = next(iter(by_name.values())).isolated
     names = isolated.element_names
     pairs = {names[g[0]]: [names[e] for e in g[:2]] for g in isolated.groups if len(g) > 1}
@@ -174,27 +174,16 @@ def currents(runs: Runs) -> Figure:
     InputError
         If there are no runs, or none has a coil.
     """
-    by_name = {name: run for name, run in _some(runs).items() if run.isolated.n_channels}
+    by_name = {name: run for name, run in panels.name_runs(runs).items() if run.isolated.n_channels}
     if not by_name:
         raise InputError("no run has a coil; expected: a run with a coil current")
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.6 + 1.1 * len(by_name))
         axes = _column(figure.add_gridspec(len(by_name), 1), sharex=True, sharey=True)
         for panel, (name, run) in zip(axes, by_name.items(), strict=True):
-            for channel, line in enumerate(line_styles(run.isolated.n_channels)):
-                panel.plot(
-                    run.time,
-                    run.current[:, channel],
-                    label=f"channel {channel}",
-                    drawstyle="steps-post",
-                    linewidth=0.8,
-                    markevery=len(run.time) // panels.MARKS_A_LINE + 1,
-                    **line,
-                )
+            drawn = chart.coil_currents(run)
+            panels.over_time(panel, drawn, list(drawn.lines))
             panel.set_title(name, loc="left")
-            panel.set_ylabel("Current (A)")
-            panel.margins(x=0)
-            panels.from_zero(panel)
         axes[-1].set_xlabel("Time (s)")
         widest = max(axes, key=lambda panel: len(panel.lines))
         if len(widest.lines) > 1:
@@ -221,7 +210,7 @@ def floor_envelopes(runs: Runs) -> Figure:
     InputError
         If there are no runs.
     """
-    by_name = _some(runs)
+    by_name = panels.name_runs(runs)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.2)
         left, right = figure.subplots(1, 2)
@@ -314,10 +303,3 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     if name not in names:
         raise unknown_name("element", name, names)
     return name
-
-
-def _some(runs: Runs) -> dict[str, Run]:
-    by_name = panels.named(runs)
-    if not by_name:
-        raise InputError("a figure has no runs; expected: one run or more")
-    return by_name

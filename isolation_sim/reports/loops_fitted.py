@@ -1,12 +1,15 @@
-"""Figure of a fit: measured and modelled force-deformation loops."""
+"""Charts of a fit: measured and modelled force-deformation loops."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, style
+from .chart import Panel
+from .panels import grid
+from .style import DOUBLE_COLUMN, Look
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,37 +17,38 @@ if TYPE_CHECKING:
     from ..identification.fitted import LawEvaluation, RunError
 
 _MOST_PANELS = 18
+SAMPLES = 1200
+"""Largest number of samples of a loop: a few cycles are enough to see, and files stay small."""
+
+LOOKS = {
+    # the measured line is wider, so that it shows on both sides of the modelled line
+    "measured": Look("#9a9a9a", width=2.3),
+    # solid lines: consecutive loops coincide and would fill the gaps of dashes
+    "modelled": Look("#0072B2"),
+}
 
 
 def fitted_loops(fit: LawEvaluation) -> Figure:
     """Measured and modelled loops of the runs of a fit or an evaluation, one panel per run."""
-    errors = fit.errors[:: -(-len(fit.errors) // _MOST_PANELS)]
-    across = min(len(errors), 4 if len(errors) > 9 else 3)
-    down = -(-len(errors) // across)
+    shown = loops(fit.errors[:: -(-len(fit.errors) // _MOST_PANELS)])
+    across = min(len(shown), 4 if len(shown) > 9 else 3)
+    return grid(shown, across, DOUBLE_COLUMN / across)
+
+
+def loops(errors: Sequence[RunError], motion: str = "displacement") -> list[Panel]:
+    """Measured and modelled force over the displacement or velocity of each run."""
     peak = max(float(np.abs(e.run.force).max()) for e in errors)
     unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
-    with style():
-        figure = new_figure(DOUBLE_COLUMN, 0.5 + DOUBLE_COLUMN / across * down)
-        # each on its own axes, since small loops may have the largest relative errors
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-        for panel, error in zip(panels, errors, strict=False):
-            _draw(panel, error, scale)
-            panel.set_xlabel("Deformation (mm)")
-            panel.set_ylabel(f"Force ({unit})")
-        for panel in panels[len(errors) :]:
-            panel.remove()
-        label_outer(list(panels[: len(errors)]), across, ticks=False)
-        legend(figure, panels[0], "outside upper center")
-    return figure
-
-
-def _draw(panel, error: RunError, scale: float) -> None:
-    run = error.run
-    # a few cycles are enough to see, and the file stays small
-    shown = slice(-min(len(run.time), 1500), None)
-    x = 1e3 * run.displacement[shown]
-    panel.plot(x, scale * run.force[shown], color="0.65", lw=2.5, label="measured")
-    modelled = {"color": "black", "ls": (0, (3, 1)), "lw": 0.8, "label": "modelled"}
-    panel.plot(x, scale * error.force[shown], **modelled)
-    held = ", held out" if run.hold_out else ""
-    panel.set_title(f"{run.name}\n{100 * error.relative:.1f} %{held}", fontsize=6.5)
+    x = {"displacement": "Deformation (mm)", "velocity": "Velocity (mm/s)"}[motion]
+    panels = []
+    # each on its own axes, since small loops may have the largest relative errors
+    for error in errors:
+        run = error.run
+        shown = slice(-min(len(run.time), SAMPLES), None)
+        abscissa = 1e3 * getattr(run, motion)[shown]
+        forces = zip(LOOKS, (run.force, error.force), strict=True)
+        lines = {name: (abscissa, scale * force[shown]) for name, force in forces}
+        note = f"{100 * error.relative:.1f} %" + (", held out" if run.hold_out else "")
+        title = run.name + (", over velocity" if motion == "velocity" else "")
+        panels.append(Panel(title, x, f"Force ({unit})", lines, LOOKS, note=note))
+    return panels

@@ -1,4 +1,4 @@
-"""Panels of the figures: each function draws runs on existing axes."""
+"""Panels of the figures: each function draws on existing axes."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..criteria import columns
-from ..errors import unknown_name
+from ..errors import InputError, unknown_name
 from ..written_names import as_written
 from . import chart
 from .chart import Panel
-from .style import line_styles
+from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ..simulation.result import Run
 
@@ -26,12 +27,16 @@ LABELS_A_HEIGHT = 12
 """Largest number of level names beside a panel."""
 
 
-def named(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
+def name_runs(runs: Run | Mapping[str, Run] | Sequence[Run]) -> dict[str, Run]:
     """Runs by the names to print."""
+    if not isinstance(runs, Mapping | Sequence):
+        runs = [runs]
+    if not runs:
+        raise InputError("a figure has no runs; expected: one run or more")
     if isinstance(runs, Mapping):
         return {as_written(name): run for name, run in runs.items()}
     result: dict[str, Run] = {}
-    for run in runs if isinstance(runs, Sequence) else [runs]:
+    for run in runs:
         written, number = as_written(run.controller), 2
         name = written
         while name in result:
@@ -50,13 +55,51 @@ def direction_number(run: Run, direction: str | None) -> int:
     return directions.index(direction)
 
 
+def draw(axes: Axes, panel: Panel, width: float = 0.7) -> None:
+    """Draw a panel with its own looks; width of a line in points."""
+    for name, (x, y) in panel.lines.items():
+        keys = panel.looks[name].print_keys(width)
+        drawstyle = "steps-post" if panel.steps else "default"
+        axes.plot(x, y, label=name, drawstyle=drawstyle, **keys)
+    if panel.log_x:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter("{x:g}")
+    if panel.rows:
+        axes.set_yticks(np.arange(len(panel.rows)), panel.rows)
+        axes.tick_params(axis="y", labelsize=6)
+    if panel.limits is not None:
+        axes.set_ylim(*panel.limits)
+    axes.set_xlabel(panel.x)
+    axes.set_ylabel(panel.y)
+
+
+def grid(drawn: Sequence[Panel], across: int, height: float) -> Figure:
+    """Draw panels side by side, of a height in inches, under their titles and one legend."""
+    across = min(across, len(drawn))
+    down = -(-len(drawn) // across)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 0.5 + height * down)
+        axes = figure.subplots(down, across, squeeze=False).ravel().tolist()
+        for unused in axes[len(drawn) :]:
+            unused.remove()
+        axes = axes[: len(drawn)]
+        for one, panel in zip(axes, drawn, strict=True):
+            draw(one, panel)
+            one.set_title(f"{panel.title}\n{panel.note}".strip(), fontsize=6.5)
+        # every panel has its own limits, and possibly its own quantities
+        if len({(panel.x, panel.y) for panel in drawn}) == 1:
+            label_outer(axes, across, ticks=False)
+        legend(figure, axes[0], "outside upper center")
+    return figure
+
+
 def ground_acceleration(axes: Axes, run: Run, direction: int = 0) -> None:
     """Draw the ground acceleration over time."""
     panel = chart.ground_acceleration(run, direction)
-    ((time, acceleration),) = panel.lines.values()
-    axes.plot(time, acceleration, color="0.3", linewidth=0.7)
+    draw(axes, panel)
+    ((time, _),) = panel.lines.values()
     axes.set_xlim(time[0], time[-1])
-    axes.set_ylabel(f"{panel.short} ({panel.unit})")
+    axes.set_xlabel("")
 
 
 def over_time(axes: Axes, panel: Panel, names: Sequence[str]) -> None:
@@ -72,7 +115,7 @@ def over_time(axes: Axes, panel: Panel, names: Sequence[str]) -> None:
         axes.set_xlim(time[0], time[-1])
     if panel.steps:
         from_zero(axes)
-    axes.set_ylabel(f"{panel.short} ({panel.unit})")
+    axes.set_ylabel(panel.y)
 
 
 def from_zero(axes: Axes) -> None:
@@ -85,8 +128,8 @@ def loop(axes: Axes, run: Run, element: str) -> None:
     """Draw the force of an element over its deformation."""
     panel = chart.loop({element: run}, element)
     axes.plot(*panel.lines[element], color="0.1", linewidth=0.6)
-    axes.set_xlabel("Deformation (mm)")
-    axes.set_ylabel(f"{panel.short} ({panel.unit})")
+    axes.set_xlabel(panel.x)
+    axes.set_ylabel(panel.y)
 
 
 def orbit(axes: Axes, run: Run, elements: Sequence[str], quantity: str) -> None:
@@ -113,9 +156,9 @@ def envelopes(left: Axes, right: Axes, runs: Mapping[str, Run]) -> None:
             axes.plot(peaks, height + shift, label=name, **look)
         largest = max(np.max(peaks, initial=0.0) for peaks, _ in panel.lines.values())
         axes.set_xlim(0, 1.06 * largest or 1)
-        n = len(panel.levels)
+        n = len(panel.rows)
         axes.set_ylim(-0.25, n - 0.75 + 2 * shift)
         every = -(-n // LABELS_A_HEIGHT) or 1
-        axes.set_yticks((np.arange(n) + shift)[::every], panel.levels[::every])
-        axes.set_xlabel(f"{panel.short} ({panel.unit})")
+        axes.set_yticks((np.arange(n) + shift)[::every], panel.rows[::every])
+        axes.set_xlabel(panel.x)
         axes.set_ylabel(f"{what} (-)")

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,8 +24,33 @@ DOUBLE_COLUMN = 7.2
 
 # colours of Okabe and Ito, for colour-blind readers, from dark to light
 _COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-_DASHES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (5, 1.2, 1, 1.2)), (0, (1, 1)))
+_DASHES: tuple[tuple[float, ...], ...] = ((), (4, 1.2), (5, 1.2, 1, 1.2), (1, 1))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+@dataclass(frozen=True)
+class Look:
+    """Look of a line, in print and on a page."""
+
+    colour: str  # Colour, as HTML writes it
+    dashes: tuple[float, ...] = ()  # Lengths of dashes and gaps, line widths; empty if solid
+    marker: str = ""  # Marker, as matplotlib names it
+    width: float = 1.0  # Width over that of other lines
+    joined: bool = True  # Whether a line joins the points
+    filled: bool = True  # Whether markers are filled
+
+    def print_keys(self, width: float | None = None) -> dict[str, Any]:
+        """Keys of matplotlib for this look; width in points."""
+        dashes = (0, self.dashes) if self.dashes else "-"
+        keys: dict[str, Any] = {
+            "color": self.colour,
+            "linestyle": dashes if self.joined else "",
+            "marker": self.marker,
+        }
+        if width is not None:
+            keys["linewidth"] = width * self.width
+        return keys if self.filled else {**keys, "markerfacecolor": "white"}
+
 
 _SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -116,17 +142,22 @@ def legend(
     figure.legend(handles, labels, loc=place, ncols=ncols)
 
 
-def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
-    """Line styles that differ by more than colour."""
+def line_looks(count: int, *, markers: bool = False) -> list[Look]:
+    """Looks that differ by more than colour."""
     unmarked = 0 if markers else len(_DASHES)
     return [
-        {
-            "color": _COLOURS[k % len(_COLOURS)],
-            "linestyle": _DASHES[k % len(_DASHES)],
-            "marker": _MARKERS[(k - unmarked) % len(_MARKERS)] if k >= unmarked else "",
-        }
+        Look(
+            _COLOURS[k % len(_COLOURS)],
+            _DASHES[k % len(_DASHES)],
+            _MARKERS[(k - unmarked) % len(_MARKERS)] if k >= unmarked else "",
+        )
         for k in range(count)
     ]
+
+
+def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
+    """Line styles of matplotlib that differ by more than colour."""
+    return [look.print_keys() for look in line_looks(count, markers=markers)]
 
 
 @checked

@@ -15,12 +15,9 @@ from .units import unit_of
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
 
-HEADINGS = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
-"""Columns of the statistics."""
 
-
-def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
-    """Statistics of every criterion with a controller, as text."""
+def statistics_table(suite: Suite, controller: str) -> TextTable:
+    """Statistics of every criterion with a controller."""
     rows = []
     for name, row in suite.statistics.loc[controller].iterrows():
         unit, factor = unit_of(str(name))
@@ -31,17 +28,12 @@ def statistics_rows(suite: Suite, controller: str) -> list[tuple[str, ...]]:
         governing = "" if pd.isna(row["governing"]) else str(row["governing"])
         numbers = [shown(row[key]) for key in ("mean", "median", "percentile_84", "maximum")]
         rows.append((title_of(str(name)), unit, *numbers, governing, shown(row["design"])))
-    return rows
+    headings = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
+    return TextTable(f"{as_written(controller)}: {motions_text(suite)}", headings, rows, keys=2)
 
 
-def statistics_table(suite: Suite, controller: str) -> TextTable:
-    """Statistics of every criterion with a controller."""
-    title = f"{as_written(controller)}: {motions_text(suite)}"
-    return TextTable(title, HEADINGS, statistics_rows(suite, controller), keys=2)
-
-
-def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
-    """A criterion for every motion and controller; an asterisk marks the governing value."""
+def records_table(suite: Suite, criterion: str) -> TextTable:
+    """A criterion for every motion and controller."""
     suite.check(criterion)
     _, factor = unit_of(criterion)
     result = suite.table.set_index(["motion", "controller"])
@@ -59,14 +51,8 @@ def records_rows(suite: Suite, criterion: str) -> list[tuple[str, ...]]:
                 mark = "†" if governing[label] == motion else " "
                 cells.append(f"{run[criterion] * factor:.4g}{mark}")
         rows.append((str(motion), *cells))
-    return rows
-
-
-def records_table(suite: Suite, criterion: str) -> TextTable:
-    """Table of a criterion for every motion and controller."""
     title = f"{heading(criterion)}, one row per motion"
     headings = ("motion", *map(as_written, suite.controllers))
-    rows = records_rows(suite, criterion)
     return TextTable(title, headings, rows, caption="† governs under this controller")
 
 

@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
 from ..written_names import as_written
 from .sweep_figures import title_of
-from .tables import TextTable, WideTable, marked
+from .tables import TextTable, marked
 from .units import unit_of
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ..sweeps.result import Sweep
 
 
-def controllers_table(sweep: Sweep) -> WideTable:
+def controllers_table(sweep: Sweep) -> TextTable:
     """Median of every peak and RMS value, and of J1 to J9, one column per controller."""
     cases = sweep.table["case"].nunique()
     state = "" if sweep.finished else ", unfinished"
-    title = f"{sweep.plan.name}: medians over {cases} cases{state}"
-    labels, rows = list(sweep.controllers), median_rows(sweep)
-
-    def part(shown: Sequence[str]) -> Table:
-        table = _table(title, "", "unit")
-        for label in shown:
-            # a word per line
-            table.add_column("\n".join(as_written(label).split()), justify="right", no_wrap=True)
-        if len(labels) > 1:
-            table.caption, table.caption_justify = "* best of the row", "left"
-        for name, unit, cells in rows:
-            chosen = (cells[labels.index(label)] for label in shown)
-            table.add_row(name, unit, *(f"{text}{'*' if best else ' '}" for text, best in chosen))
-        return table
-
-    return WideTable(labels, part)
+    rows = [
+        (name, unit, *(f"{text}{'*' if best else ' '}" for text, best in cells))
+        for name, unit, cells in median_rows(sweep)
+    ]
+    return TextTable(
+        f"{sweep.plan.name}: medians over {cases} cases{state}",
+        ("", "unit", *map(as_written, sweep.controllers)), rows, keys=2,
+        caption="* best of the row" * (len(sweep.controllers) > 1),
+    )  # fmt: skip
 
 
 def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
@@ -85,13 +75,3 @@ def sensitivity_table(sweep: Sweep, criterion: str, controller: str) -> TextTabl
     ]
     title = f"sensitivity of {title_of(criterion)}, {as_written(controller)}"
     return TextTable(title, headings, rows)
-
-
-def _table(title: str, *headings: str) -> Table:
-    from rich.table import Table
-
-    table = Table(
-        *headings, title=title, title_justify="left", title_style="bold", box=None,
-        pad_edge=False, header_style="bold",
-    )  # fmt: skip
-    return table

@@ -68,15 +68,6 @@ _GROUPS = {
 }
 
 
-def criteria_table(
-    criteria: Mapping[str, Mapping[str, float]],
-    energy: Mapping[str, Mapping[str, float]],
-    title: str = "",
-) -> Table:
-    """Table of criteria and energies, one column per run."""
-    return _criteria_columns(criteria, energy, title, {}, (), list(criteria))
-
-
 class WideTable:
     """A table that is split into parts, one below the other, to fit the console's width."""
 
@@ -102,7 +93,7 @@ class WideTable:
 
 
 class TextTable:
-    """A table of texts that fits any width."""
+    """A table of texts that fits any width; `html.page.Table.of` puts it on a page."""
 
     # Numbers are not split; headings break between words. Columns that do not fit go to a part
     # below, together with the key columns.
@@ -114,7 +105,8 @@ class TextTable:
         self, title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], keys: int = 1,
         caption: str = "", totals: int = 0,
     ):  # fmt: skip
-        self._title, self._caption, self._rows, self._totals = title, caption, rows, totals
+        self.title, self.headings, self.rows, self.caption = title, headings, rows, caption
+        self._totals = totals
         columns = [_Column(heading, k, [row[k] for row in rows], k < keys)
                    for k, heading in enumerate(headings)]  # fmt: skip
         self._keys, self._others = columns[:keys], columns[keys:]
@@ -139,8 +131,8 @@ class TextTable:
         from rich.table import Table
 
         table = Table(
-            title=self._title or None, title_justify="left", title_style="bold",
-            caption=self._caption or None, caption_justify="left", box=SIMPLE_HEAD,
+            title=self.title or None, title_justify="left", title_style="bold",
+            caption=self.caption or None, caption_justify="left", box=SIMPLE_HEAD,
             padding=(0, self.GAP - 1, 0, 0), show_edge=False, pad_edge=False,
         )  # fmt: skip
         spare = max(0, width - self._least(columns))
@@ -151,8 +143,8 @@ class TextTable:
                 column.heading, justify="right" if column.number else "left",
                 width=column.least + more,
             )  # fmt: skip
-        for number, row in enumerate(self._rows):
-            if self._totals and number == len(self._rows) - self._totals:
+        for number, row in enumerate(self.rows):
+            if self._totals and number == len(self.rows) - self._totals:
                 table.add_section()
             table.add_row(*(row[column.place] for column in columns))
         return table
@@ -274,12 +266,12 @@ def _scaled(values: Mapping[str, float], key: str, factor: float) -> float | Non
     return values[key] * factor if key in values else None
 
 
-def run_table(run: Run) -> Table:
+def run_table(run: Run) -> WideTable:
     """Table of one run."""
     from ..comparison import Comparison
 
     of_one = Comparison({run.controller: run})
-    return criteria_table(of_one.criteria, of_one.energy, of_one.title)
+    return criteria_tables(of_one.criteria, of_one.energy, of_one.title)
 
 
 def as_text(table: Any, width: int = WIDTH) -> str:

@@ -10,11 +10,8 @@ from .tables import TextTable
 if TYPE_CHECKING:
     from ..tuning.tuning import Tuning
 
-Texts = tuple[list[str], list[list[str]]]
-"""Headings and rows."""
 
-
-def settings_texts(tuning: Tuning) -> Texts:
+def settings_table(tuning: Tuning) -> TextTable:
     """Settings before and after the tuning, with their ranges and sensitivities."""
     headings = ["setting", "unit", "from", "to", "before", "tuned", "largest loss over the range"]
     rows = []
@@ -25,10 +22,10 @@ def settings_texts(tuning: Tuning) -> Texts:
             name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _text(one["present"]),
             _text(tuned), f"{max(scores) - tuning.best.mean:.3f}",
         ])  # fmt: skip
-    return headings, rows
+    return TextTable(f"Settings of {as_written(tuning.controller)}", headings, rows)
 
 
-def gains_texts(tuning: Tuning) -> Texts:
+def gains_table(tuning: Tuning) -> TextTable:
     """Mean scores before and after, and gains, with 95 % intervals."""
     headings = ["motions", "before", "tuned", "gain", "better than constant in"]
     rows = []
@@ -36,16 +33,13 @@ def gains_texts(tuning: Tuning) -> Texts:
         means = evaluated.means
         counted = f"{evaluated.better} of {len(evaluated.motions)}"
         rows.append([evaluated.name, *(str(means[key]) for key in means), counted])
-    return headings, rows
+    title = "Mean score, 95 % interval: J minus that of the best constant current"
+    return TextTable(title, headings, rows)
 
 
 def tuning_tables(tuning: Tuning) -> list[TextTable]:
     """Format the tables for the terminal."""
-    title = "Mean score, 95 % interval: J minus that of the best constant current"
-    return [
-        TextTable(f"Settings of {as_written(tuning.controller)}", *settings_texts(tuning)),
-        TextTable(title, *gains_texts(tuning)),
-    ]
+    return [settings_table(tuning), gains_table(tuning)]
 
 
 def _text(value: Any) -> str:

@@ -22,23 +22,12 @@ MOST_CASES = 10_000_000
 
 @dataclass(frozen=True)
 class Quantity:
-    """A varied quantity of an axis.
+    """A varied quantity of an axis."""
 
-    Attributes
-    ----------
-    label : str
-        Heading of its column in the table.
-    fields : tuple of str
-        Fields of the scenario that are set to the value.
-    factor : bool
-        Whether the value multiplies the scenario's value.
-    shown : tuple of str or None
-        Text in the table for each value; None for the value itself.
-    """
-
-    label: str
-    fields: tuple[str, ...]
-    factor: bool = False
+    label: str  # Heading of its column in the table
+    fields: tuple[str, ...]  # Fields of the scenario that are set to the value
+    factor: bool = False  # Whether the value multiplies the scenario's value
+    # Text in the table for each value; None for the value itself
     shown: tuple[str, ...] | None = None
 
 

@@ -18,7 +18,7 @@ from ground_motions.spectra import response_spectrum
 from isolation_sim.discrepancy.consequence import CASES, consequence
 from isolation_sim.discrepancy.device_scale import carrying
 from isolation_sim.discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
-from isolation_sim.reports.consequence import HEADINGS, consequence_rows
+from isolation_sim.reports.consequence import consequence_table
 from isolation_sim.reports.console import standard_console
 from isolation_sim.reports.diagnosis import markdown
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report
@@ -165,8 +165,9 @@ def test_a_diagnosis_is_carried_into_a_scenario(diagnosed):
 
 
 def test_the_reports_show_it(diagnosed, capsys):
-    row = next(row for row in consequence_rows(diagnosed.consequence) if row[0] == "passive on")
-    assert len(row) == len(HEADINGS)
+    table = consequence_table(diagnosed.consequence)
+    row = next(row for row in table.rows if row[0] == "passive on")
+    assert len(row) == len(table.headings)
     assert float(row[3]) == pytest.approx(100 * (float(row[1]) / float(row[2]) - 1), abs=1)
     diagnosed.report()
     printed = capsys.readouterr().out
@@ -176,7 +177,7 @@ def test_the_reports_show_it(diagnosed, capsys):
     section = next(
         s for s in diagnosis_report(diagnosed).sections if s.title.startswith("Consequence")
     )
-    assert any(getattr(block, "headings", None) == HEADINGS for block in section.blocks)
+    assert any(getattr(block, "caption", None) == table.title for block in section.blocks)
 
 
 def test_a_given_scale_is_kept():

@@ -1,10 +1,13 @@
 """Reports in headless Chromium: opened, operated, printed, on a wide and on a narrow screen."""
 
+import numpy as np
 import pytest
 
 import isolation_sim as iso
-from isolation_sim.reports.html import charts
-from isolation_sim.reports.html.page import Cell, Chart, Page, Row, Section, Table
+from isolation_sim.reports.chart import Panel
+from isolation_sim.reports.html.page import Cell, Page, Row, Section, Table
+from isolation_sim.reports.html.panels import panel_chart
+from isolation_sim.reports.style import Look
 from isolation_sim.written_names import as_written
 
 LINKED_CSS = ".plot[data-link='time']"
@@ -196,8 +199,9 @@ def test_a_table_is_filtered_by_its_columns(opened, tmp_path, until):
         for name, law, value in (("a", "x", "1"), ("b", "y", "2"), ("c", "x", "3"))
     )
     table = Table("Runs", ("Run", "Law", "Drift, mm"), rows, filters=("Law", "Run"))
-    trace = charts.points("abc", [1, 2, 3], [4, 5, 6], charts.looks(["all"])["all"])
-    chart = Chart("Drift", {"data": [trace], "layout": charts.layout("x (m)", "y (m)")}, "Points")
+    points = {"all": (np.array([1, 2, 3]), np.array([4, 5, 6]))}
+    look = {"all": Look("#000000", marker="o", joined=False)}
+    chart = panel_chart(Panel("Drift", "x (m)", "y (m)", points, look), ids="abc")
     section = Section("Runs", [table, chart])
     page = opened(Page("Sweep", "", [section]).write(tmp_path / "sweep.html"))
     page.locator("select[data-column='1']").select_option("x")
@@ -281,7 +285,7 @@ def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, opened, runs):
         figure.get_by_role("button", name="data (CSV)").click()
     assert waited.value.suggested_filename == "base_displacement_relative_to_the_ground_mm.csv"
     rows = list(csv.reader(io.StringIO(waited.value.path().read_text())))
-    assert rows[0] == ["line", "Time (s)", "mm"]
+    assert rows[0] == ["line", "Time (s)", "Base disp. (mm)"]
     for name, run in runs.items():
         values = [float(y) for line, _, y in rows[1:] if line == as_written(name)]
         times = [float(x) for line, x, _ in rows[1:] if line == as_written(name)]

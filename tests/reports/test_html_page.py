@@ -141,7 +141,7 @@ def test_thinning_keeps_every_peak(n):
 def test_lines_differ_by_more_than_colour():
     names = [str(k) for k in range(7)]
     found = charts.looks(names)
-    assert len({(look.dashes, look.symbol) for look in found.values()}) == len(names)
+    assert len({(look.dashes, look.marker) for look in found.values()}) == len(names)
 
 
 def test_axes_that_have_to_be_alike_hold_everything():

@@ -4,65 +4,58 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..style import line_styles
+from ..style import Look, line_looks
 
 _WIDTH = 1.5
-_SYMBOLS = {
-    "o": ("circle", "●"), "s": ("square", "■"), "^": ("triangle-up", "▲"), "D": ("diamond", "◆"),
-    "v": ("triangle-down", "▼"), "P": ("cross", "✚"), "X": ("x", "✖"),
+"""Width of a line, px."""
+# plotly's name, and characters for the filled and the open marker
+_MARKERS = {
+    "": ("circle", "", ""), "o": ("circle", "●", "○"), "s": ("square", "■", "□"),
+    "^": ("triangle-up", "▲", "△"), "D": ("diamond", "◆", "◇"), "v": ("triangle-down", "▼", "▽"),
+    "P": ("cross", "✚", "✛"), "X": ("x", "✖", "✕"), "*": ("star", "★", "☆"),
 }  # fmt: skip
 _MARKS_A_LINE = 12
 
 
-@dataclass(frozen=True)
-class Look:
-    """Look of a line in charts and in the legend, equal to the figures for print."""
-
-    colour: str  # Colour, as HTML writes it
-    dashes: str  # Lengths of dashes and gaps, px; empty for a solid line
-    # symbol, glyph: Marker, as plotly's name and as a character
-    symbol: str
-    glyph: str
-
-    def line(self, **more: Any) -> dict[str, Any]:
-        """Plotly keys of a trace with this look."""
-        return {
-            "type": "scatter",
-            "mode": "lines+markers",
-            "line": {"color": self.colour, "dash": self.dashes or "solid", "width": _WIDTH} | more,
-            "marker": {"symbol": self.symbol, "size": 6, "maxdisplayed": _MARKS_A_LINE},
-        }
-
-
 def looks(names: Sequence[str]) -> dict[str, Look]:
     """Assign each name a look; looks differ by more than the colour."""
-    result = {}
-    for name, style in zip(names, line_styles(len(names), markers=True), strict=True):
-        dashes = style["linestyle"]
-        lengths = [] if dashes == "-" else [f"{_WIDTH * length:g}px" for length in dashes[1]]
-        result[name] = Look(style["color"], ",".join(lengths), *_SYMBOLS[style["marker"]])
-    return result
+    return dict(zip(names, line_looks(len(names), markers=True), strict=True))
 
 
-def points(rows: Sequence[str], x: ArrayLike, y: ArrayLike, look: Look) -> dict[str, Any]:
-    """Trace of points, each of which stands for a row of the page's filtered table."""
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "ids": list(rows),
-        "x": numbers(x),
-        "y": numbers(y),
-        "marker": {"symbol": look.symbol, "size": 7, "color": look.colour},
-        "unselected": {"marker": {"opacity": 0.07}},
-        "text": list(rows),
-        "hovertemplate": "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
-    }
+def dashes(look: Look) -> str:
+    """Lengths of dashes and gaps, px; empty for a solid line, all gap without a line."""
+    if not look.joined:
+        return "0,99"
+    return ",".join(f"{_WIDTH * length:g}px" for length in look.dashes)
+
+
+def symbol(look: Look) -> str:
+    """Marker, as plotly names it."""
+    return _MARKERS[look.marker][0] + "-open" * (not look.filled)
+
+
+def glyph(look: Look) -> str:
+    """Marker as a character."""
+    return _MARKERS[look.marker][1 if look.filled else 2]
+
+
+def line(name: str, look: Look, **more: Any) -> dict[str, Any]:
+    """Plotly keys of a trace with this look; the reader shows and hides it by its name."""
+    modes = ["lines"] * look.joined + ["markers"] * bool(look.marker)
+    keys: dict[str, Any] = {"type": "scatter", "mode": "+".join(modes), "name": name, "meta": name}
+    if look.joined:
+        width = round(_WIDTH * look.width, 2)
+        keys["line"] = {"color": look.colour, "dash": dashes(look) or "solid", "width": width}
+        keys["line"] |= more
+    if look.marker:
+        most = {"maxdisplayed": _MARKS_A_LINE} if look.joined else {"color": look.colour}
+        keys["marker"] = {"symbol": symbol(look), "size": 6 if look.joined else 7, **most}
+    return keys
 
 
 def numbers(values: ArrayLike) -> dict[str, str]:

@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace, worst_first
+from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace, relative_error, worst_first
 from ...effects.effect import in_sentence
-from ..consequence import HEADINGS, NOTE, TITLE, consequence_rows
+from ..consequence import NOTE, consequence_table
 from ..diagnosis import (
-    LADDER,
-    LADDER_HEADINGS,
     cause_rows,
     cause_text,
     consequence_text,
-    error_rows,
-    ladder_rows,
+    errors_table,
+    ladder_table,
     ladder_text,
 )
+from ..diagnosis_figures import LOOKS, errors, histories, loops
 from ..references import of_device
-from .diagnosis_charts import LOOKS, errors_by_run, loops, over_time, runs_table
 from .page import (
     Block,
     Bullets,
+    Chart,
     Facts,
     Gallery,
+    Key,
     LineChoice,
     Listing,
     Page,
@@ -38,6 +38,7 @@ from .page import (
     TimeRange,
     text_rows,
 )
+from .panels import panel_chart
 from .run_report import code_facts, versions
 from .text import capital
 
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from ...laws.law import Law
 
 _DEPENDENCE = "Dependence of the residual"
+_HISTORIES = 3
 _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 
 
@@ -86,9 +88,9 @@ def step_blocks(step: Step) -> list[Block]:
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     before, after = (
-        (errors.held_out, "on held-out data") if np.isfinite(errors.held_out)
-        else (errors.fit, "on the fitted data")
-        for errors in (diagnosis.error_before, diagnosis.error_after)
+        (found.held_out, "on held-out data") if np.isfinite(found.held_out)
+        else (found.fit, "on the fitted data")
+        for found in (diagnosis.error_before, diagnosis.error_after)
     )  # fmt: skip
     floor = diagnosis.noise_floor
     alone = f"; noise alone causes {100 * floor:.2g} %" if np.isfinite(floor) else ""
@@ -116,28 +118,65 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
 def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
     if not traces:
         return
-    charts = loops(traces)
+    charts = [panel_chart(panel, _rms(trace), height=290)
+              for panel, trace in zip(loops(traces), traces, strict=False)]  # fmt: skip
     yield Prose((
         f"The {len(charts)} of {len(traces)} runs with the largest errors before, each on its own "
         "axes. Titles give the error before and after.",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
-    yield Gallery(charts)
-    drawn = over_time(traces, residual=False)
-    yield TimeRange(0.0, drawn[0].figure["layout"]["xaxis"]["range"][1])
-    yield from drawn
+    yield Gallery(tuple(charts))
+    charts = _over_time(traces)
+    yield TimeRange(0.0, charts[0].figure["layout"]["xaxis"]["range"][1])
+    yield from charts
+
+
+def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
+    """The first runs over equally long times."""
+    shown = traces[:_HISTORIES]
+    end = max(float(trace.time[-1]) for trace in shown)
+    panels = histories(shown, residual)
+    return [panel_chart(panel, height=215, xaxis={"range": [0.0, end]}) for panel in panels]
+
+
+def _rms(trace: Trace) -> str:
+    before, after = (100 * relative_error(trace, f) for f in (trace.before, trace.after))
+    return (
+        f"RMS error of the simulation: {before:.2g} % of the measured signal before, {after:.2g} % "
+        "after."
+    )
 
 
 def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
     if traces:
-        yield from errors_by_run(traces, diagnosis.noise_floor)
-        yield runs_table(traces)
-        yield from over_time(traces, residual=True)
+        panel, names = errors(diagnosis), [trace.name for trace in traces]
+        yield Key({}, panel.looks)
+        yield panel_chart(
+            panel, f"{names[0]} has the largest error; the table below gives the numbers.",
+            ids=names, height=90 + 20 * len(names), margin={"l": 20},
+        )  # fmt: skip
+        yield _runs_table(traces)
+        yield from _over_time(traces, residual=True)
     for step in diagnosis.steps:
         if step.title == _DEPENDENCE:
             yield from step_blocks(step)
     if diagnosis.depends_on:
         yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
+
+
+def _runs_table(traces: Sequence[Trace]) -> Table:
+    """Errors run by run, before and after."""
+    rows = text_rows(
+        (trace.name, "held out" if trace.held_out else "fitted",
+         *(f"{100 * relative_error(trace, f):.2f}" for f in (trace.before, trace.after)))
+        for trace in traces
+    )  # fmt: skip
+    return Table(
+        caption="Residual over measured signal, both RMS",
+        headings=("Run", "Used as", "Error before, %", "After, %"),
+        rows=rows,
+        filters=("Used as",) if len({trace.held_out for trace in traces}) > 1 else (),
+    )
 
 
 def _steps(diagnosis: Diagnosis) -> Iterator[Block]:
@@ -174,11 +213,11 @@ def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
 def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.ladder is None:
         return
-    yield Table(
-        LADDER, LADDER_HEADINGS, text_rows(ladder_rows(diagnosis)),
+    yield Table.of(
+        ladder_table(diagnosis.ladder, diagnosis.noise_floor),
         note="Conditions left out: each condition is predicted by a model fitted without it.",
     )  # fmt: skip
-    yield Prose(tuple(ladder_text(diagnosis)))
+    yield Prose(tuple(ladder_text(diagnosis.ladder)))
     if diagnosis.ladder.law_text:
         yield Listing("The extended law, as a Python file", diagnosis.ladder.law_text)
 
@@ -214,9 +253,8 @@ def equations(part: Law | Effect) -> str:
 
 
 def _gain(diagnosis: Diagnosis) -> Iterator[Block]:
-    yield Table(
-        "Residual over measured signal (RMS)", ("", "Before, %", "After, %"),
-        text_rows(error_rows(diagnosis)),
+    yield Table.of(
+        errors_table(diagnosis),
         note="The held-out data were not used in any fit." * bool(diagnosis.gain),
     )  # fmt: skip
 
@@ -225,9 +263,8 @@ def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.consequence is None:
         return
     yield Prose(tuple(consequence_text(diagnosis.consequence)))
-    rows = consequence_rows(diagnosis.consequence)
-    if rows:
-        yield Table(TITLE, HEADINGS, text_rows(rows), note=NOTE)
+    if diagnosis.consequence.performance:
+        yield Table.of(consequence_table(diagnosis.consequence), note=NOTE)
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:

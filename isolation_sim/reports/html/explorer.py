@@ -14,7 +14,7 @@ from ...written_names import as_written
 from ..style import light_shades
 from ..sweep_tables import heading, value_text
 from ..units import unit_of
-from .charts import layout, looks
+from .charts import dashes, layout, looks, symbol
 from .page import Chart, Explorer
 
 if TYPE_CHECKING:
@@ -48,7 +48,10 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
     data = {
         "fields": described,
         "controller": 0,
-        "looks": [vars(each) for each in look.values()],
+        "looks": [
+            {"colour": each.colour, "dashes": dashes(each), "symbol": symbol(each)}
+            for each in look.values()
+        ],
         "criteria": [
             {"name": heading(name), "more": is_gain(name),
              "values": _packed(shown[name] * unit_of(name)[1])}

@@ -3,62 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...effects.serialisation import device_code
+from ...identification.fitted import Fit
+from ..loops_fitted import LOOKS, SAMPLES, loops
 from ..references import of_device
-from .charts import Look, layout, numbers
 from .page import (
+    Block,
     Bullets,
-    Cell,
-    Chart,
     Facts,
     Gallery,
     LineChoice,
     Listing,
     Page,
     Prose,
-    Row,
     Section,
     Table,
+    text_rows,
 )
+from .panels import panel_chart
 from .run_report import code_facts, versions
 from .text import capital
 
 if TYPE_CHECKING:
-    from ...identification.fitted import Fit, LawEvaluation, RunError
+    from ...identification.fitted import LawEvaluation, RunError
 
 _MOST_CHARTS = 24
-# a few cycles are enough to see, and the file stays small
-_MOST_POINTS = 1200
-_LOOKS = {
-    "measured": Look("#9a9a9a", "", "", ""),
-    # solid lines: consecutive loops coincide and would fill the gaps of dashes
-    "modelled": Look("#0072B2", "", "", ""),
-}
 
 
 def fit_report(fit: Fit) -> Page:
     """Report of a fit."""
     law, errors = fit.device.law, fit.errors
-    shown = _shown(errors)
-    some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
     sections = [
-        Section("Verdict", [
-            Prose(_verdict(fit), "verdict"),
-            *([Prose(tuple(f"{capital(note)}." for note in fit.notes), "warning")]
-              if fit.notes else []),
-        ]),
-        Section("Loops", [
-            Prose((f"The last {_MOST_POINTS} samples of each run at most, each run on its own "
-                   f"axes. The title gives the error.{some}",)),
-            LineChoice(_LOOKS, "Lines of all charts"),
-            *_loops(shown),
-        ]),
-        Section("Errors", [errors_table(fit)]),
-        Section("Parameters", [parameters_table(fit)]),
+        *_results(fit, _verdict(fit)),
+        Section("Parameters", [_parameters(fit)]),
         Section("Inputs and versions", [
             Facts({
                 "Law": f"{law.title} ({law.name}); {law.source}",
@@ -81,21 +62,12 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     """Report of a law's errors on measured runs."""
     device, campaign = evaluation.device, evaluation.campaign
     law = device.law
-    first = (
-        f"{law.title} has an RMS force error of {100 * evaluation.error:.2g} %",
+    verdict = (
+        f"{law.title} has an RMS force error of {100 * evaluation.error:.2g} %.",
         f"The noise of the measured force is {100 * evaluation.noise:.2g} %.",
     )
-    notes = tuple(f"{capital(note)}." for note in evaluation.notes)
     sections = [
-        Section("Verdict", [Prose((f"{first[0]}.", first[1]), "verdict"),
-                            *([Prose(notes, "warning")] if notes else [])]),
-        Section("Loops", [LineChoice(_LOOKS, "Lines of all charts"),
-                          *_loops(_shown(evaluation.errors))]),
-        Section("Errors", [Table(
-            caption="Force residual over measured force, both RMS",
-            headings=("Run", "Error, %"),
-            rows=tuple(Row(e.run.name, (_percent(e.relative),)) for e in evaluation.errors),
-        )]),
+        *_results(evaluation, verdict),
         Section("Inputs and versions", [Facts({
             "Law": f"{law.title} ({law.name}); {device.source or law.source}",
             "Campaign": f"{campaign.name}; {campaign.source or 'no source given'}",
@@ -106,38 +78,51 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     return Page(f"Errors of {law.title}", f"On {campaign.name}", sections)
 
 
-def _shown(errors: Sequence[RunError]) -> Sequence[RunError]:
-    """Runs to draw, evenly chosen from many."""
-    return errors[:: -(-len(errors) // _MOST_CHARTS)]
+def _results(evaluation: LawEvaluation, verdict: tuple[str, ...]) -> list[Section]:
+    """Verdict, loops and errors of a fit or an evaluation."""
+    errors = evaluation.errors
+    # evenly chosen from many
+    shown = errors[:: -(-len(errors) // _MOST_CHARTS)]
+    some = f" {len(shown)} of {len(errors)} runs are drawn." if len(shown) < len(errors) else ""
+    first: list[Block] = [Prose(verdict, "verdict")]
+    if evaluation.notes:
+        first.append(Prose(tuple(f"{capital(note)}." for note in evaluation.notes), "warning"))
+    return [
+        Section("Verdict", first),
+        Section("Loops", [
+            Prose((f"The last {SAMPLES} samples of each run at most, each run on its own "
+                   f"axes. The title gives the error.{some}",)),
+            LineChoice(LOOKS, "Lines of all charts"),
+            *_loops(shown),
+        ]),
+        Section("Errors", [_errors(evaluation)]),
+    ]  # fmt: skip
 
 
-def errors_table(fit: Fit) -> Table:
-    """Errors by run, held-out runs marked, with the pooled errors below."""
-    rows = [
-        Row(e.run.name, (Cell("held out" if e.run.hold_out else "fitted"), _percent(e.relative)))
-        for e in fit.errors
-    ]
-    rows.append(Row("all fitted runs, pooled", (Cell("fitted"), _percent(fit.error))))
-    if any(e.run.hold_out for e in fit.errors):
-        rows.append(
-            Row("all held-out runs, pooled", (Cell("held out"), _percent(fit.held_out_error)))
-        )
-    return Table(
-        caption="Force residual over measured force, both RMS",
-        headings=("Run", "Used as", "Error, %"),
-        rows=tuple(rows),
-        filters=("Used as",) if any(e.run.hold_out for e in fit.errors) else (),
+def _errors(evaluation: LawEvaluation) -> Table:
+    """Errors by run; of a fit with held-out runs marked and the pooled errors below."""
+    caption = "Force residual over measured force, both RMS"
+    errors = [(e.run.name, e.run.hold_out, e.relative) for e in evaluation.errors]
+    if not isinstance(evaluation, Fit):
+        rows = text_rows((name, f"{100 * error:.2f}") for name, _, error in errors)
+        return Table(caption, ("Run", "Error, %"), rows)
+    held_out = any(held for _, held, _ in errors)
+    errors.append(("all fitted runs, pooled", False, evaluation.error))
+    if held_out:
+        errors.append(("all held-out runs, pooled", True, evaluation.held_out_error))
+    rows = text_rows(
+        (name, "held out" if held else "fitted", f"{100 * error:.2f}")
+        for name, held, error in errors
     )
+    filters = ("Used as",) if held_out else ()
+    return Table(caption, ("Run", "Used as", "Error, %"), rows, filters=filters)
 
 
-def parameters_table(fit: Fit) -> Table:
+def _parameters(fit: Fit) -> Table:
     """Fitted numbers with their intervals; undetermined numbers are marked."""
-    rows = tuple(
-        Row(e.name, (
-            Cell("any" if e.current is None else f"{e.current:.3g}"),
-            Cell(f"{e.value:.5g}"), Cell(f"{e.low:.5g} to {e.high:.5g}"), Cell(e.unit or "-"),
-            Cell("yes" if e.determined else "no"),
-        ))
+    rows = text_rows(
+        (e.name, "any" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
+         f"{e.low:.5g} to {e.high:.5g}", e.unit or "-", "yes" if e.determined else "no")
         for e in fit.estimates
     )  # fmt: skip
     return Table(
@@ -165,36 +150,15 @@ def _verdict(fit: Fit) -> tuple[str, str]:
 
 def _loops(errors: Sequence[RunError]) -> tuple[Prose | Gallery, ...]:
     """Loops of force over deformation, then over velocity."""
-    peak = max(float(np.abs(e.run.force).max()) for e in errors)
-    unit, scale = ("kN", 1e-3) if peak >= 2e3 else ("N", 1.0)
     blocks: list[Prose | Gallery] = []
-    for motion, title in (("displacement", "Deformation (mm)"), ("velocity", "Velocity (mm/s)")):
-        # each on its own axes, since small loops may have the largest relative errors
-        axes = layout(title, f"Force ({unit})", hovermode="closest")
-        blocks += [
-            Prose((f"Force over {title.split()[0].lower()}.",)),
-            Gallery(tuple(_loop(e, motion, scale, axes) for e in errors)),
+    for motion, word in (("displacement", "deformation"), ("velocity", "velocity")):
+        charts = [
+            panel_chart(
+                panel,
+                f"RMS error of the model: {100 * error.relative:.2g} % of the measured force.",
+                height=280,
+            )
+            for panel, error in zip(loops(errors, motion), errors, strict=True)
         ]
+        blocks += [Prose((f"Force over {word}.",)), Gallery(tuple(charts))]
     return tuple(blocks)
-
-
-def _loop(error: RunError, motion: str, scale: float, axes: dict[str, Any]) -> Chart:
-    run = error.run
-    # the measured line is wider, so that it shows on both sides of the modelled line
-    widths = {"measured": 3.5, "modelled": 1.5}
-    drawn = slice(-min(len(run.time), _MOST_POINTS), None)
-    abscissa = numbers(1e3 * getattr(run, motion)[drawn])
-    traces = [
-        {**_LOOKS[name].line(width=widths[name]), "mode": "lines", "name": name, "meta": name,
-         "x": abscissa, "y": numbers(scale * force[drawn])}
-        for name, force in (("measured", run.force), ("modelled", error.force))
-    ]  # fmt: skip
-    held = ", held out" if run.hold_out else ""
-    over = ", over velocity" if motion == "velocity" else ""
-    title = f"{run.name}{over}: {100 * error.relative:.1f} %{held}"
-    summary = f"RMS error of the model: {100 * error.relative:.2g} % of the measured force."
-    return Chart(title, {"data": traces, "layout": axes}, summary, height=280)
-
-
-def _percent(share: float) -> Cell:
-    return Cell(f"{100 * share:.2f}")

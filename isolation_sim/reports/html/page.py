@@ -14,8 +14,10 @@ from typing import Any, ClassVar, TypeAlias
 from ...errors import InputError
 from ...io.atomic_write import write_text
 from ...version import __version__
-from .charts import Look
-from .text import is_number, tied
+from ..style import Look
+from ..tables import TextTable
+from .charts import dashes, glyph
+from .text import capital, is_number, tied
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,15 @@ class Table:
     rows: tuple[Row, ...]  # Rows
     note: str = ""  # Explanation of the marks
     # Headings of columns with a filter; chart points that belong to a row
-    # (`isolation_sim.reports.html.charts.points`) follow the filters
+    # (``ids`` of `isolation_sim.reports.html.panels.panel_chart`) follow the filters
     filters: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, table: TextTable, caption: str = "", **more: Any) -> Table:
+        """A table of the terminal, with capitals at the start of its headings."""
+        headings = tuple(map(capital, table.headings))
+        return cls(caption or table.title, headings, text_rows(table.rows),
+                   **{"note": table.caption, **more})  # fmt: skip
 
     @property
     def numeric(self) -> tuple[bool, ...]:
@@ -271,8 +280,9 @@ def _template() -> Any:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    environment.filters["tied"] = tied
-    environment.filters["breaking"] = _breaking
+    environment.filters |= {
+        "tied": tied, "breaking": _breaking, "dashes": dashes, "glyph": glyph
+    }  # fmt: skip
     return environment.get_template("page.html.j2")
 
 

@@ -9,12 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chart import Panel, base_and_roof, coil_current, element_along, ground_acceleration, loop
+from ..chart import (
+    OVER_TIME,
+    base_and_roof,
+    coil_current,
+    element_along,
+    ground_acceleration,
+    loop,
+)
 from ..chart import envelopes as level_envelopes
-from ..energy import SINKS, instants_of, supply
-from ..panels import LABELS_A_HEIGHT
-from .charts import Look, layout, numbers, over, peaks, span, thinned
+from ..energy import SINKS, SUPPLY, instants_of, supply
+from ..style import Look
+from .charts import layout, line, numbers, over, peaks, span, symbol, thinned
 from .page import Chart, Gallery, Key
+from .panels import panel_chart
 
 if TYPE_CHECKING:
     from ...simulation.result import Run
@@ -40,18 +48,15 @@ def trade_off(
     widest, highest = (max(each[k] for each in values.values()) for k in (0, 1))
     for name, (x, y) in values.items():
         # a run that has no line in the other charts is the building with a fixed base
-        look = looks.get(name, Look("#666666", "", "star", "★"))
+        look = looks.get(name, Look("#666666", marker="*"))
         optimum = name in optima
         shown = f"{name}{' (full-information optimum)' * optimum}"
-        # no dash: the key shows the marker alone
-        lines[shown] = replace(
-            look, dashes="0,99", glyph=_OPEN[look.glyph] if optimum else look.glyph
-        )
+        # an optimum is no controller
+        look = lines[shown] = replace(look, joined=False, filled=not optimum)
         traces.append({
             "type": "scatter", "mode": "markers", "name": name, "meta": name, "x": [x], "y": [y],
             "cliponaxis": False,
-            "marker": {"symbol": look.symbol + "-open" * optimum, "size": 11,
-                       "color": look.colour},
+            "marker": {"symbol": symbol(look), "size": 11, "color": look.colour},
             "hovertemplate": f"{shown}<br>%{{x:.4g}} mm, %{{y:.4g}} m/s²<extra></extra>",
         })  # fmt: skip
     axes = layout(
@@ -71,10 +76,6 @@ def trade_off(
     return chart, Key({}, lines)
 
 
-_OPEN = dict(zip("●■▲◆▼✚✖★", "○□△◇▽✛✕☆", strict=True))
-"""Outline of each marker; an optimum, which is no controller, has its own."""
-
-
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:
     """Time histories of ground, base and roof in each direction and of the coil currents."""
     first = next(iter(runs.values()))
@@ -84,41 +85,11 @@ def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[C
     channels = max(run.isolated.n_channels for run in runs.values())
     panels += [coil_current(runs, channel) for channel in range(channels)]
     most = _POINTS_OVER_TIME // (len(runs) * len(panels))
-    ground = {
-        "mode": "lines",
-        "name": "ground",
-        "meta": "ground",
-        "line": {"color": "#555", "width": 1.2},
-    }
-    charts = []
-    for number in directions:
-        panel = ground_acceleration(first, number)
-        charts.append(_panel(panel, dict.fromkeys(panel.lines, ground), first.time, most))
-    for panel in panels:
-        shape = "hv" if panel.steps else "linear"
-        drawn = {name: looks[name].line(shape=shape) for name in panel.lines}
-        charts.append(_panel(panel, drawn, first.time, most))
-    return charts
-
-
-def _panel(panel: Panel, drawn: Mapping[str, dict[str, Any]], time: NDArray, most: int) -> Chart:
-    traces = []
-    for name, (at, values) in panel.lines.items():
-        keep = thinned(most, values)
-        trace = {"type": "scatter", "name": name, "meta": name, **drawn[name]}
-        traces.append(trace | over(at[keep], values[keep]))
-    summary = peaks({name: values for name, (_, values) in panel.lines.items()}, panel.unit)
-    return _over_time(f"{panel.title} ({panel.unit})", panel.unit, traces, time, summary)
-
-
-def _over_time(
-    title: str, unit: str, traces: list[dict[str, Any]], time: NDArray, summary: str,
-    height: int = 215,
-) -> Chart:  # fmt: skip
-    axes = layout(
-        "Time (s)", unit, xaxis={"range": [float(time[0]), float(time[-1])]}, hovermode="x"
-    )
-    return Chart(title, {"data": traces, "layout": axes}, summary, "time", height)
+    grounds = [ground_acceleration(first, number) for number in directions]
+    return [
+        *(panel_chart(panel, most=most, height=215) for panel in grounds),
+        *(panel_chart(panel, looks=looks, most=most, height=215) for panel in panels),
+    ]
 
 
 def loops(runs: Mapping[str, Run]) -> list[Gallery]:
@@ -130,14 +101,14 @@ def loops(runs: Mapping[str, Run]) -> list[Gallery]:
 
 
 def _loops(runs: Mapping[str, Run], element: str, most: int) -> Gallery:
-    lines = loop(runs, element).lines
-    deformation = {name: x for name, (x, _) in lines.items()}
-    force = {name: y for name, (_, y) in lines.items()}
+    panel = loop(runs, element)
+    deformation = {name: x for name, (x, _) in panel.lines.items()}
+    force = {name: y for name, (_, y) in panel.lines.items()}
     channel = next(iter(runs.values())).isolated.element(element).channel
     currents = {n: _current(run, channel) for n, run in runs.items()}
     low, high = span(currents.values(), 0.0)
     axes = layout(
-        "Deformation (mm)", "Force (kN)",
+        panel.x, panel.y,
         xaxis={"range": span(deformation.values())}, yaxis={"range": span(force.values())},
         hovermode="closest",
     )  # fmt: skip
@@ -171,43 +142,22 @@ def _current(run: Run, channel: int | None) -> NDArray:
 
 def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
     """Peak absolute acceleration and peak drift over the height."""
-    charts = []
-    for panel in level_envelopes(runs):
-        n, title = len(panel.levels), f"{panel.title} ({panel.unit})"
-        if not n:
-            continue
-        traces = [
-            {"name": name, "meta": name, **looks[name].line(),
-             "x": each.tolist(), "y": height.tolist()}
-            for name, (each, height) in panel.lines.items()
-        ]  # fmt: skip
-        every = -(-n // LABELS_A_HEIGHT)
-        ticks = {
-            "tickvals": list(range(0, n, every)),
-            "ticktext": panel.levels[::every],
-            "range": [-0.4, n - 0.6],
-        }
-        axes = layout(
-            title, "", yaxis=ticks, hovermode="closest", xaxis={"rangemode": "tozero"},
-            margin={"l": 78},
-        )  # fmt: skip
-        values = {name: each for name, (each, _) in panel.lines.items()}
-        figure = {"data": traces, "layout": axes}
-        charts.append(Chart(title, figure, peaks(values, panel.unit), height=340))
-    return Gallery(tuple(charts))
+    return Gallery(tuple(
+        panel_chart(panel, looks=looks, height=340, xaxis={"rangemode": "tozero"},
+              yaxis={"range": [-0.4, len(panel.rows) - 0.6]})
+        for panel in level_envelopes(runs)
+        if panel.rows
+    ))  # fmt: skip
 
 
 def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
     """Energy ledgers over time, one chart per run with equal axes."""
-    supplied = {name: 1e-3 * supply(run.energy) for name, run in runs.items()}
-    inputs = {name: 1e-3 * run.energy.input_J for name, run in runs.items()}
-    limits = span([[0.0], *supplied.values(), *inputs.values()])
-    dashed = {"color": "#D55E00", "dash": "6px,2px", "width": 2}
-    solid = {"color": "#000000", "dash": "solid", "width": 2}
+    supplied = {name: supply(run.energy) for name, run in runs.items()}
+    limits = span([[0.0], *(values for each in supplied.values() for values in each.values())])
     charts = []
     for name, run in runs.items():
         ledger = run.energy
-        drawn = instants_of(ledger)
+        at = instants_of(ledger)
         traces: list[dict[str, Any]] = [
             {
                 "type": "scatter", "mode": "lines", "name": label, "stackgroup": "spent",
@@ -215,32 +165,28 @@ def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
                 "fillcolor": _shade(shade),
                 "fillpattern": {"shape": hatch[:1], "fgcolor": "#444", "bgcolor": _shade(shade),
                                 "size": 7, "solidity": 0.15},
-                **over(ledger.time[drawn], 1e-3 * getattr(ledger, sink)[drawn]),
+                **over(ledger.time[at], 1e-3 * getattr(ledger, sink)[at]),
             }
             for sink, label, shade, hatch in SINKS
         ]  # fmt: skip
         traces += [
-            {"type": "scatter", "mode": "lines", "name": label, "line": line,
-             **over(ledger.time[drawn], values[name][drawn])}
-            for label, line, values in (
-                ("input", solid, inputs), ("input + field work", dashed, supplied)
-            )
-        ]  # fmt: skip
+            line(label, SUPPLY[label]) | over(ledger.time[at], values[at])
+            for label, values in supplied[name].items()
+        ]
         ends = ", ".join(
             f"{label} {1e-3 * getattr(ledger, sink)[-1]:.3g} kJ" for sink, label, *_ in SINKS
         )
-        title = f"{name} (closure error {ledger.closure_error:.1g})"
-        chart = _over_time(
-            title, "Energy (kJ)", traces, ledger.time,
-            f"At the end: input {inputs[name][-1]:.4g} kJ, field work "
-            f"{1e-3 * ledger.field_work_J[-1]:.3g} kJ, {ends}.", 290,
+        axes = layout(
+            OVER_TIME, "Energy (kJ)", hovermode="x", yaxis={"range": limits},
+            xaxis={"range": [float(ledger.time[0]), float(ledger.time[-1])]},
         )  # fmt: skip
-        chart.figure["layout"]["yaxis"]["range"] = limits
-        charts.append(chart)
+        charts.append(Chart(
+            f"{name} (closure error {ledger.closure_error:.1g})", {"data": traces, "layout": axes},
+            f"At the end: input {1e-3 * ledger.input_J[-1]:.4g} kJ, field work "
+            f"{1e-3 * ledger.field_work_J[-1]:.3g} kJ, {ends}.", "time", 290,
+        ))  # fmt: skip
     areas = {label: (_shade(shade), hatch[:1]) for _, label, shade, hatch in SINKS}
-    lines = {"input": Look("#000000", "", "", ""),
-             "input + field work": Look("#D55E00", "6px,2px", "", "")}  # fmt: skip
-    return Key(areas, lines), Gallery(tuple(charts))
+    return Key(areas, SUPPLY), Gallery(tuple(charts))
 
 
 def _shade(shade: str) -> str:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from ...written_names import as_written
 from ..suite_figures import COMBINATIONS
-from ..suite_tables import HEADINGS, motions_text, records_rows, statistics_rows, verdict
+from ..suite_tables import motions_text, records_table, statistics_table, verdict
 from ..sweep_tables import heading
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table, text_rows
+from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
 from .run_report import versions
 from .text import capital
 
@@ -29,13 +29,17 @@ _CHANGES = {
 def suite_report(suite: Suite, picture: Path) -> Page:
     """Report of a suite."""
     combined = COMBINATIONS[suite.index["spectra"]["combination"]]
-    statistics: list[Block] = [_statistics(suite, label) for label in suite.controllers]
+    statistics: list[Block] = [
+        Table.of(statistics_table(suite, label), as_written(label)) for label in suite.controllers
+    ]
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(verdict(suite)), "verdict")]),
         ("Spectra", [Picture(f"Spectra of the scaled records: {combined}", picture)]),
         ("Statistics over the suite", statistics),
-        ("Results by record", [_records(suite, name) for name in shown]),
+        ("Results by record", [
+            Table.of(records_table(suite, name), capital(heading(name))) for name in shown
+        ]),
         ("Changes to the records", [_changes(suite)]),
         ("Inputs and versions", [
             Facts({
@@ -51,20 +55,6 @@ def suite_report(suite: Suite, picture: Path) -> Page:
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
     return Page(f"Suite: {suite.name}", motions_text(suite), sections)
-
-
-def _statistics(suite: Suite, label: str) -> Table:
-    first, *rest = (capital(name) for name in HEADINGS)
-    rows = text_rows(statistics_rows(suite, label))
-    return Table(as_written(label), (first, *rest), rows)
-
-
-def _records(suite: Suite, criterion: str) -> Table:
-    rows = text_rows(records_rows(suite, criterion))
-    return Table(
-        capital(heading(criterion)), ("Motion", *map(as_written, suite.controllers)), rows,
-        note="† governs under this controller.",
-    )  # fmt: skip
 
 
 def _changes(suite: Suite) -> Table:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...written_names import as_written
+from ..chart import Panel
+from ..style import Look
 from ..sweep_figures import title_of
-from ..tuning_tables import gains_texts, settings_texts
-from .charts import Look, layout, numbers
+from ..tuning_tables import gains_table, settings_table
 from .page import (
     Block,
     Chart,
@@ -24,6 +25,7 @@ from .page import (
     Table,
     text_rows,
 )
+from .panels import panel_chart
 from .run_report import versions
 from .text import capital
 
@@ -31,9 +33,9 @@ if TYPE_CHECKING:
     from ...tuning.tuning import Judgement, Tuning
 
 _LOOKS = {
-    "candidate": Look("#9a9a9a", "", "circle", "●"),
-    "best so far": Look("#0072B2", "", "", ""),
-    "tuned": Look("#D55E00", "", "diamond", "◆"),
+    "candidate": Look("#9a9a9a", marker="o", joined=False),
+    "best so far": Look("#0072B2"),
+    "tuned": Look("#D55E00", marker="D", joined=False),
 }
 _SCORE = "Mean score"
 
@@ -46,9 +48,9 @@ def tuning_report(tuning: Tuning) -> Page:
     )
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(tuning.verdict()), "verdict")]),
-        ("Gain", [_texts("Mean score with 95 % intervals", *gains_texts(tuning)),
+        ("Gain", [Table.of(gains_table(tuning), "Mean score with 95 % intervals"),
                   *map(_by_motion, tuning.judged)]),
-        ("Settings", [_texts("Settings before and after", *settings_texts(tuning))]),
+        ("Settings", [Table.of(settings_table(tuning), "Settings before and after")]),
         ("Search", [Key({}, _LOOKS), _progress(tuning)]),
         ("Sensitivity", [
             Prose(("Each setting over its range, with tuned values of the other settings, on the "
@@ -77,10 +79,6 @@ def tuning_report(tuning: Tuning) -> Page:
     )
 
 
-def _texts(caption: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    return Table(caption, tuple(map(capital, headings)), text_rows(rows))
-
-
 def _by_motion(evaluated: Judgement) -> Table:
     columns = (evaluated.current, evaluated.constant, evaluated.before, evaluated.after)
     rows = (
@@ -94,31 +92,24 @@ def _by_motion(evaluated: Judgement) -> Table:
 def _progress(tuning: Tuning) -> Chart:
     means = np.array([trial.mean for trial in tuning.trials])
     at, best = np.arange(1, len(means) + 1), np.minimum.accumulate(means)
-    points = _LOOKS["candidate"].line() | {
-        "mode": "markers", "name": "candidate", "x": numbers(at), "y": numbers(means),
-        "marker": {"symbol": _LOOKS["candidate"].symbol, "size": 4, "maxdisplayed": 0},
-    }  # fmt: skip
-    line = _LOOKS["best so far"].line(shape="hv") | {
-        "mode": "lines", "name": "best so far", "x": numbers(at), "y": numbers(best),
-    }  # fmt: skip
     # failed candidates have large scores, which would flatten the rest of the chart
     gain = float(best[0] - best[-1]) or 1.0
-    shown = [best[-1] - 0.1 * gain, best[0] + 1.1 * gain]
-    axes = layout("Trial", _SCORE, yaxis={"range": shown})
-    summary = f"The mean score falls from {means[0]:.3f} to {best[-1]:.3f}."
-    return Chart("Progress of the search", {"data": [points, line], "layout": axes}, summary)
+    panel = Panel(
+        "Progress of the search", "Trial", _SCORE,
+        {"candidate": (at, means), "best so far": (at, best)}, _LOOKS, steps=True,
+        limits=(best[-1] - 0.1 * gain, best[0] + 1.1 * gain),
+    )  # fmt: skip
+    return panel_chart(panel, f"The mean score falls from {means[0]:.3f} to {best[-1]:.3f}.")
 
 
 def _sensitivity(tuning: Tuning, name: str) -> Chart:
     one, (values, scores) = tuning.content["settings"][name], tuning.sensitivity[name]
-    line = _LOOKS["best so far"].line() | {"x": numbers(values), "y": numbers(scores)}
-    data = [line | {"mode": "lines+markers", "name": name}]
+    lines = {name: (np.array(values), np.array(scores))}
     if name in tuning.best.settings:
-        data.append(_LOOKS["tuned"].line() | {
-            "mode": "markers", "name": "tuned", "x": numbers([tuning.best.settings[name]]),
-            "y": numbers([tuning.best.mean]),
-        })  # fmt: skip
-    unit = f" ({one['unit']})" if one["unit"] else ""
-    axes = layout(f"{name}{unit}", _SCORE, xaxis={"type": "log"} if one["scale"] == "log" else {})
-    summary = f"Mean score from {min(scores):.3f} to {max(scores):.3f} over the range of {name}."
-    return Chart(capital(one["meaning"]), {"data": data, "layout": axes}, summary)
+        lines["tuned"] = np.array([tuning.best.settings[name]]), np.array([tuning.best.mean])
+    panel = Panel(
+        capital(one["meaning"]), f"{name} ({one['unit']})" if one["unit"] else name, _SCORE, lines,
+        {name: Look("#0072B2", marker="o"), "tuned": _LOOKS["tuned"]}, log_x=one["scale"] == "log",
+    )  # fmt: skip
+    low, high = min(scores), max(scores)
+    return panel_chart(panel, f"Mean score from {low:.3f} to {high:.3f} over the range of {name}.")

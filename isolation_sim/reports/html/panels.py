@@ -1,0 +1,65 @@
+"""Panels as charts of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..chart import OVER_TIME, Panel
+from ..style import Look
+from .charts import layout, line, numbers, over, peaks, thinned
+from .page import Chart
+
+_LABEL = 20
+"""Height of a row's name, px."""
+
+
+def panel_chart(
+    panel: Panel, summary: str = "", *, looks: Mapping[str, Look] | None = None,
+    ids: Sequence[str] = (), most: int = 4000, height: int = 230, **axes: Any,
+) -> Chart:  # fmt: skip
+    """Draw a panel; charts over time zoom together.
+
+    ``ids`` are the rows of the page's filtered table at the points, ``most`` is the largest number
+    of points of a line over time, and ``axes`` are keys of plotly's layout.
+    """
+    timed = panel.x == OVER_TIME
+    traces = []
+    for name, (x, y) in panel.lines.items():
+        look = (looks or panel.looks)[name]
+        keep = thinned(most, y) if timed else slice(None)
+        pair = over(x[keep], y[keep]) if timed else {"x": numbers(x), "y": numbers(y)}
+        shape = {"shape": "hv"} if panel.steps and look.joined else {}
+        traces.append(line(name, look, **shape) | pair)
+        if ids and not look.joined:
+            traces[-1] |= {
+                "ids": list(ids), "text": list(ids),
+                "unselected": {"marker": {"opacity": 0.07}},
+                "hovertemplate": "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
+            }  # fmt: skip
+    across: dict[str, Any] = {}
+    if panel.log_x:
+        across = {"type": "log", "dtick": "D2", "tickformat": "~g"}
+    elif timed:
+        across["range"] = [float(f(t[k] for t, _ in panel.lines.values()))
+                           for f, k in ((min, 0), (max, -1))]  # fmt: skip
+    up: dict[str, Any] = {}
+    if panel.limits is not None:
+        up["range"] = list(panel.limits)
+    if panel.rows:
+        n = len(panel.rows)
+        every = -(-n // ((height - 80) // _LABEL))
+        ticks = {"tickvals": list(range(0, n, every)), "ticktext": panel.rows[::every]}
+        up |= {**ticks, "automargin": True}
+    made = layout(
+        panel.x, panel.y.replace("\n", " "), xaxis=across, yaxis=up,
+        hovermode="x" if timed else "closest",
+    )  # fmt: skip
+    for key, value in axes.items():
+        made[key] |= value
+    values = {name: y for name, (_, y) in panel.lines.items()}
+    return Chart(
+        f"{panel.title}: {panel.note}" if panel.note else panel.title,
+        {"data": traces, "layout": made}, summary or peaks(values, panel.unit),
+        "time" if timed else "", height,
+    )  # fmt: skip
