@@ -114,11 +114,7 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
     for run in runs:
         n = len(run.time)
         edge = max(n // 50, 4)
-        x, v = run.displacement / _rms(run.displacement), run.velocity / _rms(run.velocity)
-        columns = np.stack(
-            [np.ones(n), x, v, x**3, v**3, np.abs(x) * v, x * np.abs(v), np.tanh(2 * v),
-             np.tanh(5 * v), run.current * x, run.current * v], axis=1,
-        )  # fmt: skip
+        columns = _static_functions(run)
         inside = slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
         error = run.force - columns @ values
@@ -130,6 +126,16 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
             f"{_names(wrong, runs)}: at both ends the force does not belong to the motion as it "
             "does in between: the transients of a zero-phase filter; cut them off"
         )
+
+
+def _static_functions(run: TestRun) -> NDArray:
+    """A constant and functions of the motion and the current of a run, (n, 11)."""
+    x, v = run.displacement / _rms(run.displacement), run.velocity / _rms(run.velocity)
+    i = run.current
+    return np.stack(
+        [np.ones(len(x)), x, v, x**3, v**3, np.abs(x) * v, x * np.abs(v), np.tanh(2 * v),
+         np.tanh(5 * v), i * x, i * v], axis=1,
+    )  # fmt: skip
 
 
 def _averaged_force(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -144,8 +150,7 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
         return
     means = np.empty(len(runs))
     for k, run in enumerate(runs):
-        columns = np.stack([np.ones(len(run.time)), run.displacement, run.velocity], axis=1)
-        means[k] = np.linalg.lstsq(columns, run.force)[0][0]
+        means[k] = np.linalg.lstsq(_static_functions(run), run.force)[0][0]
     moved = np.abs(means - np.median(means))
     sizes = np.array([_rms(run.force) for run in runs])
     least = OFFSET * np.maximum(sizes, np.median(sizes))

@@ -59,10 +59,14 @@ class EffectParameter(Quantity):
     starts : tuple of float
         Values from which a fit may start: in the unit itself for times (s) and pure numbers, else
         as multiples of the data's size of that unit (largest deformation, RMS force, ...).
+    difference : float
+        Relative step of differences by it. A contact that begins between two samples asks for
+        a larger one.
     """
 
     strength: bool = False
     starts: tuple[float, ...] = (1.0,)
+    difference: float = 1e-4
 
 
 def in_sentence(name: str) -> str:

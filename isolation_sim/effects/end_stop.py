@@ -2,6 +2,7 @@
 
 Forms, with u = max(|x| - gap, 0):
 
+    linear         k u
     power          k u (u / w)^(n - 1),   w = gap / 10: k is the secant stiffness at u = w
     exponential    k w (exp(u / w) - 1),  linear from u = 20 w on, so that it stays finite
 """
@@ -15,6 +16,18 @@ from .followers import positive
 
 STEEPEST = 20.0
 """u / w beyond which the exponential goes on linearly."""
+
+
+def linear(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Contact force."""
+    k, gap = parameters
+    return k * positive(np.fabs(signals.x) - gap) * np.sign(signals.x)
+
+
+def stored_energy_linear(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential."""
+    k, gap = parameters
+    return k * positive(np.fabs(x) - gap) ** 2 / 2
 
 
 def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -75,6 +88,15 @@ FORMS = (
         force=power,
         stored_energy=stored_energy_power,
         source="Hertz (1882) for an exponent of 1.5",
+    ),
+    Effect(
+        cause="end_stop",
+        form="linear",
+        title="End stop, linear",
+        parameters=(_stiffness("stiffness beyond the gap"), GAP),
+        force=linear,
+        stored_energy=stored_energy_linear,
+        source="linear contact",
     ),
     Effect(
         cause="end_stop",

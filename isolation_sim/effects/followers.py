@@ -15,6 +15,11 @@ def positive(value: Any) -> Any:
     return value * (value > 0)
 
 
+def beyond(value: Any, width: Any) -> Any:
+    """Part of a value beyond a width on either side of zero."""
+    return positive(value - width) - positive(-value - width)
+
+
 def rise(value: Any, peak: Any) -> Any:
     """Rate of a state that follows a value upwards and never falls."""
     return positive(value - peak) / RISE

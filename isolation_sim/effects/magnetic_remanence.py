@@ -16,7 +16,7 @@ from typing import Any
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
-from .followers import RISE, positive, rise, rise_and_fade
+from .followers import RISE, beyond, positive, rise, rise_and_fade
 
 
 def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -27,17 +27,12 @@ def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates_play(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Dragged along at the ends of the play."""
     (keep,), coercive = states, parameters[1]
-    return (_beyond(signals.current - keep, coercive) / RISE,)
+    return (beyond(signals.current - keep, coercive) / RISE,)
 
 
 def start_play(signals: Signals, parameters: tuple) -> tuple:
     """The current has risen from zero."""
-    return (_beyond(signals.current, parameters[1]),)
-
-
-def _beyond(value: Any, width: Any) -> Any:
-    """Part of a value beyond a width on either side of zero."""
-    return positive(value - width) - positive(-value - width)
+    return (beyond(signals.current, parameters[1]),)
 
 
 def current_largest(signals: Signals, states: tuple, parameters: tuple) -> Any:

@@ -5,6 +5,8 @@ Forms:
     second_order    the force belongs to the motion `delay` earlier:
                     x' = x - t v + t^2 a / 2,   v' = v - t a
     filter          the force passes a low-pass filter of first order, time constant `delay`
+    butterworth     the same of second order, Butterworth's: cut-off frequency
+                    sqrt(2) / (2 pi `delay`)
     dead_time       the force is recorded `delay` late, by Pade's approximation of second order:
                     right within 1 % up to an angular frequency of 1.7 / delay
 
@@ -12,6 +14,8 @@ A negative delay: the displacement is the late one. A fault of the test, not of 
 """
 
 from typing import Any
+
+import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
@@ -29,6 +33,23 @@ def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 def rates_filter(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Low-pass filter of first order."""
     return ((signals.force - states[0]) / (parameters[0] + SHORTEST),)
+
+
+def start_filtered(signals: Signals, parameters: tuple) -> tuple:
+    """The filter has settled at the first force."""
+    return (signals.force,)
+
+
+def rates_butterworth(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Butterworth's filter of second order: its output, and that one's slope times a time."""
+    filtered, slope = states
+    t = (parameters[0] + SHORTEST) / np.sqrt(2)
+    return slope / t, (signals.force - filtered - np.sqrt(2) * slope) / t
+
+
+def start_with_slope(signals: Signals, parameters: tuple) -> tuple:
+    """The filter has settled at the first force."""
+    return signals.force, 0.0
 
 
 def rates_dead_time(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -80,11 +101,28 @@ FORMS = (
         title="Sensor delay, filtered force",
         parameters=(LATENESS,),
         states=(Quantity("filtered", "N", "force behind the filter"),),
+        start=start_filtered,
         rates=rates_filter,
         force=recorded,
         of_device=False,
         needs=frozenset({"force"}),
         source="low-pass filter of first order",
+    ),
+    Effect(
+        cause="sensor_delay",
+        form="butterworth",
+        title="Sensor delay, force behind Butterworth's filter",
+        parameters=(LATENESS,),
+        states=(
+            Quantity("filtered", "N", "force behind the filter"),
+            Quantity("slope", "N", "its slope times the filter's time"),
+        ),
+        start=start_with_slope,
+        rates=rates_butterworth,
+        force=recorded,
+        of_device=False,
+        needs=frozenset({"force"}),
+        source="Butterworth (1930), second order",
     ),
     Effect(
         cause="sensor_delay",
@@ -95,6 +133,7 @@ FORMS = (
             Quantity("slow", "N", "force through the denominator"),
             Quantity("slope", "N", "its slope times the delay"),
         ),
+        start=start_with_slope,
         rates=rates_dead_time,
         force=recorded_late,
         of_device=False,

@@ -18,6 +18,9 @@ from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
 
 TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
+_LARGEST_CHANGE = 1e3
+"""Change of a run's force over the relative change of a coefficient, in units of the force, beyond
+which the derivative is the integration's and not the law's."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,11 @@ class Simulator:
         return Simulator(self.law, self.motion, self.owner, self.power, self.n_steps)
 
     def resolved(self, theta: NDArray, tolerance: float = 1e-4, most: int = 64) -> Simulator:
-        """Return the simulator with as many steps a sample as each run's accuracy needs."""
+        """Return the simulator with as many steps a sample as each run's accuracy needs.
+
+        The force of each run then changes by less than ``tolerance`` with twice the steps, and no
+        derivative diverges.
+        """
         force = self.run(theta, derivatives=False)[0]
         n_steps, runs = self.n_steps, self.motion.starts[:-1]
         unresolved = np.full(len(runs), bool(self.law.states))
@@ -109,7 +116,23 @@ class Simulator:
                 unresolved &= ~(wrong < tolerance)
             n_steps, force = np.where(unresolved, trial, n_steps), finer
             unresolved &= n_steps < most
-        return Simulator(self.law, self.motion, self.owner, self.power, n_steps)
+        result = Simulator(self.law, self.motion, self.owner, self.power, n_steps)
+        # a force that saturates is bounded by itself, while its derivatives may grow at every step
+        while (more := result._diverging(theta) & (result.n_steps < most)).any():
+            n_steps = np.where(more, 2 * result.n_steps, result.n_steps)
+            result = Simulator(self.law, self.motion, self.owner, self.power, n_steps)
+        return result
+
+    @np.errstate(all="ignore")
+    def _diverging(self, theta: NDArray) -> NDArray:
+        """Whether derivatives of each run diverge though its force does not, (n_runs,) bool."""
+        runs = self.motion.starts[:-1]
+        if not self.law.states:
+            return np.zeros(len(runs), bool)
+        force, jacobian = self.run(theta)
+        change = np.maximum.reduceat(np.max(np.abs(jacobian * theta), axis=1), runs)
+        size = np.maximum.reduceat(np.abs(force), runs)
+        return np.isfinite(size) & ~(change <= _LARGEST_CHANGE * size)
 
 
 @lru_cache(maxsize=64)

@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lsim
 
 from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.discrepancy.decisions import HELD_OUT_RUNS
@@ -85,6 +86,19 @@ def test_a_late_channel_is_late_by_less_than_a_sample_too(delay):
             )
         settled = time > 0.5
         assert np.std((recorded - late)[settled]) < 0.005 * np.std(late)
+
+
+def test_a_filtered_force_is_that_of_scipy():
+    delay = 0.012
+    data = measured_runs([a_run()])
+    time = np.arange(len(data.x)) / RATE
+    force = 50 + 100 * np.sin(6 * np.pi * time) + 30 * np.sign(np.sin(14 * np.pi * time))
+    change = evaluate(effect("sensor_delay", "butterworth"), data, force, np.array([delay]))
+    # the effect adds its shortest time to the delay
+    b, a = butter(2, np.sqrt(2) / (delay + 5e-4), analog=True)
+    expected = lsim((b, a), force - force[0], time)[1] + force[0]
+    error = force + change["force"] - expected
+    assert np.std(error[time > 0.1]) < 0.05 * np.std(expected)
 
 
 def test_a_common_line_is_found_and_none_where_there_is_none():

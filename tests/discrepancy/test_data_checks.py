@@ -112,3 +112,11 @@ def test_what_is_wrong_is_said(name, runs):
     change, said = WRONG[name]
     notes = data_notes(change(runs))
     assert len(notes) == 1 and said in notes[0], notes
+
+
+def test_a_current_that_changes_with_the_motion_is_no_offset():
+    runs = [made(f"run{k}", 0.02, 0.5 + 0.1 * k, k) for k in range(4)]
+    # full current in one direction of the motion alone
+    force = runs[0].force + 150.0 * (runs[0].displacement > 0) * runs[0].displacement / 0.02
+    one = replace(runs[0], current=1.0 * (runs[0].displacement > 0), force=force)
+    assert not any("offset" in note for note in data_notes([one, *runs[1:]]))

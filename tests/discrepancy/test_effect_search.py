@@ -27,6 +27,9 @@ class Space(EffectSearch):
     def rivals(self, model, place):
         return None, self.table.get((model.effects, place), [])
 
+    def other_forms(self, model, place):
+        return []
+
 
 def test_an_effect_is_exchanged_again_after_another_one_was():
     # the last effect was best beside "filter"; beside "delay" another one is

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.device.model import Model
+from isolation_sim.discrepancy.device.load_cell_offset import EACH_RUN
+from isolation_sim.discrepancy.device.model import FittedModel, Model, fit_model
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
@@ -44,3 +45,26 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
             ends.append(model.forces(moved, False)[0])
         slope = (ends[1] - ends[0]) / (2 * step)
         assert np.linalg.norm(columns[:, k] - slope) <= 2e-4 * np.linalg.norm(slope)
+
+
+def test_offsets_of_the_runs_leave_the_law_its_constant_force():
+    law = LAWS["hyperbolic_tangent"]
+    time = np.arange(0, 4.0, 1 / 128)
+    runs, random = [], np.random.default_rng(2)
+    for k, offset in enumerate((-20.0, 5.0, 25.0, -10.0)):
+        x = 5e-3 * np.sin(2 * np.pi * (0.5 + 0.4 * k) * time)
+        v = np.gradient(x, time)
+        force = 1e4 * x + 80 * np.tanh(v / 0.01) + 40 + offset + random.standard_normal(len(time))
+        runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(len(time))))
+    campaign = Campaign("offsets", "made", tuple(runs))
+    data = measured_runs(campaign.runs)
+    p = parameterise(campaign, law, data, fixed={"delta": 0.0, "c": 0.0, "x_s": 1.0})
+    model = Model(data, p, effects=(EACH_RUN,))
+    names = [q.name for q in p.free]
+    start = np.array([{"k": 1e4, "alpha": 80.0, "beta": 100.0, "F0": 400.0}[n] for n in names])
+    fitted = fit_model(model, np.append(start, 0.0))
+    alone = fitted.without_offsets
+    assert alone.effects == () and fitted.cost < 1.3 * len(fitted.residual)
+    assert alone.values[names.index("F0")] == pytest.approx(40.0, abs=5.0)
+    again = FittedModel.at(model, np.append(alone.values, 0.0))
+    assert again.cost == pytest.approx(fitted.cost, rel=1e-6)

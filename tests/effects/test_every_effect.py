@@ -24,7 +24,7 @@ DESIGN = (
     "current_lag field_saturation magnetic_remanence field_gap_coupling stress_softening "
     "amplitude_softening self_heating ambient_temperature tension_compression_asymmetry "
     "force_offset coulomb_friction inertia_force sensor_delay extra_relaxation "
-    "weak_rate_dependence end_stop cyclic_degradation"
+    "linkage_backlash weak_rate_dependence end_stop cyclic_degradation"
 ).split()
 
 

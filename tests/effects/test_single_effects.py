@@ -180,6 +180,30 @@ def test_delay_is_that_of_a_harmonic_motion():
     np.testing.assert_allclose(v, w * np.cos(w * (t - delay)), atol=w * (w * delay) ** 2)
 
 
+def test_backlash_is_the_play_of_the_motion():
+    gap = 1e-3
+    device = spring(("linkage_backlash.play", {"gap": gap}))
+    t, x, v = sine(5e-3, 1.0, 3)
+    force, _ = respond(device, t, x, v, 0.0, (0.0,), 1e-9)
+    keep, expected = 0.0, np.zeros(t.size)
+    for k, one in enumerate(x):
+        keep = min(max(keep, one - gap), one + gap)
+        expected[k] = 1e4 * keep
+    np.testing.assert_allclose(force, expected, atol=0.03 * np.max(expected))
+    beside = effect("linkage_backlash").motion(REST._replace(x=4e-3, v=0.1), (3.5e-3,), (gap,))
+    assert beside == (3.5e-3, 0.0)
+    assert effect("linkage_backlash").motion(REST._replace(x=4e-3, v=0.1), (1e-3,), (0.0,)) == (
+        4e-3, 0.1
+    )  # fmt: skip
+
+
+def test_a_linear_stop_is_a_spring_beyond_the_gap():
+    device = spring(("end_stop.linear", {"stiffness": 3e4, "gap": 2e-3}))
+    x = np.array([1e-3, 3e-3, -3e-3])
+    force, _ = respond(device, np.arange(3.0), x, np.zeros(3), 0.0, (), 1e-9)
+    np.testing.assert_allclose(force, [10.0, 60.0, -60.0])
+
+
 def test_maxwell_arm_relaxes():
     numbers = {"stiffness": 5e3, "share": 0.25, "time": 0.2, "second_time": 1.0}
     device = spring(("extra_relaxation.two_arms", numbers), k=0.0)

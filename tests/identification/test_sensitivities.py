@@ -158,3 +158,24 @@ def test_a_copy_gives_the_same_and_shares_no_workspace(numbers, wave):
     again = simulator.run(theta)
     np.testing.assert_array_equal(force, again[0])
     np.testing.assert_array_equal(jacobian, again[1])
+
+
+def test_steps_resolve_derivatives_where_the_force_is_bounded_by_itself():
+    # a damper's values at which a fit ended: coarse steps give the force, and derivatives of 1e298
+    law, frequency, dt = LAWS["spencer"], 0.25, 0.08
+    time = dt * np.arange(200)
+    omega = 2 * np.pi * frequency
+    motion = Motion(
+        starts=np.array([0, 200]), displacement=0.025 * np.cos(omega * time),
+        velocity=-0.025 * omega * np.sin(omega * time), current=np.zeros(200), dt=np.array([dt]),
+    )  # fmt: skip
+    values = {"k0": 0.0, "c0": 1118.9, "k1": 1202.9, "c1": 24669.0, "x0": 6.3e-4, "F_y": 130.0,
+              "rho": 16674.0, "sigma": 2.0, "n": 4.23}  # fmt: skip
+    theta = np.array([values[q.name] for q in law.parameters])
+    owner, power = np.arange(len(theta)), np.zeros(len(theta), int)
+    resolved = Simulator(law, motion, owner, power).resolved(theta, 2e-4)
+    finer = Simulator(law, motion, owner, power, 4 * resolved.n_steps)
+    force, jacobian = resolved.run(theta)
+    finer_force, finer_jacobian = finer.run(theta)
+    assert relative(force - finer_force, finer_force) < 1e-3
+    assert relative((jacobian - finer_jacobian) * theta, finer_jacobian * theta) < 0.1

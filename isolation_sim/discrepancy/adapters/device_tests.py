@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
@@ -348,7 +348,7 @@ class DeviceTests(Problem[FittedModel]):
                         len(space.effects),
                     ),
                     parameters=numbers[k],
-                    evidence=self._evidence(k, split[k], costs[k]),
+                    evidence=self._evidence(effect, numbers[k], split[k], costs[k]),
                     confusable_with=inference.rivals(
                         effect.cause,
                         [
@@ -366,14 +366,14 @@ class DeviceTests(Problem[FittedModel]):
             )
         return causes
 
-    def _evidence(self, place: int, share: float, cost_without: float) -> str:
-        effect = self.final.effects[place]
+    def _evidence(
+        self, effect: Effect, values: Mapping[str, Interval], share: float, cost_without: float
+    ) -> str:
         where = "fitted" if self.data.fitted.all() else "held out"
         ratio = np.sqrt(cost_without / max(self.final.cost_of(self.judged), 1e-300))
-        values = self.final.parameters(place).values()
         numbers = ", ".join(
-            f"{quantity.meaning} {value:.3g} {quantity.unit}".rstrip(" 1")
-            for quantity, value in zip(effect.parameters, values, strict=True)
+            f"{quantity.meaning} {values[quantity.name].value:.3g} {quantity.unit}".rstrip(" 1")
+            for quantity in effect.parameters
         )
         # a law that depends on the effect may fail without it
         larger = (
@@ -390,9 +390,7 @@ class DeviceTests(Problem[FittedModel]):
         """RMS of the runs' own load-cell offsets, with its chi-squared interval."""
         from scipy.special import chdtri
 
-        free = replace(self.final.model, effects=())
-        values = self.final.values[: free.n_law]
-        residual = self.data.force - free.forces(values, False)[0]
+        residual = self.data.force - self.final.without_offsets.force
         n = len(self.data.dt)
         means = run_means(self.data, residual)[self.data.starts[:-1]]
         size = float(np.sqrt(np.mean(means**2)))
@@ -452,7 +450,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def devices(self, result: SearchResult[FittedModel]) -> tuple[Device, Device]:
         """The evaluated law, and the law with the selected effects."""
-        data, law, final = self.data, self.law, self.final
+        data, law, final = self.data, self.law, self.final.without_offsets
         low, high = float(data.current.min()), float(data.current.max())
         evaluated = Device(
             law=law.model.parameterisation.law,
@@ -464,9 +462,7 @@ class DeviceTests(Problem[FittedModel]):
         )
         current = final.model.parameterisation.dependence(final.values[: final.model.n_law])
         applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
-        extended = extend(
-            replace(evaluated, current=current), [one for one in applied if one[0] is not EACH_RUN]
-        )
+        extended = extend(replace(evaluated, current=current), list(applied))
         return evaluated if self.device is None else self.device, extended
 
     def traces(self, result: SearchResult[FittedModel]) -> tuple[Trace, ...]:

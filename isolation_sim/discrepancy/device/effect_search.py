@@ -17,6 +17,7 @@ from ..decisions import (
     LEAST_SHARE,
     MOST_EFFECTS,
     RIVALS_TRIED,
+    SEARCH_STEPS,
     SIGNIFICANT,
     TRIED,
     WELL_EXPLAINED,
@@ -90,7 +91,8 @@ class EffectSearch:
         """Replace effects by others that are better now, until none is."""
         model, place = taken, 0
         while place < len(model.effects):
-            best = min(self.rivals(model, place)[1], key=self._penalised, default=model)
+            others = [*self.rivals(model, place)[1], *self.other_forms(model, place)]
+            best = min(others, key=self._penalised, default=model)
             if self._penalised(best) < self._penalised(model) - SIGNIFICANT:
                 model, place = best, 0
             else:
@@ -115,6 +117,25 @@ class EffectSearch:
             without = self.without(model, place)
             self._known[effects] = without, self._fit_effects(without, RIVALS_TRIED)
         return self._known[effects]
+
+    def other_forms(self, model: FittedModel, place: int) -> list[FittedModel]:
+        """Fit other forms of an effect from the values that the law has beside it."""
+        # A law that was fitted without the effect may lie too far from the truth to tell its forms.
+        cause = model.effects[place].cause
+        forms = [e for e in self.effects if e.cause == cause and e is not model.effects[place]]
+        bare = FittedModel.at(model.model.without(place), _values_without(model, place))
+        if not (forms and np.isfinite(bare.cost) and np.isfinite(bare.jacobian).all()):
+            return []
+        left = bare.across(bare.residual)
+        found = (refine(bare, d, self.noise) for d in screen(bare, forms, self.noise, self.pool))
+        return [
+            fit_model(
+                bare.model.with_effects(one.effect), np.concatenate([bare.values, one.start]),
+                SEARCH_STEPS, 1e-4,
+            )
+            for one in found
+            if float(left @ left) - one.gain < model.cost
+        ]  # fmt: skip
 
     def noise_gain(self, without: FittedModel, extended: FittedModel) -> float:
         """Mean decrease of the cost by noise along a change of the model, at least 1."""
@@ -169,15 +190,22 @@ class EffectSearch:
 
     def without(self, model: FittedModel, place: int) -> FittedModel:
         """Fit a model without one of its effects."""
-        known = self._known.get(_other_effects(model, place))
-        if known is not None:
+        result = fit_model(model.model.without(place), _values_without(model, place))
+        known = self._known.get(result.effects)
+        if known is None:
+            # a law that depends on the effect may fail without it
+            return result if np.isfinite(result.cost) else refit(result)
+        # the same effects, fitted before the one left out was found, may have ended elsewhere
+        if not result.cost < known[0].cost:
             return known[0]
-        gone = model.model.slices()[place]
-        values = np.delete(model.values, np.arange(gone.start, gone.stop))
-        result = fit_model(model.model.without(place), values)
-        # a law that depends on the effect may fail without it
-        return result if np.isfinite(result.cost) else refit(result)
+        self._known[result.effects] = result, known[1]
+        return result
 
 
 def _other_effects(model: FittedModel, place: int) -> tuple[Effect, ...]:
     return model.effects[:place] + model.effects[place + 1 :]
+
+
+def _values_without(model: FittedModel, place: int) -> NDArray:
+    gone = model.model.slices()[place]
+    return np.delete(model.values, np.arange(gone.start, gone.stop))

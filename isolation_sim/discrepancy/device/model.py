@@ -18,7 +18,7 @@ from .effect_evaluation import evaluate
 from .load_cell_offset import EACH_RUN, run_means
 
 _DIFFERENCE = 1e-4
-"""Step of the differences by an effect's parameters, relative to their size."""
+"""Change of the law's force with which its derivatives pass an effect, relative to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class Model(LawModel):
         for place, effect in enumerate(self.effects):
             for k, quantity in enumerate(effect.parameters):
                 moved = [p.copy() for p in own]
-                step = _DIFFERENCE * max(abs(moved[place][k]), 0.01 * self.size(quantity))
+                step = quantity.difference * max(abs(moved[place][k]), 0.01 * self.size(quantity))
                 if moved[place][k] + step > quantity.upper:
                     step = -step
                 moved[place][k] += step
@@ -239,6 +239,24 @@ class FittedModel:
     def across(self, change: NDArray) -> NDArray:
         """Component of a change of the residuals that the values cannot follow, to first order."""
         return change - self.basis @ (self.basis.T @ change)
+
+    @cached_property
+    def without_offsets(self) -> FittedModel:
+        """The model without a load-cell offset of each run's own."""
+        # These offsets leave constant forces of the law open. Of all values that fit alike, those
+        # are taken for which the offsets are least.
+        if EACH_RUN not in self.effects:
+            return self
+        place = self.effects.index(EACH_RUN)
+        gone = np.arange(len(self.values))[self.model.slices()[place]]
+        model, values = self.model.without(place), np.delete(self.values, gone)
+        residual, jacobian = model.residuals(values, True)
+        own = np.delete(self.jacobian, gone, axis=1)
+        scaled, length = unit_columns(jacobian)
+        _, s, directions = np.linalg.svd(np.nan_to_num(own / length), full_matrices=False)
+        open_ = directions[s <= DETERMINED * max(float(s[0]), 1e-300)] if len(s) else directions
+        step = np.linalg.lstsq(scaled @ open_.T, -residual)[0] @ open_ / length
+        return FittedModel.at(model, np.clip(values + step, *model.bounds()))
 
     def parameters(self, place: int) -> dict[str, float]:
         """Parameters of one effect by name, SI."""

@@ -67,8 +67,10 @@ class _Probe:
         residual = self.base.across(self.base.residual + self.moved(parameters))
         columns = np.empty((len(residual) if derivatives else 0, len(parameters)))
         if derivatives:
-            for k, size in enumerate(self.sizes):
-                step = 1e-4 * max(abs(parameters[k]), 0.01 * size)
+            for k, (quantity, size) in enumerate(
+                zip(self.effect.parameters, self.sizes, strict=True)
+            ):
+                step = quantity.difference * max(abs(parameters[k]), 0.01 * size)
                 other = parameters.copy()
                 other[k] += step if other[k] + step <= self.upper[k] else -step
                 changed = self.base.across(self.base.residual + self.moved(other))

@@ -21,7 +21,6 @@ from ...identification.noise import correlation_time
 from ...laws import Device
 from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
 from ..device.generic_terms import OUTSIDE
-from ..device.load_cell_offset import EACH_RUN
 from ..device.model import FittedModel, Model, fit_model
 from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, half_widths
@@ -260,7 +259,7 @@ class Climb:
 
     def device(self, rung: _Rung, like: Device) -> Device:
         """The rung's law as a device."""
-        final = rung.final
+        final = rung.final.without_offsets
         inner = replace(
             like,
             law=final.model.parameterisation.law,
@@ -268,8 +267,7 @@ class Climb:
             name="",
         )
         applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
-        kept = [one for one in applied if one[0] is not EACH_RUN]
-        return extend(inner, kept) if kept else inner
+        return extend(inner, list(applied)) if final.effects else inner
 
 
 def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:

@@ -1,0 +1,67 @@
+"""Free play in the linkage: after a reversal the test rig moves before the device does.
+
+Forms:
+
+    play    law sees y, the play (backlash) of half-width `gap`: y stays while |x - y| < gap and is
+            dragged along otherwise; it starts in the middle of the gap
+
+The displacement is measured on the rig's side of the linkage. Contact is elastic: it takes hold
+from 0.9 to 1.1 of the gap, and the device then sees the velocity of the rig. The memory of y
+follows within a lag of 2 ms.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..laws.law import Quantity
+from .effect import Effect, EffectParameter, Signals
+from .followers import RISE, positive
+
+_NO_GAP = 1e-9
+"""m: depth of the contact without a gap."""
+
+
+def _contact(away: Any, gap: Any) -> tuple:
+    """Distance beyond the gap, m, and how far contact has taken hold, 0 to 1."""
+    depth = gap / 10 + _NO_GAP
+    hold = positive((np.fabs(away) - gap) / (2 * depth) + 0.5)
+    hold = hold - positive(hold - 1)
+    pressed = depth * hold**2 + positive(np.fabs(away) - gap - depth)
+    return np.sign(away) * pressed, hold
+
+
+def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Motion behind the gap."""
+    pressed, hold = _contact(signals.x - states[0], parameters[0])
+    return states[0] + pressed, signals.v * hold
+
+
+def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Dragged along at the ends of the gap."""
+    return (_contact(signals.x - states[0], parameters[0])[0] / RISE,)
+
+
+def start(signals: Signals, parameters: tuple) -> tuple:
+    """In the middle of the gap."""
+    return (signals.x,)
+
+
+FORMS = (
+    Effect(
+        cause="linkage_backlash",
+        form="play",
+        title="Linkage backlash",
+        parameters=(
+            EffectParameter(
+                "gap", "m", "half of the free play", lower=0.0, strength=True,
+                starts=(0.01, 0.05), difference=0.05,
+            ),
+        ),
+        states=(Quantity("keep", "m", "deformation from which the play is measured"),),
+        start=start,
+        rates=rates,
+        motion=motion,
+        source="Visintin (1994), play operator",
+    ),
+)  # fmt: skip

@@ -1,0 +1,71 @@
+"""Faults of a test rig, made by SciPy: a filter in the force channel, free play in the linkage."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import butter, lfilter
+
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.run_table import TestRun
+
+DT = 0.004
+TESTS = ((0.004, 3.0), (0.008, 1.5), (0.012, 1.0), (0.02, 0.5), (0.015, 0.8), (0.006, 2.2))
+HELD_OUT = (2, 5)
+
+
+def rig(recorded, behind):
+    """Friction and viscosity behind a linkage; the force channel has 0.5 % of noise."""
+    random = np.random.default_rng(8)
+    runs = []
+    for k, (size, frequency) in enumerate(TESTS):
+        time = np.arange(0, 3 / frequency, DT)
+        fine = np.linspace(0, time[-1], 20 * (len(time) - 1) + 1)
+        # from rest to full size within half a cycle
+        x = size * np.minimum(2 * frequency * fine, 1) * np.sin(2 * np.pi * frequency * fine)
+        y = behind(x)
+        v = np.gradient(y, fine)
+        force = recorded(9e3 * y + 700 * v + 120 * np.tanh(v / 0.01), fine[1])[::20]
+        force = force + 0.005 * np.std(force) * random.standard_normal(len(force))
+        seen, velocity = x[::20], np.gradient(x, fine)[::20]
+        held = k in HELD_OUT
+        runs.append(TestRun(f"run{k}", time, seen, velocity, force, 0 * time, hold_out=held))
+    return Campaign("rig", "SciPy", tuple(runs))
+
+
+def as_it_is(values, step=0.0):
+    return values
+
+
+def filtered(force, step):
+    b, a = butter(2, 10.0 * 2 * step)
+    return lfilter(b, a, force)
+
+
+def loose(x):
+    y = np.zeros(len(x))
+    for k in range(1, len(x)):
+        y[k] = min(max(y[k - 1], x[k] - 5e-4), x[k] + 5e-4)
+    return y
+
+
+def test_a_butterworth_filter_is_named_with_its_delay():
+    found = diagnose(rig(filtered, as_it_is), "hyperbolic_tangent", threads=1)
+    assert [(cause.name, cause.form) for cause in found.causes] == [("sensor_delay", "butterworth")]
+    # the effect's shortest time is part of the delay
+    delay = found.causes[0].parameters["delay"].value + 5e-4
+    assert delay == pytest.approx(np.sqrt(2) / (2 * np.pi * 10.0), rel=0.03)
+    assert found.error_after.held_out < 0.02 < found.error_before.held_out
+
+
+def test_backlash_is_named_first_with_its_gap():
+    found = diagnose(rig(as_it_is, loose), "hyperbolic_tangent", threads=1)
+    assert found.causes[0].name == "linkage_backlash"
+    assert found.causes[0].parameters["gap"].value == pytest.approx(5e-4, rel=0.15)
+    assert found.error_after.held_out < 0.5 * found.error_before.held_out
+
+
+def test_nothing_is_named_where_the_rig_is_right():
+    found = diagnose(rig(as_it_is, as_it_is), "hyperbolic_tangent", threads=1)
+    assert found.verdict == "adequate" and not found.causes
