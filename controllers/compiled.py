@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.generated import load_text, module_name
+from isolation_sim.generated import COMPILED, load_text, module_name
 from isolation_sim.laws.law import Law
 from isolation_sim.simulation.control import CompiledDecision, RunContext
 
@@ -123,15 +123,30 @@ class CompiledController(Controller):
         return self._command.copy()
 
 
-class CompiledStep:
-    """A compiled decision that is called from Python, one measurement after another."""
+class DecisionStep:
+    """A decision that is called from Python, one measurement after another."""
 
-    def __init__(self, compiled: CompiledDecision, n_measured: int, n_commands: int):
+    def __init__(self, decision: Decision, n_measured: int, n_commands: int):
+        self._decision, self.memory = decision, decision.memory.copy()
+        self._command = np.zeros(n_commands)
+
+    def __call__(self, t: float, measured: Any) -> NDArray:
+        """Decide."""
+        arrays = np.asarray(measured, dtype=float), self._decision.settings, self.memory
+        self._decision.function(t, *arrays, self._command, *self._decision.methods)
+        return self._command.copy()
+
+
+class CompiledStep(DecisionStep):
+    """The same, compiled."""
+
+    def __init__(self, decision: Decision, n_measured: int, n_commands: int):
+        super().__init__(decision, n_measured, n_commands)
+        compiled = compile_decision(decision, n_commands)
         pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
         kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
         self._entry, self._keep = kind(compiled.address), compiled
-        self.memory = compiled.memory.copy()
-        self.measured, self._command = np.zeros(n_measured), np.zeros(n_commands)
+        self.measured = np.zeros(n_measured)
         self._arrays = self.measured, compiled.settings, self.memory, self._command
         self._sizes = np.array([len(array) for array in self._arrays], dtype=np.int64)
         self._places = [
@@ -144,6 +159,11 @@ class CompiledStep:
         self.measured[:] = measured
         self._entry(t, *self._places)
         return self._command.copy()
+
+
+def decision_step(decision: Decision, n_measured: int, n_commands: int) -> DecisionStep:
+    """Compile a decision to call it from Python; with ``NUMBA_DISABLE_JIT=1`` it stays Python."""
+    return (CompiledStep if COMPILED else DecisionStep)(decision, n_measured, n_commands)
 
 
 def _alike(one: RunContext, other: RunContext | None) -> bool:

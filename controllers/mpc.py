@@ -15,7 +15,7 @@ from isolation_sim.simulation.control import CompiledDecision, RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
-from .compiled import CompiledController, CompiledStep, Decision, compile_decision
+from .compiled import CompiledController, Decision, decision_step
 from .device_model import FORCE_SCALE
 from .estimating import Estimating
 from .settings import Integer, Number, OneOf, Optional, SearchRange, setting
@@ -360,10 +360,9 @@ class MPC(Estimating, CompiledController):
     def reset(self, context: RunContext) -> None:
         """Prepare the prediction and clear the memory of the last run."""
         super().reset(context)
-        compiled = compile_decision(self._decision, len(context.low))
         ahead = self._ahead(context)
         n_measured = len(context.outputs) + len(context.nominal.structure.directions) * len(ahead)
-        self.step = CompiledStep(compiled, n_measured, len(context.low))
+        self.step = decision_step(self._decision, n_measured, len(context.low))
         self._ground = [(ahead, record) for record in context.ground or ()]
         self.report = Report()
 

@@ -23,6 +23,8 @@ from types import ModuleType
 from .errors import InputError
 from .io.atomic_write import atomic_write
 
+COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+"""Whether Numba compiles; with ``NUMBA_DISABLE_JIT=1`` all functions run as Python."""
 UNUSED_DAYS = 60.0
 """Days without use after which a generated module is removed."""
 _PACKAGE = Path(__file__).parent

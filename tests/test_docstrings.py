@@ -27,11 +27,11 @@ OFFERED = {
 # text that the kernel's generator completes, and the generator of an element's text
 GENERATED = (
     *(
-        f"isolation_sim.simulation.kernel_{part}_template"
-        for part in ("tables", "step", "control", "integration", "summary")
+        f"isolation_sim.simulation.kernel.{part}"
+        for part in ("tables", "windows", "step", "integration", "summary")
     ),
     "isolation_sim.identification.sensitivity_template",
-    "isolation_sim.simulation.element_code",
+    "isolation_sim.simulation.kernel.element_code",
 )
 
 PHYSICAL = re.compile(

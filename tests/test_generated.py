@@ -21,17 +21,17 @@ from isolation_sim.discrepancy.device import effect_evaluation
 from isolation_sim.effects import effect
 from isolation_sim.identification import sensitivities
 from isolation_sim.laws import LAWS, emit, standard_solid
-from isolation_sim.simulation import kernel
+from isolation_sim.simulation.kernel import loading
 
 LAW = LAWS["standard_solid"]
 PACKAGE = Path(generated.__file__).parent
 DAY = 86400.0
 
 GENERATORS = {
-    "kernel": lambda: kernel.load_integration.__wrapped__(1, 1, 1, 1, 128),
-    "law": lambda: kernel._load_law.__wrapped__(LAW, 1, 1, 1, 0),
-    "tables": lambda: kernel.load_tables.__wrapped__(1),
-    "summary": lambda: kernel.load_summary.__wrapped__(1, 1),
+    "kernel": lambda: loading.load_integration.__wrapped__(loading.OWN_SHAPE),
+    "law": lambda: loading._load_law.__wrapped__(LAW, 1, 1, 1, 0),
+    "tables": lambda: loading.load_tables.__wrapped__(1),
+    "summary": lambda: loading.load_summary.__wrapped__(1, 1),
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
     "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(
@@ -41,10 +41,9 @@ GENERATORS = {
 # a writer, its call, and a file that it needs
 WRITERS = {
     "kernel": (
-        kernel.kernel_text, lambda: kernel.kernel_text(1, 1, 1, 1, 128),
-        "kernel_windows_template.py",
+        loading.integration_text, lambda: loading.integration_text(loading.OWN_SHAPE), "windows.py"
     ),
-    "law": (kernel.law_text, lambda: kernel.law_text(LAW, 1, 1, 1, 0), "emit.py"),
+    "law": (loading.law_text, lambda: loading.law_text(LAW, 1, 1, 1, 0), "emit.py"),
     "device": (sensitivities._text, lambda: sensitivities._text(LAW), "sensitivity_template.py"),
 }  # fmt: skip
 
@@ -89,7 +88,7 @@ def test_modules_found_without_their_text_are_named_by_every_byte_of_their_sourc
     kind, name, monkeypatch
 ):
     before = name(kind)
-    writer = {"device": sensitivities._text}.get(kind, kernel.kernel_text)
+    writer = {"device": sensitivities._text}.get(kind, loading.integration_text)
     sources = generated.sources_of(writer)
     assert Path(emit.__file__) in sources
     for path in sources:
@@ -130,9 +129,9 @@ def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kin
 
 def test_a_text_is_named_by_the_sources_that_it_imports(monkeypatch):
     """A kernel of a law that cannot be named depends on the intrinsics that it calls."""
-    text = "from isolation_sim.simulation.intrinsics import read\n"
+    text = "from isolation_sim.simulation.kernel.intrinsics import read\n"
     before = generated.name_of_text("kernel", text)
-    intrinsics = PACKAGE / "simulation" / "intrinsics.py"
+    intrinsics = PACKAGE / "simulation" / "kernel" / "intrinsics.py"
     changed(monkeypatch, intrinsics, b"load", b"lead")
     assert generated.name_of_text("kernel", text) != before
 
@@ -145,7 +144,7 @@ from ..errors import (
     InputError,
 )
 TEXT = """
-from isolation_sim.simulation import intrinsics
+from isolation_sim.simulation.kernel import intrinsics
 import isolation_sim.criteria
 import numpy as np
 """
@@ -154,8 +153,8 @@ def f():
 '''
     found = generated._imported(text, path)
     assert {str(p.relative_to(PACKAGE)) for p in found} == {
-        "laws/emit.py", "laws/law.py", "errors.py", "simulation/intrinsics.py", "criteria.py",
-        "simulation/grid.py",
+        "laws/emit.py", "laws/law.py", "errors.py", "simulation/kernel/intrinsics.py",
+        "criteria.py", "simulation/grid.py",
     }  # fmt: skip
 
 

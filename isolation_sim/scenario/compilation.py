@@ -65,7 +65,7 @@ def compiled_meanwhile(scenario: Scenario, job: Job) -> Iterator[Callable[[str],
 def _is_first_use(job: Job) -> bool:
     """Whether the kernel is not compiled yet; False with an FMU, which only one process starts."""
     from ..simulation.inputs import traceable
-    from ..simulation.kernel import is_compiled
+    from ..simulation.kernel.loading import is_compiled
     from ..simulation.plan import kernel_for
     from ..simulation.unit_run import unit_element
 

@@ -19,9 +19,9 @@ from ground_motions.argument_types import checked
 
 from ..errors import Diverged, InputError, TestedRangeWarning, warn
 from ..structures import IsolatedStructure
-from . import kernel
 from .control import CoilDriver, Control, Sensors
 from .inputs import traceable
+from .kernel.loading import compiling
 from .plan import Lane, Plan
 from .result import Run
 from .run import check_actuation, check_options, prepared, simulate
@@ -215,7 +215,7 @@ def run_cases(
         lanes = [lane for _, lane in block]
         plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay, alike)
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
-        with kernel.compiling(plan.kernel):
+        with compiling(plan.kernel):
             work.integrate()
         criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]

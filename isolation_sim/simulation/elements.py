@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
-from .kernel import Kernel, compiled
+from .kernel.loading import Kernel
+from .kernel.operations import address_of_element
+from .kernel.slots import C_REF, FORCE_SCALE, K_REF, TO_STRUCTURE
 from .modal import Modes
 
 MOST_TESTED = 50.0
@@ -52,13 +54,13 @@ def elements_of(
     kernel: Kernel, plants: Sequence[IsolatedStructure], modes: Sequence[Modes]
 ) -> Elements:
     """Gather a block's elements."""
-    module, laws = kernel
-    first, lanes = plants[0], module.LANES
+    shape, laws = kernel.shape, kernel.laws
+    first, lanes = plants[0], shape.lanes
     shapes = np.array([e.device.current.coefficients.shape for e in first.elements])
     pieces, parameters, n_powers = shapes.max(axis=0)
-    numbers = np.zeros((module.N_ELEMENTS, module.STRIDE, lanes))
-    table = np.zeros((module.N_ELEMENTS, pieces, parameters, n_powers, lanes))
-    breaks = np.full((module.N_ELEMENTS, pieces + 1, lanes), np.inf)
+    numbers = np.zeros((shape.n_elements, shape.stride, lanes))
+    table = np.zeros((shape.n_elements, pieces, parameters, n_powers, lanes))
+    breaks = np.full((shape.n_elements, pieces + 1, lanes), np.inf)
     # lanes of one plant are filled together
     for plant, own in dict(zip(plants, modes, strict=True)).items():
         alike = np.array([p is plant for p in plants])
@@ -69,10 +71,10 @@ def elements_of(
             # initial scales are 1e-4 of the tested deformation
             small = 1e-4 * device.deformation_scale / device.length
             force = max(small * own.stiffness[e], least / device.force_scale)
-            numbers[e, module.SLOT_K_REF, alike] = own.stiffness[e]
-            numbers[e, module.SLOT_C_REF, alike] = own.damping[e]
-            numbers[e, module.SLOT_FORCE_SCALE, alike] = 1.0 / force
-            numbers[e, module.SLOT_TO_STRUCTURE, alike] = device.force_scale
+            numbers[e, K_REF, alike] = own.stiffness[e]
+            numbers[e, C_REF, alike] = own.damping[e]
+            numbers[e, FORCE_SCALE, alike] = 1.0 / force
+            numbers[e, TO_STRUCTURE, alike] = device.force_scale
             a, b, c = shapes[e]
             table[e, :a, :b, :c, alike] = device.current.coefficients
             breaks[e, : a + 1, alike] = device.current.breaks
@@ -92,7 +94,7 @@ def elements_of(
         table=table,
         breaks=breaks,
         shape=np.ascontiguousarray(shapes[:, [0, 2]]),
-        functions=np.array([0 if law is None else compiled(law).address for law in laws]),
+        functions=np.array([0 if law is None else address_of_element(law.element) for law in laws]),
         sizes=sizes,
         starts=np.array([0 if law is None else law.SLOT_START for law in laws]),
         n_states=max(law.N_STATES for law in laws if law is not None),

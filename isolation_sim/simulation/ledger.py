@@ -24,7 +24,8 @@ from ground_motions.argument_types import checked
 
 from ..laws.derivatives import energy_gradients
 from ..laws.law import Law
-from .element_code import NODES, WEIGHTS
+from .kernel.collocation import NODES, WEIGHTS
+from .kernel.slots import STEP
 from .trajectory import coil_current, currents_at
 
 if TYPE_CHECKING:
@@ -232,7 +233,7 @@ class _Pieces:
         span = grid.spans[kinds]
         # one row per step
         steps = work.steps[: work.step_count[0]]
-        window, begin, length, _ = steps[:, -work.module.STEP :].T
+        window, begin, length, _ = steps[:, -STEP:].T
         window = window.astype(int)
         step_start = begin * intervals[window]  # in grid intervals
         step_size = length * intervals[window]
@@ -256,17 +257,17 @@ class _Pieces:
         self._read_steps(step, within)
 
     def _read_steps(self, step: NDArray, within: NDArray) -> None:
-        run, module = self.run, self.run.work.module
+        run, n_elements = self.run, self.run.work.kernel.shape.n_elements
         n_modes = run.modes.eigenvalues.size
         steps = run.work.steps[: run.work.step_count[0]]
         width = 4 + 4 * run.work.elements.n_states
-        n_pad = (steps.shape[1] - module.N_ELEMENTS * width - module.STEP) // 2
+        n_pad = (steps.shape[1] - n_elements * width - STEP) // 2
         z = steps[:, :n_modes] + 1j * steps[:, n_pad : n_pad + n_modes]
         inner = run.modal[:, :n_modes] + 1j * run.modal[:, n_modes:]
         self.z = np.where((within == 0)[:, None], z[step], inner[self.interval])
         # an element's numbers: forces at the nodes, states at the nodes, states at the start
-        numbers = steps[step, 2 * n_pad : -module.STEP]
-        numbers = numbers.reshape(len(step), module.N_ELEMENTS, width)
+        numbers = steps[step, 2 * n_pad : -STEP]
+        numbers = numbers.reshape(len(step), n_elements, width)
         self.elements = numbers[:, :, 1:]
 
     def taken(self, which: NDArray) -> _Pieces:

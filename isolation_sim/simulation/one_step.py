@@ -1,6 +1,6 @@
 """One integration step in NumPy: a slow, readable version of the compiled kernel.
 
-The kernel (``kernel_integration_template.py``, ``element_code.py``) makes the same step in complex
+The kernel (``kernel``) makes the same step in complex
 modes, for many runs in parallel. Simulations do not use this module; tests compare the two.
 
 The method is exponential collocation with the three Gauss points of the step as nodes:
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from ..structures import IsolatedStructure
-from .element_code import COLLOCATION, END_FROM_NODES, NODES
+from .kernel.collocation import COLLOCATION, END_FROM_NODES, NODES
 
 MOST_ITERATIONS = 200
 

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +16,11 @@ from ..errors import Diverged, InputError
 from ..laws.device import Device
 from ..laws.law import Law
 from ..structures import IsolatedStructure
-from . import kernel
 from .control import CompiledDecision, RunContext, Schedule, Sensors, instants
 from .elements import MOST_TESTED, Elements, elements_of
 from .grid import Grid, make_grid
-from .kernel import Kernel
+from .kernel.loading import Kernel, Shape, compiling, load
+from .kernel.slots import ALIVE, CURRENT_REFUSED
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
 from .sensing import arrived, measured_motion, noise_of
@@ -89,11 +88,11 @@ def _uniform_grid(n_samples: int, dt: float) -> Grid:
 
 @lru_cache(maxsize=32)
 def _cached_tables(
-    module: ModuleType, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
+    shape: Shape, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
 ) -> Tables:
     """Cached coefficients of runs without events, which depend only on the structure."""
     # The kernel fills them during a run, so that threads must not share them.
-    return Tables.empty(module, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
+    return Tables.empty(shape, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
 
 
 def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> Kernel:
@@ -102,12 +101,12 @@ def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> Kernel:
     laws: list[Law | None] = []
     for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
         laws += [law, *[None] * (len(group) - 1)]
-    return kernel.load(laws, len(isolated.structure.directions), lanes, alike)
+    return load(laws, len(isolated.structure.directions), lanes, alike)
 
 
 @lru_cache(maxsize=256)
 def _elements_for(own: Kernel, plants: tuple[IsolatedStructure, ...]) -> Elements:
-    with kernel.compiling(own):
+    with compiling(own):
         return elements_of(own, plants, [modes_for(plant)[0] for plant in plants])
 
 
@@ -163,7 +162,6 @@ class Plan:
         self.lanes = lanes  # Runs with one key
         first = lanes[0]
         self.kernel = kernel_for(first.isolated, len(lanes), alike)
-        self.module = self.kernel.module
         pairs = [modes_for(lane.isolated) for lane in lanes]
         self.modes = [modes for modes, _ in pairs]
         self.outputs = [outputs for _, outputs in pairs]
@@ -183,10 +181,11 @@ class Plan:
                 _uniform_grid(n, dt) if steady else make_grid(n, dt, begun=first.schedule.time)
             )
         if alike and self.grid is _uniform_grid(n, dt):
-            self.tables = _cached_tables(self.module, first.isolated, n, dt, threading.get_ident())
+            thread = threading.get_ident()
+            self.tables = _cached_tables(self.kernel.shape, first.isolated, n, dt, thread)
         else:
             self.tables = Tables.empty(
-                self.module, self.modes[: self.module.TABLE_LANES], self.grid
+                self.kernel.shape, self.modes[: self.kernel.shape.table_lanes], self.grid
             )
         if all(lane.records is first.records or lane.records == first.records for lane in lanes):
             self.ground = np.repeat(self._ground(first)[..., None], len(lanes), axis=2)
@@ -253,7 +252,7 @@ class Plan:
             driver[:width, :, k] = lane.coils[:, :5]
             initial[:width, k] = lane.coils[:, 5]
         return Workspace(
-            module=self.module,
+            kernel=self.kernel,
             tables=self.tables,
             elements=_elements_for(self.kernel, tuple(lane.isolated for lane in lanes)),
             grid=self.grid,
@@ -271,11 +270,11 @@ class Plan:
     def failure(self, work: Workspace, lane: int) -> InputError | Diverged | None:
         """Reason and time of an early end; None for a complete run."""
         code = int(work.alive[lane])
-        if code == self.module.ALIVE:
+        if code == ALIVE:
             return None
         window = int(work.counts[3, lane]) - 1
         time = float(self.grid.time[self.grid.windows[window, 0]])
-        if code != self.module.CURRENT_REFUSED:
+        if code != CURRENT_REFUSED:
             cause = _FATES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))
             return Diverged(f"the run diverged at t = {time:.4g} s: {cause}")
         context = self.lanes[lane].context

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from ground_motions import Record
 
 from ..errors import AccuracyWarning, InputError, warn
+from ..generated import COMPILED
 from ..laws.passive_switching import papers_rule
 from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
-from . import kernel
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors
 from .inputs import one_per_direction, traceable
+from .kernel.loading import compiling
+from .kernel.slots import DECIDE
 from .plan import Lane, Plan, refused
 from .result import Run
 from .unit_run import Coupling, at_every_sample, check_limits, refuse_unit, unit_element
@@ -66,7 +68,7 @@ def simulate(
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane.context)
     plan = Plan([lane], sensors, computation_delay, alike=True)
-    with kernel.compiling(plan.kernel):
+    with compiling(plan.kernel):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
         advance = work.integrate if e is None else Coupling(work, isolated, e)
         _drive(work, plan, controller, advance)
@@ -160,7 +162,8 @@ def prepared(
     controller.prepare(context, trial)
     controller.reset(context)
     schedule = controller.schedule(context)
-    compiled = None if schedule is not None else controller.compiled(context)
+    # with NUMBA_DISABLE_JIT=1 nothing is compiled
+    compiled = None if not COMPILED or schedule is not None else controller.compiled(context)
     # decisions with a report or with further inputs are made outside the kernel
     if compiled is not None and (
         compiled.inputs or (alone and getattr(controller, "report", None))
@@ -303,8 +306,7 @@ def _run_context(
 
 def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[], int]) -> None:
     """Run to the end; a controller in plain Python decides between parts of the integration."""
-    decide = plan.module.DECIDE
-    if advance() != decide:
+    if advance() != DECIDE:
         return
     context, sensing = plan.lanes[0].context, plan.sensing
     measurement_type = namedtuple("Measurement", context.outputs)  # type: ignore[misc]
@@ -321,7 +323,7 @@ def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[
                 f"{times[k]:.4g} s; expected: 1 for all coils, or {width}, one per coil"
             )
         work.chosen[k, 0, :width] = currents
-        if advance() != decide:
+        if advance() != DECIDE:
             return
 
 

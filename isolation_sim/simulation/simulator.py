@@ -15,8 +15,9 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..structures import IsolatedStructure
-from . import kernel
 from .control import CoilDriver, RunContext, Sensors
+from .kernel.loading import compiling
+from .kernel.slots import ALIVE
 from .outputs import output_names
 from .plan import Plan
 from .run import NoControl, check_options, prepared
@@ -205,7 +206,7 @@ class Simulator:
             self._work.ground[0, :, 0] = self._checked_ground(ground_acceleration, 1)
         elif np.any(ground_acceleration):
             raise InputError("ground_acceleration is set; expected: none, since there is a record")
-        with kernel.compiling(plan.kernel):
+        with compiling(plan.kernel):
             self._integrate = self._work.integrator()
             self._integrate()
         # of each step: the grid points at its start and its end
@@ -252,7 +253,7 @@ class Simulator:
         elif ground_acceleration is not None:
             raise InputError("ground_acceleration is set; expected: none, since there is a record")
         self._integrate()
-        if work.alive[0] != self._plan.module.ALIVE:
+        if work.alive[0] != ALIVE:
             self._k = self.n_steps
             failure = self._plan.failure(work, 0)
             assert failure is not None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
-from .arguments import Quantities
+from .kernel.arguments import Quantities
 from .modal import real_rows
 from .plan import modes_for
 from .quantities import quantity_rows
@@ -45,7 +45,8 @@ def _summed(
     plants: Sequence[IsolatedStructure], work: Workspace
 ) -> tuple[tuple[tuple[str, list[int]], ...], NDArray]:
     """Criteria with their items' numbers; peaks and mean squares of items, (2, n_items, lanes)."""
-    items, quantities = _on_a_grid(tuple(plants[: work.module.TABLE_LANES]), work.grid.longest)
+    distinct = tuple(plants[: work.kernel.shape.table_lanes])
+    items, quantities = _on_a_grid(distinct, work.grid.longest)
     return items, work.summarise(quantities)
 
 

@@ -94,7 +94,7 @@ def _peak_deformations(
             peaks[e] = np.atleast_1d(criteria["peak_base_displacement_m"])[lane]
             continue
         if z is None:
-            n_pad = padded(work.module, modes.eigenvalues.size)
+            n_pad = padded(work.kernel.shape, modes.eigenvalues.size)
             n_points = len(work.grid.time)
             z = work.z.reshape(n_points + 2, 2, n_pad, -1)[:n_points, ..., lane]
         row = modes.deformation[e, 0]

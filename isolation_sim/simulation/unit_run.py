@@ -18,6 +18,7 @@ from ..errors import Diverged, InputError
 from ..io.unit import Unit
 from ..structures import Element, IsolatedStructure
 from .control import CoilDriver, Control, RunContext
+from .kernel.slots import ALIVE, D_END, V_END
 from .workspace import Workspace
 
 MOST_ITERATIONS = 60
@@ -118,7 +119,7 @@ class Coupling:
         self.table.flags.writeable = False
         numbers = numbers._replace(table=self.table)
         work.arguments = (*others, self.coils, numbers, lanes, history, scratch)
-        self.w, self.base = scratch.w, e * work.module.STRIDE
+        self.w, self.base = scratch.w, e * work.kernel.shape.stride
         self.k, self.begun = 0, False
         self.force = self.last = self.largest = 0.0
         self.current = np.nan
@@ -147,7 +148,7 @@ class Coupling:
         for _ in range(MOST_ITERATIONS):
             self._back(window, saved)
             status = self._try(guess, length)
-            if work.alive[0] != work.module.ALIVE:
+            if work.alive[0] != ALIVE:
                 break
             motion = self._motion()
             force = self._asked(start, length, motion, 0.5 * (before + after))
@@ -169,8 +170,7 @@ class Coupling:
 
     def _motion(self) -> NDArray:
         """Deformation and velocity of the device in its own scale."""
-        module = self.work.module
-        return self.w[self.base + np.array([module.SLOT_D_END, module.SLOT_V_END])]
+        return self.w[self.base + np.array([D_END, V_END])]
 
     def _force_now(
         self, time: float, length: float, motion: NDArray, current: float, otherwise: float

@@ -14,9 +14,10 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..structures import IsolatedStructure
-from . import kernel
 from .batch import LANES
 from .control import CoilDriver, Sensors
+from .kernel.loading import compiling
+from .kernel.slots import ALIVE, COMMAND
 from .outputs import output_names
 from .plan import Plan
 from .run import check_options, prepared
@@ -195,15 +196,15 @@ class _Block:
         self.z = work.z.reshape(n_points + 2, -1, LANES)
         self.ground = work.ground
         self.measured = work.measured[2, :, :n_measures]
-        with kernel.compiling(plan.kernel):
+        with compiling(plan.kernel):
             self.integrate = work.integrator()
             self.integrate()
         # state between two steps, lanes last, and its value at rest
         self.carried = [array.reshape(-1, LANES) for array in work.carried().values()]
         self.at_rest = [array.copy() for array in self.carried]
         self.at_rest_measured = work.measured[0, :, :n_measures].copy()
-        self.of_ground = work.sensing.measure[:, -work.module.N_GROUND :, 0]
-        self.rest(np.arange(LANES), np.zeros((LANES, work.module.N_GROUND)))
+        self.of_ground = work.sensing.measure[:, -work.kernel.shape.n_ground :, 0]
+        self.rest(np.arange(LANES), np.zeros((LANES, work.kernel.shape.n_ground)))
 
     def rest(self, lanes: NDArray, ground: NDArray) -> NDArray:
         """Reset lanes to rest at a ground acceleration; returns their measurements."""
@@ -222,11 +223,11 @@ class _Block:
         work.chosen[1, :, : self.n_channels] = currents
         self.ground[begin + 1 : end + 1] = ground.transpose(1, 2, 0)
         # continue after the decision at the start of this part
-        work.position[:] = self.window, work.module.COMMAND
+        work.position[:] = self.window, COMMAND
         self.integrate()
         work.step_count[0] = 0
         self.z[begin] = self.z[end]
         work.states[begin] = work.states[end]
         self.ground[begin] = self.ground[end]
-        np.equal(work.alive, work.module.ALIVE, out=alive)
+        np.equal(work.alive, ALIVE, out=alive)
         measured[:] = self.measured

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numba import typeof
 from numpy.typing import NDArray
 
-from .arguments import (
+from .elements import Elements
+from .grid import Grid
+from .kernel.arguments import (
     Candidates,
     Coils,
     Course,
@@ -29,8 +30,8 @@ from .arguments import (
     Sizes,
     SummaryScratch,
 )
-from .elements import Elements
-from .grid import Grid
+from .kernel.loading import Kernel, Shape
+from .kernel.slots import BUFFER_FULL, FORCES, STEP
 from .modal import Modes
 
 N_LEVELS = 24
@@ -55,11 +56,11 @@ class Tables:
     built: NDArray  # (n_classes, n_levels) int: Whether they have been filled in
 
     @classmethod
-    def empty(cls, module: ModuleType, modes: Sequence[Modes], grid: Grid) -> Tables:
+    def empty(cls, shape: Shape, modes: Sequence[Modes], grid: Grid) -> Tables:
         """Empty tables."""
         n_modes = modes[0].eigenvalues.size
         sub = np.maximum(grid.intervals[:, None] >> np.arange(N_LEVELS), 1)
-        sizes = table_size(module, n_modes, sub)
+        sizes = table_size(shape, n_modes, sub)
         offsets = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes
         return cls(
             modes=np.stack([m.packed() for m in modes], axis=1),
@@ -69,15 +70,17 @@ class Tables:
         )
 
 
-def padded(module: ModuleType, n_modes: int) -> int:
+def padded(shape: Shape, n_modes: int) -> int:
     """Number of modes after padding."""
-    return -(-n_modes // module.PAD) * module.PAD
+    # a single run computes eight modes at a time, a batch all lanes of one mode
+    multiple = 8 if shape.lanes == 1 else 1
+    return -(-n_modes // multiple) * multiple
 
 
-def table_size(module: ModuleType, n_modes: int, n_sub: Any) -> Any:
+def table_size(shape: Shape, n_modes: int, n_sub: Any) -> Any:
     """Number of coefficients of one step length; see ``layout`` in the kernel."""
-    e, g = module.N_ELEMENTS, module.N_GROUND
-    columns = 2 * padded(module, n_modes)
+    e, g = shape.n_elements, shape.n_ground
+    columns = 2 * padded(shape, n_modes)
     rows = 8 * e * (2 * n_modes + g * (n_sub + 1) + 3 * e)
     return rows + columns * (1 + 2 * g + 3 * e * n_sub)
 
@@ -108,7 +111,7 @@ class Sensing:
 class Workspace:
     """State, inputs and results of one block of lanes."""
 
-    module: ModuleType  # Compiled kernel
+    kernel: Kernel  # Compiled functions
     tables: Tables  # Coefficients; shared by consecutive runs of one structure on one grid
     elements: Elements  # The plants' elements
     grid: Grid  # Grid points, windows and events
@@ -134,15 +137,15 @@ class Workspace:
     states: NDArray = field(init=False)
 
     def __post_init__(self) -> None:
-        module, grid, lanes = self.module, self.grid, self.module.LANES
+        shape, grid, lanes = self.kernel.shape, self.grid, self.kernel.shape.lanes
         elements, n_modes = self.elements, self.elements.n_modes
-        n_pad, n_points = padded(module, n_modes), len(grid.time)
+        n_pad, n_points = padded(shape, n_modes), len(grid.time)
         n_windows, n_channels = len(grid.windows) - 1, len(self.driver)
         sensing = self.sensing
         n_outputs = len(sensing.measure)
         self.position = np.zeros(2, np.int64)
         self.sizes = Sizes(
-            n_modes, n_pad, module.N_ELEMENTS, module.N_GROUND, n_channels, n_windows, N_LEVELS,
+            n_modes, n_pad, shape.n_elements, shape.n_ground, n_channels, n_windows, N_LEVELS,
             n_outputs, elements.n_states, sensing.function, bool(self.record_steps),
             bool(self.clamp),
         )  # fmt: skip
@@ -155,7 +158,7 @@ class Workspace:
         self.z[: 2 * n_pad * lanes] = 0.0
         self.z[n_points * 2 * n_pad * lanes :] = 0.0
         self.states = self._big(
-            "states", (n_points + 1, module.N_ELEMENTS, elements.n_states, lanes)
+            "states", (n_points + 1, shape.n_elements, elements.n_states, lanes)
         )
         self.states[0] = 0.0
         self.measured = np.zeros((sensing.n_measurements, lanes, n_outputs + n_channels))
@@ -167,11 +170,11 @@ class Workspace:
         self.alive = np.zeros(lanes, np.int64)
         self.counts = np.zeros((5, lanes), np.int64)
         self.missed = np.zeros(lanes)
-        self.forces = self._big("forces", (n_points * module.N_ELEMENTS * module.FORCES * lanes,))
+        self.forces = self._big("forces", (n_points * shape.n_elements * FORCES * lanes,))
         # a step's modes and, of each element, forces at its start and nodes, states at both
-        per_step = 2 * n_pad + module.N_ELEMENTS * (4 + 4 * elements.n_states * self.record_steps)
+        per_step = 2 * n_pad + shape.n_elements * (4 + 4 * elements.n_states * self.record_steps)
         n_steps = n_points + 256 if self.record_steps else 256
-        self.steps = self._big("steps", (n_steps, (per_step + module.STEP) * lanes))
+        self.steps = self._big("steps", (n_steps, (per_step + STEP) * lanes))
         self.step_count = np.zeros(1, np.int64)
         # of each grid interval: into how many recorded steps it is cut and the first of them, or
         # over how many intervals its one step goes, negative
@@ -200,11 +203,12 @@ class Workspace:
 
     def _grouped(self) -> tuple[Any, ...]:
         """The groups of arrays, which do not change while the kernel runs."""
-        module, lanes, grid, elements = self.module, self.module.LANES, self.grid, self.elements
+        shape, grid, elements = self.kernel.shape, self.grid, self.elements
+        lanes = shape.lanes
         sensing, tables = self.sensing, self.tables
         coils = Coils(
-            self.command, self.driver, self.coil, np.full((module.N_ELEMENTS, lanes), np.nan),
-            np.zeros((module.N_ELEMENTS, lanes), np.int64), self.coil_history,
+            self.command, self.driver, self.coil, np.full((shape.n_elements, lanes), np.nan),
+            np.zeros((shape.n_elements, lanes), np.int64), self.coil_history,
         )  # fmt: skip
         whole = ("base", "place", "tried", "hold", "active", "going", "todo")
         floats = ("last", "previous", "defects", "errors", "kinks", "worst")
@@ -235,17 +239,17 @@ class Workspace:
             ),
             Scratch(
                 elements.numbers.copy(),
-                np.empty((int(grid.intervals.max()) + 1) * module.N_GROUND * lanes),
+                np.empty((int(grid.intervals.max()) + 1) * shape.n_ground * lanes),
             ),
         )  # fmt: skip
 
     def integrate(self) -> int:
         """Integrate until the kernel stops; returns its status."""
-        return self._to_a_stop(self.module.integrate)
+        return self._to_a_stop(self.kernel.integration.integrate)
 
     def integrator(self) -> Callable[[], int]:
         """``integrate`` for many short parts: it looks up the arguments' types only once."""
-        compiled = self.module.integrate
+        compiled = self.kernel.integration.integrate
         types = tuple(map(typeof, self.arguments))
         if types not in compiled.overloads:
             compiled.compile(types)
@@ -255,7 +259,7 @@ class Workspace:
         """Integrate until the kernel stops, except for a full step record."""
         while True:
             status = compiled(*self.arguments)
-            if status != self.module.BUFFER_FULL:
+            if status != BUFFER_FULL:
                 return status
             self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
             *others, history, scratch = self.arguments
@@ -265,7 +269,7 @@ class Workspace:
         """Data passed from window to window beside modes and states; the last axis is the lane."""
         *_, coils, _, lanes, history, scratch = self.arguments
         return {
-            "w": scratch.w.reshape(-1, self.module.LANES), "applied": coils.applied,
+            "w": scratch.w.reshape(-1, self.kernel.shape.lanes), "applied": coils.applied,
             "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
             **lanes._asdict(),
         }  # fmt: skip
@@ -273,7 +277,7 @@ class Workspace:
     def summarise(self, quantities: Quantities) -> NDArray:
         """Every quantity's peak and mean square, (2, n_quantities, lanes)."""
         n_quantities, n_fast = quantities.n_quantities, quantities.fast.size
-        module, grid, lanes = self.module.summary, self.grid, self.module.LANES
+        module, grid, lanes = self.kernel.summary, self.grid, self.kernel.shape.lanes
         n_modes, _, n_elements, n_ground = self.sizes[:4]
         per_block = 8 // quantities.n_directions
         n_blocks = -(-n_quantities // per_block)

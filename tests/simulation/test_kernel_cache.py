@@ -7,14 +7,14 @@ import sys
 import pytest
 
 from isolation_sim.laws import LAWS
-from isolation_sim.simulation import kernel
+from isolation_sim.simulation.kernel import loading
 
 SCRIPT = """
 import hashlib
 import numpy as np
 from ground_motions import Record
 from isolation_sim.laws import law
-from isolation_sim.simulation import kernel
+from isolation_sim.simulation.kernel import loading
 from isolation_sim.simulation.control import Schedule
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building
@@ -29,9 +29,9 @@ class Nothing:
 plant = reference_building().on(law("linear", parameters={"k": 1.5e7}))
 for k in range(2):
     run = simulate(plant, Record(np.sin(np.arange(50.0)), 0.02), Nothing())
-    print(run.work.module.__file__, repr(float(run.values.sum())))
+    print(run.work.kernel.integration.__file__, repr(float(run.values.sum())))
 # a law that cannot be named otherwise is named by this text
-text = kernel.law_text(plant.elements[0].device.law, 1, 1, 1, 0)
+text = loading.law_text(plant.elements[0].device.law, 1, 1, 1, 0)
 print(hashlib.sha256(text.encode()).hexdigest())
 """
 
@@ -39,27 +39,27 @@ print(hashlib.sha256(text.encode()).hexdigest())
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize(("lanes", "table_lanes"), [(1, 1), (16, 16), (16, 1)])
 def test_text_is_the_same_every_time(name, lanes, table_lanes):
-    first = kernel.law_text(LAWS[name], 1, lanes, table_lanes, 0)
-    assert first == kernel.law_text(LAWS[name], 1, lanes, table_lanes, 0)
+    first = loading.law_text(LAWS[name], 1, lanes, table_lanes, 0)
+    assert first == loading.law_text(LAWS[name], 1, lanes, table_lanes, 0)
     compile(first, "law", "exec")
 
 
 def test_text_depends_on_what_it_is_for():
     shapes = [(1, 1, 1, 1, 128), (2, 1, 1, 1, 128), (1, 2, 1, 1, 128), (1, 1, 16, 16, 128),
               (1, 1, 16, 1, 128), (1, 1, 1, 1, 256)]  # fmt: skip
-    assert len({kernel.kernel_text(*shape) for shape in shapes}) == len(shapes)
+    assert len({loading.integration_text(loading.Shape(*shape)) for shape in shapes}) == len(shapes)
     forms = [("linear", 1, 1, 1), ("linear", 2, 1, 1), ("linear", 1, 16, 16), ("linear", 1, 16, 1),
              ("kelvin_voigt", 1, 1, 1)]  # fmt: skip
-    assert len({kernel.law_text(LAWS[name], *form, 0) for name, *form in forms}) == len(forms)
+    assert len({loading.law_text(LAWS[name], *form, 0) for name, *form in forms}) == len(forms)
 
 
 def test_laws_share_one_integration():
     linear, other = LAWS["linear"], LAWS["bouc_wen"]
-    alone, mixed = kernel.load([linear], 1, 1), kernel.load([linear, other], 1, 1)
-    assert kernel.load([linear], 1, 1) is alone
-    assert kernel.load([other], 1, 1).module is alone.module
-    assert kernel.load([other, linear], 1, 1).module is mixed.module
-    assert kernel.load([other, linear], 1, 1).laws == mixed.laws[::-1]
+    alone, mixed = loading.load([linear], 1, 1), loading.load([linear, other], 1, 1)
+    assert loading.load([linear], 1, 1) is alone
+    assert loading.load([other], 1, 1).integration is alone.integration
+    assert loading.load([other, linear], 1, 1).integration is mixed.integration
+    assert loading.load([other, linear], 1, 1).laws == mixed.laws[::-1]
 
 
 @pytest.fixture(scope="module")

@@ -16,12 +16,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import cfunc, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from .compilation import OPTIONS
 
 DOUBLE = ir.DoubleType()
 INTEGER = ir.IntType(64)
@@ -391,6 +394,16 @@ def make_element(stride: int, lanes: int) -> Callable:
         return signature, generate
 
     return element
+
+
+def address_of_element(function: Callable) -> int:
+    """Address of a law's compiled ``element``."""
+    return int(_compiled(function).address)
+
+
+@cache
+def _compiled(function: Callable) -> Any:
+    return cfunc(ELEMENT, cache=True, **OPTIONS)(function)
 
 
 @intrinsic

@@ -17,58 +17,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..laws.emit import function_text, kinks, own_slopes, straight_line, symbols
-from ..laws.law import Law
-
-_ROOT15 = 15.0**0.5
-NODES = (0.5 - _ROOT15 / 10, 0.5, 0.5 + _ROOT15 / 10)
-"""Gauss points of a step of unit length."""
-WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
-COLLOCATION = (
-    (5 / 36, 2 / 9 - _ROOT15 / 15, 5 / 36 - _ROOT15 / 30),
-    (5 / 36 + _ROOT15 / 24, 2 / 9, 5 / 36 - _ROOT15 / 24),
-    (5 / 36 + _ROOT15 / 30, 2 / 9 + _ROOT15 / 15, 5 / 36),
-)
-"""Integrals of the Lagrange polynomials from the step's start to each node."""
-END_FROM_NODES = (5 / 3, -4 / 3, 5 / 3)
-"""Weights w_j: state at the end = start + sum of w_j (state at node j - start)."""
-GAIN_SLOPE = (np.array(COLLOCATION) @ COLLOCATION - np.array(COLLOCATION) / 2).tolist()
-"""First-order change of ``COLLOCATION`` by the relaxation of a state."""
-RATES_FROM_NODES = np.linalg.inv(COLLOCATION)
-"""Matrix D: step length * rates at the nodes = D (states at the nodes - state at the start)."""
+from ...laws.emit import function_text, kinks, own_slopes, straight_line, symbols
+from ...laws.law import Law
+from .collocation import COLLOCATION, END_FROM_NODES, GAIN_SLOPE, NODES, RATES_FROM_NODES
+from .slots import COMMON, OPERATIONS
 
 KINK_FACTOR = 10.0
 """Weight of the error at a kink: a switching controller makes many kinks with similar errors."""
-MOVING_FACTOR = 8.0
-"""Weight of the error while a coil current changes: errors of successive steps then accumulate."""
-
-COMMON = (
-    "dn0 dn1 dn2 vn0 vn1 vn2 dn3 vn3 d_end v_end free0 free1 free2 free3 free4 free5 free6 free7 "
-    "k_ref c_ref force_scale to_structure force_end defect error roughness change kink bent "
-    "weight d_start v_start f_start f0 f1 f2"
-).split()
-"""Slots in common of all laws: deformation and velocity at the nodes and at the step's end (number
-3) without the effect of the element's own force; both at the step's end; their free response; the
-reference spring and dashpot; the reciprocal scale of the force; whether the step has a kink, and
-whether the current has one; the weight of the error estimate; deformation, velocity and residual
-force at the step's start; and the residual forces at the nodes. The law's states at the nodes
-follow."""
-
-
-OPERATIONS = {
-    "prepare_held": "",
-    "prepare_moving": "",
-    "relax": "h",
-    "sweep": "h, table, first",
-    "finish": "h, share, table, first",
-    "inside": "tau, states, first",
-    "accept": "states, first",
-    "restart": "",
-    "probe": "",
-}
-"""Functions that the integration calls, in the order of their numbers, with their arguments between
-the element's base and the mask of lanes. ``first`` is the first lane's place in an array."""
-
 
 _GENERAL = {"h": "p", "tau": "p", "share": "q", "table": "array", "states": "array"}
 

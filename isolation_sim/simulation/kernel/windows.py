@@ -1,10 +1,50 @@
-"""Windows, step size control and records.
+"""Windows, step size control and records; see ``integration.py``."""
 
-Part of the compiled kernel; see ``kernel_integration_template.py``.
-"""
+import numpy as np
+
+from .arguments import Step
+from .collocation import LAGRANGE, NODES_AND_END
+from .compilation import inline, inner
+from .operations import call, make_move_modes
+from .shape import LANES, N_ELEMENTS, N_GROUND, STRIDE, TABLE_LANES
+from .slots import (
+    AFTER,
+    ALIVE,
+    AT_NODES,
+    BEFORE,
+    BEGIN,
+    BENT,
+    C_REF,
+    COMMAND,
+    CURRENT_REFUSED,
+    D_END,
+    F0,
+    F_START,
+    FORCE_END,
+    FORCE_SCALE,
+    FORCES,
+    K_REF,
+    LENGTH,
+    MEASURE,
+    NEXT,
+    NO_CONVERGENCE,
+    NOT_FINITE,
+    STAGE,
+    TO_STRUCTURE,
+    TOO_LARGE,
+    V_END,
+    WEIGHT,
+    WINDOW,
+    WINDOW_NOW,
+    force_slots,
+)  # fmt: skip
+from .tables import build_table, layout
+
+move_modes = make_move_modes(LANES, TABLE_LANES, N_GROUND, force_slots(N_ELEMENTS, STRIDE))
 
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
 MOST_STEPS = 4096  # tried in one window; after these, steps that miss the tolerance are counted
+MOVING_FACTOR = 8.0  # weight of the error while a coil current changes: errors then accumulate
 
 
 @inline
@@ -62,11 +102,11 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
         c = channel[e]
         for lane in range(LANES):
             moving[e, lane] = 0
-            w[(e * STRIDE + SLOT_BENT) * LANES + lane] = 0.0
-            w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = 1.0
+            w[(e * STRIDE + BENT) * LANES + lane] = 0.0
+            w[(e * STRIDE + WEIGHT) * LANES + lane] = 1.0
             if coil[c, lane] != command[g, c, lane]:
                 moving[e, lane] = 1
-                w[(e * STRIDE + SLOT_WEIGHT) * LANES + lane] = MOVING_FACTOR
+                w[(e * STRIDE + WEIGHT) * LANES + lane] = MOVING_FACTOR
     for c in range(n_channels):
         for lane in range(LANES):
             coil_history[window, c, lane] = coil[c, lane]
@@ -102,13 +142,13 @@ def shift_force(e, n_directions, w, going):
         for lane in range(LANES):
             if going[lane]:
                 at = (e + direction) * STRIDE * LANES + lane
-                begin = w[at + SLOT_FORCE_END * LANES]
-                begin -= w[at + SLOT_K_REF * LANES] * w[at + SLOT_D_END * LANES]
-                begin -= w[at + SLOT_C_REF * LANES] * w[at + SLOT_V_END * LANES]
-                jump = begin - w[at + SLOT_F_START * LANES]
+                begin = w[at + FORCE_END * LANES]
+                begin -= w[at + K_REF * LANES] * w[at + D_END * LANES]
+                begin -= w[at + C_REF * LANES] * w[at + V_END * LANES]
+                jump = begin - w[at + F_START * LANES]
                 for k in range(3):
-                    w[at + (SLOT_F0 + k) * LANES] += jump
-                w[at + SLOT_F_START * LANES] = begin
+                    w[at + (F0 + k) * LANES] += jump
+                w[at + F_START * LANES] = begin
 
 
 @inline
@@ -275,7 +315,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
             steps[k, r] = z[step.start * row * LANES + r]
         for e in range(N_ELEMENTS):
             to = (row + e * width) * LANES
-            first_slot = (e * STRIDE + SLOT_F_START) * LANES
+            first_slot = (e * STRIDE + F_START) * LANES
             for r in range(width * LANES):
                 steps[k, to + r] = w[first_slot + r]
         for lane in range(LANES):
@@ -286,7 +326,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
     if per_interval == 1:
         for e in range(N_ELEMENTS):
             for k in range(3):
-                keep_force(forces, AT_NODES + k, point, e, w, SLOT_F0 + k, active)
+                keep_force(forces, AT_NODES + k, point, e, w, F0 + k, active)
     _, _, decay, ground_columns, force_columns = layout(sizes[:4], n_sub)
     for i in range(n_sub):
         start = step.start if i == 0 else point + i
@@ -319,8 +359,8 @@ def close_step(step, limits, lanes, forces, w):
     tried, hold, worst = lanes.tried, lanes.hold, lanes.worst
     if (step.number + 1) % step.per_interval == 0:
         for e in range(N_ELEMENTS):
-            keep_force(forces, BEFORE, step.end, e, w, SLOT_F_START, active)
-            keep_force(forces, AFTER, step.end, e, w, SLOT_F_START, active)
+            keep_force(forces, BEFORE, step.end, e, w, F_START, active)
+            keep_force(forces, AFTER, step.end, e, w, F_START, active)
     if N_ELEMENTS > 1:
         share_scale(w, active)
     for lane in range(LANES):
@@ -365,7 +405,7 @@ def close_window(position, course, limits, coils, channel, lanes, w):
         if alive[lane] == ALIVE:
             size = 0.0
             for e in range(N_ELEMENTS):
-                size += abs(w[(e * STRIDE + SLOT_D_END) * LANES + lane])
+                size += abs(w[(e * STRIDE + D_END) * LANES + lane])
             if not size < np.inf:
                 alive[lane] = NOT_FINITE
             elif size > limits.deformation[lane]:
@@ -402,11 +442,11 @@ def share_scale(w, active):
         least = np.inf
         for e in range(N_ELEMENTS):
             at = e * STRIDE * LANES + lane
-            least = min(least, w[at + SLOT_FORCE_SCALE * LANES] / w[at + SLOT_TO_STRUCTURE * LANES])
+            least = min(least, w[at + FORCE_SCALE * LANES] / w[at + TO_STRUCTURE * LANES])
         for e in range(N_ELEMENTS):
             at = e * STRIDE * LANES + lane
-            most = 20.0 * least * w[at + SLOT_TO_STRUCTURE * LANES]
-            w[at + SLOT_FORCE_SCALE * LANES] = min(w[at + SLOT_FORCE_SCALE * LANES], most)
+            most = 20.0 * least * w[at + TO_STRUCTURE * LANES]
+            w[at + FORCE_SCALE * LANES] = min(w[at + FORCE_SCALE * LANES], most)
 
 
 @inline
@@ -494,7 +534,7 @@ def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, 
         set_parameters(e, lane, node, current, law_numbers, w)
         if piece_at(e, lane, current, law_breaks, n_pieces) != first:
             bent = 1.0
-    w[(e * STRIDE + SLOT_BENT) * LANES + lane] = bent
+    w[(e * STRIDE + BENT) * LANES + lane] = bent
 
 
 @inline
@@ -515,7 +555,7 @@ def keep_force_inside(forces, point, e, w, tau, mask):
             force = 0.0
             for k in range(3):
                 weight = LAGRANGE[k][0] + tau * (LAGRANGE[k][1] + tau * LAGRANGE[k][2])
-                force += weight * w[(e * STRIDE + SLOT_F0 + k) * LANES + lane]
+                force += weight * w[(e * STRIDE + F0 + k) * LANES + lane]
             forces[(to + BEFORE) * LANES + lane] = force
             forces[(to + AFTER) * LANES + lane] = force
 
@@ -532,7 +572,7 @@ def read_sensors(
                 total += measure[r, m, lane] * z[(z_at + m) * LANES + lane]
                 total += measure[r, n_modes + m, lane] * z[(z_at + n_pad + m) * LANES + lane]
             for e in range(N_ELEMENTS):
-                force = w[(e * STRIDE + SLOT_FORCE_END) * LANES + lane]
+                force = w[(e * STRIDE + FORCE_END) * LANES + lane]
                 total += measure[r, 2 * n_modes + e, lane] * force
             for i in range(N_GROUND):
                 at = (g * N_GROUND + i) * LANES + lane

@@ -1,12 +1,25 @@
 """Peaks and mean squares of the continuous response of a finished run.
 
-A module of its own: it does not depend on the laws. See ``kernel_integration_template.py``.
-
 Every quantity is evaluated at the grid points, on both sides of a change of current. An interval
 between two points is a candidate where the quantity could exceed its peak inside it, by its values
 at both ends and the change of slope there. The candidates that are left at the end are evaluated
 densely: the modes are propagated exactly under the step's own force polynomial.
 """
+
+import numpy as np
+from numba import njit
+
+from .collocation import LAGRANGE, THROUGH_ENDS
+from .compilation import OPTIONS, exact, exact_inline, inline, inner
+from .operations import fused, make_rows_at, points_at_once
+from .shape import LANES, TABLE_LANES
+from .slots import AFTER, AT_NODES, BEFORE, BEGIN, FORCES, LENGTH, NEXT, STEP
+from .tables import powers
+
+by_lanes = inline if LANES == 1 else inner
+POINTS, DENSE = points_at_once(LANES), points_at_once(1)
+quantities_at = make_rows_at(LANES, TABLE_LANES)
+dense_quantities_at = make_rows_at(1, 1)
 
 CANDIDATES = 128  # kept per lane before they are evaluated
 BEND = 0.14  # rise above both ends, over change of slope times interval; a parabola has 1/16
@@ -20,7 +33,7 @@ STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a cand
 CHUNK = 8  # grid points whose quantities are kept at once
 PAST = 3  # grid points before them that are still kept: an interval's bound needs two on each side
 SLOTS = PAST + CHUNK
-
+ROWS = 8 * LANES
 
 PEAK, TOTAL = range(2)
 KINDS = 2

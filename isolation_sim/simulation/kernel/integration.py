@@ -12,12 +12,48 @@ where it is not, and halving closes in on a kink within the window. How far the 
 misses the force at the step's ends decides on the level.
 
 Arrays are flat or end in the lane: LANES runs go through side by side and the compiler turns the
-innermost loops into vector instructions. A lane's result does not depend on its neighbours. Names
-that are not defined here (LANES, N_ELEMENTS, STRIDE, SLOT_..., element, ...) come from
-``kernel.py``; windows, choice of steps and records are in ``kernel_windows_template.py``.
+innermost loops into vector instructions. A lane's result does not depend on its neighbours.
+
+Windows, choice of steps and records are in ``windows.py``, the step itself in ``step.py``.
 """
 
-MAX_SWEEPS = 40
+from numba import njit
+
+from .compilation import OPTIONS, inline
+from .shape import LANES, N_ELEMENTS
+from .slots import (
+    ACCEPT,
+    AFTER,
+    BEFORE,
+    BUFFER_FULL,
+    DECIDE,
+    F_START,
+    FINISHED,
+    INSIDE,
+    MEASURE,
+    PREPARE_HELD,
+    PREPARE_MOVING,
+    PROBE,
+    RELAX,
+    RESTART,
+    STAGE,
+    UNDER_WAY,
+    WINDOW_NOW,
+)  # fmt: skip
+from .step import element, solve_step
+from .windows import (
+    any_lane,
+    begin_window,
+    choose_step,
+    close_step,
+    close_window,
+    judge_step,
+    keep_force,
+    keep_step,
+    move_currents,
+    shift_force,
+    take_current,
+)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
@@ -51,8 +87,8 @@ def integrate(
         if window == 0 and position[STAGE] == MEASURE:
             for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
                 update_current(e, g, coils, law_numbers, going, w)
-                keep_force(forces, BEFORE, g, e, w, SLOT_F_START, going)
-                keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
+                keep_force(forces, BEFORE, g, e, w, F_START, going)
+                keep_force(forces, AFTER, g, e, w, F_START, going)
         if position[STAGE] != UNDER_WAY:
             if not begin_window(
                 position, sizes, course, measurements, coils, channel, lanes, history.z, w
@@ -60,7 +96,7 @@ def integrate(
                 return DECIDE
             for e in range(N_ELEMENTS):
                 if update_current(e, g, coils, law_numbers, going, w):
-                    keep_force(forces, AFTER, g, e, w, SLOT_F_START, going)
+                    keep_force(forces, AFTER, g, e, w, F_START, going)
         position[STAGE] = MEASURE
         while any_lane(lanes.todo):
             if history.step_count[0] == history.steps.shape[0]:

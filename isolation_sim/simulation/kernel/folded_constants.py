@@ -25,12 +25,12 @@ _COMPARISONS = {
 def folded_constants(text: str) -> str:
     """A module's text with inserted integer constants and unsigned array indices."""
     tree = ast.parse(text)
-    constants = {}
+    constants: dict[str, object] = {}
     for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant | ast.Tuple):
-            for target in node.targets:
-                if isinstance(target, ast.Name) and target.id.isupper():
-                    constants[target.id] = ast.literal_eval(node.value)
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            node.value = _Fold(constants).visit(node.value)
+            if node.targets[0].id.isupper() and isinstance(node.value, ast.Constant | ast.Tuple):
+                constants[node.targets[0].id] = ast.literal_eval(node.value)
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
             node.body = _statements(_Fold(constants), node.body) or [ast.Pass()]

@@ -1,7 +1,18 @@
-"""One step: forces and states at its nodes and its end, iterated to a fixed point.
+"""One step: forces and states at its nodes and its end, iterated to a fixed point."""
 
-Part of the compiled kernel; see ``kernel_integration_template.py``.
-"""
+import numpy as np
+
+from .compilation import inline
+from .operations import make_element, make_free_rows, make_respond_to_others
+from .shape import LANES, N_ELEMENTS, N_GROUND, STRIDE, TABLE_LANES
+from .slots import CHANGE, DEFECT, DN0, ERROR, F0, FINISH, FREE0, HOPELESS, KINK, SWEEP, TINY
+from .tables import layout
+
+MAX_SWEEPS = 40
+
+element = make_element(STRIDE, LANES)
+respond_to_others = make_respond_to_others(LANES, TABLE_LANES, N_ELEMENTS, STRIDE, DN0, FREE0, F0)
+free_rows = make_free_rows(LANES, TABLE_LANES, N_GROUND)
 
 
 @inline
@@ -26,7 +37,7 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
     for e in range(N_ELEMENTS):
         free_rows(
             w,
-            e * STRIDE + SLOT_FREE0,
+            e * STRIDE + FREE0,
             table,
             offset + e * 16 * n_modes,
             offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8,
@@ -45,7 +56,7 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
     for count in range(MAX_SWEEPS):
         for e in range(N_ELEMENTS):
             for lane in range(LANES):
-                w[(e * STRIDE + SLOT_CHANGE) * LANES + lane] = 0.0
+                w[(e * STRIDE + CHANGE) * LANES + lane] = 0.0
             if N_ELEMENTS > 1:  # else the free response is all there is, read where it stands
                 for direction in range(numbers[e, 2]):
                     respond_to_others(e + direction, w, table, offset + force_rows)
@@ -56,7 +67,7 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
             if going[lane]:
                 change = 0.0
                 for e in range(N_ELEMENTS):
-                    change += w[(e * STRIDE + SLOT_CHANGE) * LANES + lane]
+                    change += w[(e * STRIDE + CHANGE) * LANES + lane]
                 before = previous[lane]
                 previous[lane] = change
                 # What a linear convergence leaves: change r / (1 - r) with r = change / before; at
@@ -90,7 +101,7 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
     for lane in range(LANES):
         defect, error, kink = defects[lane], 0.0, 0.0
         for e in range(N_ELEMENTS):
-            defect += w[(e * STRIDE + SLOT_DEFECT) * LANES + lane]
-            error += w[(e * STRIDE + SLOT_ERROR) * LANES + lane]
-            kink = max(kink, w[(e * STRIDE + SLOT_KINK) * LANES + lane])
+            defect += w[(e * STRIDE + DEFECT) * LANES + lane]
+            error += w[(e * STRIDE + ERROR) * LANES + lane]
+            kink = max(kink, w[(e * STRIDE + KINK) * LANES + lane])
         defects[lane], errors[lane], kinks[lane] = defect, error, kink

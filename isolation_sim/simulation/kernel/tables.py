@@ -1,8 +1,11 @@
-"""Coefficients that propagate the modes over a step.
+"""Coefficients that propagate the modes over a step, for any number of elements."""
 
-Part of every compiled kernel, and a module of its own: it does not depend on the laws. See
-``kernel_integration_template.py``.
-"""
+import numpy as np
+from numba import njit
+
+from .collocation import LAGRANGE, NODES_AND_END
+from .compilation import OPTIONS, exact, inline
+from .shape import TABLE_LANES
 
 
 @exact

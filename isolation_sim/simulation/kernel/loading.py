@@ -1,0 +1,249 @@
+"""Load the compiled integration of a structure, and the compiled laws of its elements.
+
+The modules of this package are written for one element and one run at a time. What is compiled are
+copies of them for a ``Shape``, in the cache folder: with its sizes and all constants inserted,
+which shortens Numba's analysis. With ``NUMBA_DISABLE_JIT=1`` nothing is compiled, and a structure
+of one element is integrated by these modules themselves.
+"""
+
+from __future__ import annotations
+
+import ast
+import gc
+import importlib
+import inspect
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+from ...generated import COMPILED, load_text, load_written
+from ...laws.fingerprint import fingerprint
+from ...laws.law import Law
+from . import shape as own_sizes
+from .element_code import ElementCode
+from .folded_constants import folded_constants
+from .slots import HOPELESS, TINY
+
+
+class Shape(NamedTuple):
+    """Sizes for which an integration is compiled; see ``shape.py``."""
+
+    n_elements: int
+    n_ground: int
+    lanes: int
+    table_lanes: int
+    stride: int
+
+
+OWN_SHAPE = Shape(*(getattr(own_sizes, size.upper()) for size in Shape._fields))
+"""Shape of the modules of this package."""
+
+
+class Kernel(NamedTuple):
+    """Compiled integration of a structure, for any laws, and compiled laws of its elements."""
+
+    shape: Shape
+    integration: ModuleType
+    tables: ModuleType
+    summary: ModuleType
+    # the law of each element; None: a further direction of the element before
+    laws: tuple[ModuleType | None, ...]
+
+
+_used: set[str] = set()
+
+
+def integration_text(shape: Shape) -> str:
+    """Source of the integration of elements of any laws."""
+    return _copy(shape, "windows", "step", "integration")
+
+
+def tables_text(table_lanes: int) -> str:
+    """Source of the coefficients of a step, for any laws and any number of elements."""
+    return _copy(OWN_SHAPE._replace(table_lanes=table_lanes), "tables")
+
+
+def summary_text(lanes: int, table_lanes: int) -> str:
+    """Source of peaks and mean squares, for any laws and any number of elements."""
+    return _copy(OWN_SHAPE._replace(lanes=lanes, table_lanes=table_lanes), "summary")
+
+
+def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> str:
+    """Source of the functions of a law's elements."""
+    # the structure matters to a device of several directions, and to one that is alone
+    code = ElementCode(law, n_elements == 1)
+    slots = code.slots
+    constants = {
+        "LANES": lanes,
+        "TABLE_LANES": table_lanes,
+        "N_ELEMENTS": n_elements,
+        "STRIDE": stride,
+        "HOPELESS": HOPELESS,
+        "TINY": TINY,
+        "N_SLOTS": len(slots),
+        "N_STATES": len(code.states),
+        "N_PARAMETERS": len(code.parameters),
+        "SLOT_PARAMETER": slots.index("p0_0") if code.parameters else 0,
+        "SLOT_START": slots.index("start0") if code.states else 0,
+        "SLOT_SCALE": slots.index("scale0") if code.states else 0,
+    }
+    imports = [
+        "import math",
+        "from numba import njit",
+        f"from {__package__}.compilation import OPTIONS, inline, inner",
+        f"from {__package__}.operations import fused, read, write",
+    ]
+    return _written([*imports, _assigned(constants), code.text(lanes, table_lanes < lanes)])
+
+
+def _copy(shape: Shape, *names: str) -> str:
+    """Source of modules of this package, for a shape, as one module."""
+    from . import integration, step, summary, tables, windows  # noqa: F401 their sources are read
+
+    sizes = {size.upper(): value for size, value in shape._asdict().items()}
+    written = [f"from {__package__} import loading", _assigned(sizes)]
+    for name in names:
+        source = inspect.getsource(importlib.import_module(f".{name}", __package__))
+        for node in ast.parse(source).body:
+            if not isinstance(node, ast.ImportFrom) or not node.level:
+                written.append(ast.unparse(node))
+            elif node.module not in (*names, "shape"):
+                written += _imported(str(node.module), [alias.name for alias in node.names])
+    return _written(written)
+
+
+def _imported(module: str, names: list[str]) -> list[str]:
+    """Statements in a copy that give it names of another module of this package."""
+    if module == "tables":  # a copy, too
+        return [f"{name} = loading.load_tables(TABLE_LANES).{name}" for name in names]
+    source = importlib.import_module(f".{module}", __package__)
+    # numbers become the copy's own, so that they are known where it is written
+    values = {name: getattr(source, name) for name in names}
+    numbers = {name: v for name, v in values.items() if isinstance(v, int | float | tuple)}
+    others = ", ".join(name for name in names if name not in numbers)
+    imports = [f"from {source.__name__} import {others}"] if others else []
+    return [*imports, _assigned(numbers)]
+
+
+def _written(blocks: Sequence[str]) -> str:
+    """Source of a module."""
+    first = f'"""Written by {__name__}; do not edit."""'
+    return folded_constants(
+        "\n\n".join([first, "import numpy as np", "unsigned = np.uint64", *blocks])
+    )
+
+
+@cache
+def load_tables(table_lanes: int) -> ModuleType:
+    """Coefficients of a step."""
+    if not COMPILED and table_lanes == OWN_SHAPE.table_lanes:
+        return importlib.import_module(".tables", __package__)
+    return load_written("tables", table_lanes, lambda: tables_text(table_lanes))
+
+
+@cache
+def load_summary(lanes: int, table_lanes: int) -> ModuleType:
+    """Peaks and mean squares."""
+    if not COMPILED and (lanes, table_lanes) == OWN_SHAPE[2:4]:
+        return importlib.import_module(".summary", __package__)
+    return load_written("summary", (lanes, table_lanes), lambda: summary_text(lanes, table_lanes))
+
+
+@cache
+def load_integration(shape: Shape) -> ModuleType:
+    """Integration."""
+    if not COMPILED and shape == OWN_SHAPE:
+        return importlib.import_module(".integration", __package__)
+    return load_written("kernel", tuple(shape), lambda: integration_text(shape))
+
+
+def _assigned(constants: Mapping[str, object]) -> str:
+    return "\n".join(f"{name} = {value!r}" for name, value in constants.items())
+
+
+def padding(lanes: int) -> int:
+    """Modes are padded to this multiple: a single run vectorises over them, a batch over lanes."""
+    return 8 if lanes == 1 else 1
+
+
+def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> Kernel:
+    """Kernel of elements of these laws; ``shared``: the structures of all lanes are equal.
+
+    No law: a further direction of the element before.
+    """
+    return _load(tuple(laws), n_ground, lanes, 1 if shared else lanes)
+
+
+@cache
+def _load(laws: tuple[Law | None, ...], n_ground: int, lanes: int, table_lanes: int) -> Kernel:
+    n, stride = len(laws), OWN_SHAPE.stride
+    modules = {law: load_law(law, n, lanes, table_lanes, stride) for law in laws if law}
+    needed = max(m.N_SLOTS + 4 * m.N_STATES for m in modules.values())
+    if needed > stride:
+        stride *= -(-needed // stride)  # multiples, so that most laws share one integration
+        modules = {law: load_law(law, n, lanes, table_lanes, stride) for law in modules}
+    shape = Shape(n, n_ground, lanes, table_lanes, stride)
+    return Kernel(
+        shape,
+        load_integration(shape),
+        load_tables(table_lanes),
+        load_summary(lanes, table_lanes),
+        tuple(None if law is None else modules[law] for law in laws),
+    )
+
+
+def load_law(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> ModuleType:
+    """Functions of a law's elements; written once to the cache folder."""
+    if law.directions == 1:  # it neither knows of the other elements nor where they are
+        n_elements, stride = min(n_elements, 2), 0
+    return _load_law(law, n_elements, lanes, table_lanes, stride)
+
+
+@cache
+def _load_law(law: Law, *shape: int) -> ModuleType:
+    # The file is named by what goes into it, so that a later process finds it without tracing the
+    # law, or, where that cannot be said of a law, by its content.
+    def text() -> str:
+        return law_text(law, *shape)
+
+    mark = fingerprint(law)
+    return load_text("law", text()) if mark is None else load_written("law", (mark, shape), text)
+
+
+@contextmanager
+def compiling(kernel: Kernel) -> Iterator[None]:
+    """Say that the first run compiles, if a part of the kernel is not in the cache yet."""
+    missing = [one for one in _modules(kernel) if not _is_available(one)]
+    _used.update(one.__name__ for one in _modules(kernel))
+    # Numba makes millions of objects, none of them garbage yet: looking for some costs a fifth
+    paused = bool(missing) and gc.isenabled()
+    if missing:
+        whole = kernel.integration in missing
+        what = "the simulation (once; about 20 s)" if whole else "this device law (once; about 2 s)"
+        print(f"compiling {what} ...", file=sys.stderr)
+    if paused:
+        gc.disable()
+    try:
+        yield
+    finally:
+        if paused:
+            gc.enable()
+
+
+def is_compiled(kernel: Kernel) -> bool:
+    """Whether all of a kernel is loaded or in the cache folder."""
+    return all(map(_is_available, _modules(kernel)))
+
+
+def _modules(kernel: Kernel) -> list[ModuleType]:
+    return [kernel.integration, *filter(None, dict.fromkeys(kernel.laws))]
+
+
+def _is_available(module: ModuleType) -> bool:
+    path = Path(str(module.__file__))
+    cached = (path.parent / "__pycache__").glob(f"{path.stem}.*.nbc")
+    return not COMPILED or module.__name__ in _used or any(cached)

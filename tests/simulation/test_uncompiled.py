@@ -1,0 +1,66 @@
+"""With NUMBA_DISABLE_JIT=1 the same functions run as Python, and give the same response."""
+
+import os
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from controllers.passive_off import PassiveOff
+from ground_motions import Record
+from isolation_sim.laws import law
+from isolation_sim.simulation.batch import LANES, Case, simulate_many
+from isolation_sim.structures import from_matrices
+
+TIME = 0.02 * np.arange(50)
+X, Y = (Record(3.0 * np.sin(w * TIME) * np.exp(-TIME), 0.02) for w in (9.0, 14.0))
+
+
+def controlled():
+    """One element and a controller: the modules themselves."""
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    runs = [iso.simulate(isolated, X, controller=name) for name in ("on_off", "clipped_lqr")]
+    return [run.values for run in runs], [run.criteria for run in runs]
+
+
+def biaxial():
+    """Two elements of one device, and two ground motions: copies of the modules."""
+    zero = np.zeros((2, 2))
+    slab = from_matrices(
+        3e5 * np.eye(2), zero, zero, influence=np.eye(2), base=(0, 1), names=["x", "y"]
+    )
+    values = {"k": 2e6, "c": 0.0, "alpha": 1.5e7, "A": 1.0, "beta": 5e3, "gamma": 5e3, "n": 2.0,
+              "F0": 0.0}  # fmt: skip
+    run = iso.simulate(slab.on(law("bouc_wen", values), biaxial=True), (X, Y))
+    return [run.values], [run.criteria]
+
+
+def batch():
+    """Runs side by side, with a common structure."""
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    grounds = [Record(X.acceleration[:25] * (1 + k), 0.02) for k in range(LANES)]
+    many = simulate_many([Case(isolated, ground, PassiveOff()) for ground in grounds])
+    return list(many.criteria.values()), []
+
+
+CASES = {case.__name__: case for case in (controlled, biaxial, batch)}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_python_and_compiled_code_agree(name):
+    command = [sys.executable, "-W", "ignore", "-c",
+               "import pickle, sys; from tests.simulation.test_uncompiled import CASES;"
+               f"sys.stdout.buffer.write(pickle.dumps(CASES[{name!r}]()))"]  # fmt: skip
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr.decode()[-2000:]
+    for ours, theirs in zip(CASES[name](), pickle.loads(done.stdout), strict=True):
+        for one, other in zip(ours, theirs, strict=True):
+            if isinstance(one, np.ndarray):
+                np.testing.assert_allclose(other, one, rtol=0, atol=1e-9 * np.abs(one).max())
+            else:
+                assert dict(other) == pytest.approx(dict(one), rel=1e-9)
