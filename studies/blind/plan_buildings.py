@@ -111,7 +111,7 @@ class PlanBuilding:
             speed = v[:2] + v[2] * corners[:, ::-1] * (-1, 1)
             force = k * moved + c * speed + q * z
             if self.friction:
-                size = np.sqrt((speed**2).sum(axis=1, keepdims=True) + 0.01**2)
+                size = np.sqrt((speed**2).sum(axis=1, keepdims=True) + 0.03**2)
                 force = force + self.friction / 4 * speed / size
             power = (speed * z).sum(axis=1, keepdims=True)
             bent = (speed - 0.5 * (np.abs(power) + power) * z) / u
@@ -181,17 +181,17 @@ def faults(building: PlanBuilding, seed: int) -> dict[str, PlanBuilding]:
     storey = int(rng.integers(1, N_STOREYS + 1))
     a, b = building.sides
     return {
-        "storey_stiffness_loss, y": replace(building, lost=(storey, "y", 0.25)),
+        "storey_stiffness_loss, y": replace(building, lost=(storey, "y", 0.1)),
         "storey_stiffness_loss, one frame": replace(
-            building, lost=(storey, "x", 0.2), one_frame=True
+            building, lost=(storey, "x", 0.1), one_frame=True
         ),
         "base_mass_error, centred": replace(
-            building, added_mass=0.3 * building.base_mass, added_at=building.eccentricity
+            building, added_mass=0.15 * building.base_mass, added_at=building.eccentricity
         ),
         "base_mass_error, eccentric": replace(
-            building, added_mass=0.3 * building.base_mass, added_at=(0.3 * a, 0.3 * b)
+            building, added_mass=0.15 * building.base_mass, added_at=(0.3 * a, 0.3 * b)
         ),
-        "coulomb_friction, ": replace(building, friction=0.25 * building.bearing["q"]),
+        "coulomb_friction, ": replace(building, friction=0.1 * building.bearing["q"]),
     }
 
 

@@ -192,9 +192,9 @@ def _base_mass(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
         "the base's mass is {relative_error:+.1%} off",
     )  # fmt: skip
     turns = any(sensor.axis == ROTATION for sensor in records[0].sensors)
-    dofs = [dofs_by_level(structure, axis) for axis in ("x", "y", ROTATION)]
-    if not turns or not all(dofs):
+    if not turns:
         return
+    dofs = [dofs_by_level(structure, axis) for axis in (*records[0].axes, ROTATION)]
     places = tuple(structure.base.index(one[0]) for one in dofs)
     rigid = mass[np.ix_(places, places)]
     total = rigid[0, 0]
@@ -205,7 +205,7 @@ def _base_mass(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
     def eccentric(model: BuildingModel, values: Values) -> BuildingModel:
         more, x, y, turning = values
         added = np.zeros_like(mass)
-        other = _rigid((1 + more) * total, (1 + turning) * inertia, centre + [x, y])
+        other = _rigid((1 + more) * total, (1 + turning) * inertia, centre + np.array([x, y]))
         added[np.ix_(places, places)] = other - rigid
         return change(model, added)
 
