@@ -82,7 +82,7 @@ def prepared(folder: Path, name: str) -> BuildingRecord:
     energy = np.cumsum(shaking**2)
     end = int(np.searchsorted(energy, STRONG * energy[-1]))
     ground = Record(shaking[:end], record.dt * EVERY, name)
-    return BuildingRecord(name, ground, {c: slower(v)[:end] for c, v in record.response.items()})
+    return BuildingRecord(name, (ground,), {c: slower(v)[:end] for c, v in record.response.items()})
 
 
 def superstructure(storey_stiffness: float, damping_ratio: float) -> Structure:

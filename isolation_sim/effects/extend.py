@@ -19,7 +19,7 @@ from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import InPlan, Law, Quantity
-from .effect import REFERENCE_TEMPERATURE, Effect, Signals, in_sentence
+from .effect import REFERENCE_TEMPERATURE, Effect, EffectInPlan, Signals, in_sentence
 
 ACCELERATION_LAG = 2e-3
 """s: in a law, acceleration is the velocity's rate through a first-order filter of this lag."""
@@ -294,7 +294,7 @@ def _in_plan(law: ExtendedLaw, base: Law) -> Law:
     for effect in law.effects:
         numbers = slice(at, at + len(effect.parameters))
         states = slice(at_state, at_state + len(effect.states))
-        parts.append((effect.plan, numbers, states))
+        parts.append((effect.plan or EffectInPlan(), numbers, states))
         at, at_state = numbers.stop, states.stop
 
     def signals_of(x: tuple, v: tuple, states: tuple, parameters: tuple) -> Signals:

@@ -1,7 +1,7 @@
 """A base-isolated building in plan, integrated anew: frames, bearings and forces, no library.
 
 Floors are rigid rectangles that move along x and y and turn. Frames stand along their four edges.
-Bearings under the corners have a circular yield surface (Bouc-Wen with an exponent of 2).
+Bearings under two corners have a circular yield surface (Bouc-Wen with an exponent of 2).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .effect import about
 RATE = 50
 """Samples a second of the record."""
 SUBSTEPS = 8
-DURATION = 10.0
+DURATION = 8.0
 DAMPING_RATIO = 0.02
 N_STOREYS = 2
 AXES = ("x", "y", "rotation")
@@ -44,9 +44,8 @@ class PlanBuilding:
 
     @property
     def corners(self) -> np.ndarray:
-        """Positions of the bearings, (4, 2)."""
-        a, b = self.sides
-        return np.array([(x * a / 2, y * b / 2) for x in (-1, 1) for y in (-1, 1)])
+        """Positions of the bearings, (2, 2)."""
+        return np.array([self.sides, self.sides]) * [[-0.5], [0.5]]
 
     def frames(self, faulty: bool = True) -> np.ndarray:
         """Stiffness of the storeys, (n_storeys, 3, 3), from their frames."""
@@ -98,13 +97,13 @@ class PlanBuilding:
         base_inverse, inverse = np.linalg.inv(base), np.linalg.inv(mass)
         carried = np.tile(np.eye(3), (len(self.masses), 1))
         corners, n = self.corners, 3 * len(self.masses)
-        k, c, q, u = (self.bearing[name] / 4 for name in ("k", "c", "q", "u"))
-        u *= 4
+        k, c, q = (self.bearing[name] / len(corners) for name in ("k", "c", "q"))
+        u = self.bearing["u"]
 
         def rates(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Rates of base, floors, velocities and bearings; absolute accelerations."""
             x, v = s[: n + 3], s[n + 3 : 2 * n + 6]
-            z = s[2 * n + 6 :].reshape(4, 2)
+            z = s[2 * n + 6 :].reshape(-1, 2)
             drift, rate = x[3:] - carried @ x[:3], v[3:] - carried @ v[:3]
             inner = stiffness @ drift + damping @ rate
             moved = x[:2] + x[2] * corners[:, ::-1] * (-1, 1)
@@ -112,7 +111,7 @@ class PlanBuilding:
             force = k * moved + c * speed + q * z
             if self.friction:
                 size = np.sqrt((speed**2).sum(axis=1, keepdims=True) + 0.03**2)
-                force = force + self.friction / 4 * speed / size
+                force = force + self.friction / len(corners) * speed / size
             power = (speed * z).sum(axis=1, keepdims=True)
             bent = (speed - 0.5 * (np.abs(power) + power) * z) / u
             torque = corners[:, 0] @ force[:, 1] - corners[:, 1] @ force[:, 0]
@@ -120,7 +119,7 @@ class PlanBuilding:
             accelerated = np.concatenate([base_inverse @ pushed, -inverse @ inner])
             return np.concatenate([v, accelerated, bent.ravel()]), accelerated
 
-        return _integrate(rates, ground, n + 3, np.tile((1.0, 1.0, 0.0), len(self.masses) + 1))
+        return _integrate(rates, ground, n + 3, corners.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,14 +136,13 @@ def _rigid(mass: float, inertia: float, x: float, y: float) -> np.ndarray:
     return np.array([[mass, 0, -mass * y], [0, mass, mass * x], [-mass * y, mass * x, about]])
 
 
-def _integrate(rates: Callable, ground: np.ndarray, n: int, pushed: np.ndarray) -> Response:
+def _integrate(rates: Callable, ground: np.ndarray, n: int, n_bearing: int) -> Response:
     """Kutta's fourth-order method; displacements are relative to the ground."""
     samples, h = ground.shape[1], 1 / (RATE * SUBSTEPS)
-    s = np.zeros(2 * n + 8)
+    s = np.zeros(2 * n + n_bearing)
     accelerations, displacement = np.zeros((n, samples)), np.zeros((3, samples))
     along = np.zeros((n, 2))
     along[::3, 0] = along[1::3, 1] = 1.0
-    along *= pushed[:, np.newaxis]
     for j in range(samples):
         after = ground[:, min(j + 1, samples - 1)]
         for sub in range(SUBSTEPS):
@@ -153,7 +151,7 @@ def _integrate(rates: Callable, ground: np.ndarray, n: int, pushed: np.ndarray) 
                 a_g = ground[:, j] + (after - ground[:, j]) * (sub + part) / SUBSTEPS
                 slope, absolute = rates(s + part * h * slope)
                 slope[n : 2 * n] -= along @ a_g
-                if sub == 0 and weight == 1 / 6 and part == 0.0:
+                if sub == 0 and part == 0.0:
                     accelerations[:, j], displacement[:, j] = absolute, s[:3]
                 total += weight * slope
             s = s + h * total
@@ -255,6 +253,7 @@ storey_stiffnesses_y_N_per_m = {columns[1]}
 base_mass_kg = {building.base_mass!r}
 plan_m = {list(building.sides)}
 eccentricity_m = {list(building.eccentricity)}
+isolator_positions_m = {building.corners.tolist()}
 damping_ratio = {DAMPING_RATIO}
 
 [isolator]
