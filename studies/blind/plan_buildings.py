@@ -20,7 +20,8 @@ from .effect import about
 RATE = 50
 """Samples a second of the record."""
 SUBSTEPS = 8
-DURATION = 8.0
+DURATION = 20.0
+"""s, of which the last ten are quiet: there the noise of the ground motion shows."""
 DAMPING_RATIO = 0.02
 N_STOREYS = 2
 AXES = ("x", "y", "rotation")
@@ -173,57 +174,97 @@ def nominal_building(seed: int) -> PlanBuilding:
     return PlanBuilding(masses, base_mass, sides, eccentricity, stiffnesses, bearing)
 
 
-def faults(building: PlanBuilding, seed: int) -> dict[str, PlanBuilding]:
-    """The building with each fault, by its name in a diagnosis and its form."""
-    rng = np.random.default_rng([seed, 51])
-    storey = int(rng.integers(1, N_STOREYS + 1))
-    a, b = building.sides
-    return {
-        "storey_stiffness_loss, y": replace(building, lost=(storey, "y", 0.1)),
-        "storey_stiffness_loss, one frame": replace(
-            building, lost=(storey, "x", 0.1), one_frame=True
-        ),
-        "base_mass_error, centred": replace(
-            building, added_mass=0.15 * building.base_mass, added_at=building.eccentricity
-        ),
-        "base_mass_error, eccentric": replace(
-            building, added_mass=0.15 * building.base_mass, added_at=(0.3 * a, 0.3 * b)
-        ),
-        "coulomb_friction, ": replace(building, friction=0.1 * building.bearing["q"]),
-    }
-
-
 BIASED = "floor2_y_acceleration_m_s2"
+FORMS = (
+    ("storey_stiffness_loss", "along_x"),
+    ("storey_stiffness_loss", "along_y"),
+    ("storey_stiffness_loss", "one_frame"),
+    ("base_mass_error", "centred"),
+    ("base_mass_error", "eccentric"),
+    ("coulomb_friction", "smooth"),
+    ("extra_isolator_damping", "viscous"),
+    ("sensor_bias", "constant"),
+)
+"""Name and form of every fault."""
 
 
-def record(
-    building: PlanBuilding, seed: int, noise: float = 0.01, bias: float = 0.0
-) -> dict[str, np.ndarray]:
-    """Columns of a record with noise; the second ground motion is 0.7 of another one."""
+def storey_of(seed: int) -> int:
+    """Storey that a fault weakens."""
+    return int(np.random.default_rng([seed, 51]).integers(1, N_STOREYS + 1))
+
+
+def faulty(building: PlanBuilding, form: str, strength: float, seed: int) -> PlanBuilding:
+    """A building with a fault; a biased sensor is none of its own."""
+    a, b = building.sides
+    storey, mass = storey_of(seed), strength * building.base_mass
+    changes: dict[str, dict] = {
+        "along_x": {"lost": (storey, "x", strength)},
+        "along_y": {"lost": (storey, "y", strength)},
+        "one_frame": {"lost": (storey, "x", strength), "one_frame": True},
+        "centred": {"added_mass": mass, "added_at": building.eccentricity},
+        "eccentric": {"added_mass": mass, "added_at": (0.3 * a, 0.3 * b)},
+        "smooth": {"friction": strength * building.bearing["q"]},
+        "viscous": {"bearing": building.bearing | {"c": (1 + strength) * building.bearing["c"]}},
+        "constant": {},
+    }
+    return replace(building, **changes[form])
+
+
+def strength_for(building: PlanBuilding, form: str, size: float, seed: int) -> float:
+    """Strength at which a fault makes a misfit, RMS over RMS, mean over the channels."""
+    nominal = signals(building, seed)
+    measured = [name for name in nominal if not name.startswith("ground")]
+    if form == "constant":
+        return size * len(measured)
+    strength = size
+    for _ in range(4):
+        there = signals(faulty(building, form, strength, seed), seed)
+        errors = [
+            np.linalg.norm(there[n] - nominal[n]) / np.linalg.norm(there[n]) for n in measured
+        ]
+        strength = min(
+            strength * size / float(np.mean(errors)), 0.45 if form == "one_frame" else 3.0
+        )
+    return strength
+
+
+def signals(building: PlanBuilding, seed: int, duration: float = DURATION) -> dict[str, np.ndarray]:
+    """Channels of a record without noise; the second ground motion is 0.7 of another one."""
     thinned = round(MOTION_RATE / RATE)
     ground = np.array(
         [
-            share * ground_motion(2 * seed + k, DURATION)[::thinned]
+            share * ground_motion(2 * seed + k, duration)[::thinned]
             for k, share in enumerate((1.0, 0.7))
         ]
     )
     response = building.respond(ground)
-    columns = {"time_s": np.arange(ground.shape[1]) / RATE}
-    signals = {f"ground_{axis}_acceleration_m_s2": ground[k] for k, axis in enumerate("xy")}
+    result = {f"ground_{axis}_acceleration_m_s2": ground[k] for k, axis in enumerate("xy")}
     levels = ("base", *(f"floor{i}" for i in range(1, N_STOREYS + 1)))
     for k, values in enumerate(response.accelerations):
         axis = AXES[k % 3]
         unit = "rad_s2" if axis == "rotation" else "m_s2"
-        signals[f"{levels[k // 3]}_{axis}_acceleration_{unit}"] = values
+        result[f"{levels[k // 3]}_{axis}_acceleration_{unit}"] = values
     for axis, values in zip("xy", response.displacement, strict=False):
-        signals[f"isolator_{axis}_displacement_m"] = values
+        result[f"isolator_{axis}_displacement_m"] = values
+    return result
+
+
+def record(
+    building: PlanBuilding,
+    seed: int,
+    bias: float = 0.0,
+    duration: float = DURATION,
+    noise: float = 0.01,
+) -> dict[str, np.ndarray]:
+    """Columns of a record; noise and bias are shares of each channel's RMS."""
     rng = np.random.default_rng([seed, 52])
-    for name, values in signals.items():
+    columns = {}
+    for name, values in signals(building, seed, duration).items():
         size = np.sqrt(np.mean(values**2))
         columns[name] = values + noise * size * rng.standard_normal(values.size)
         if name == BIASED:
-            columns[name] = columns[name] + bias * size
-    return columns
+            columns[name] += bias * size
+    return {"time_s": np.arange(values.size) / RATE} | columns
 
 
 def write(building: PlanBuilding, columns: dict[str, np.ndarray], folder: Path) -> Path:

@@ -12,7 +12,7 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
-from ..building.causes import TYPICAL_PERIOD
+from ..building.causes import TYPICAL_PERIOD, total_force_scale
 from ..building.channels import ROTATION, Channel
 from ..building.comparison import (
     Comparison,
@@ -173,9 +173,13 @@ class BuildingRecords(Problem[FittedBuilding]):
         )
 
     def devices(self, result: SearchResult[FittedBuilding]) -> tuple[None, Device | None]:
-        """The isolators' device, if a cause changes it."""
+        """The device of all isolators, if a cause changes it."""
         model = with_causes(self._model, result.best.cause_values)
-        return None, model.device if model.effects else None
+        if not model.effects:
+            return None, None
+        # all isolators in one device, as a scenario has it
+        device = model.device
+        return None, replace(device, force_scale=total_force_scale(model))
 
     def building(self, result: SearchResult[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
@@ -376,6 +380,7 @@ def _segment_traces(
             measured=measured,
             before=before,
             after=after,
+            group=sensor.axis,
         )
 
 
@@ -383,11 +388,11 @@ _LABELS = {
     "m": "displacement, mm",
     "m/s2": "acceleration, m/s²",
     "rad": "rotation, mrad",
-    "rad/s2": "rotational acceleration, rad/s²",
+    "rad/s2": "rotation, rad/s²",
 }
 """Quantity and unit in charts, by the channel's unit."""
 
 
 def _displacement_label(sensor: Channel) -> str:
-    along = f" along {sensor.axis}" if sensor.axis else ""
+    along = f" {sensor.axis}" if sensor.axis else ""
     return f"isolator displacement{along}, mm"

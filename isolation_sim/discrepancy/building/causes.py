@@ -252,7 +252,7 @@ def _force_scales(model: BuildingModel) -> NDArray:
     return np.array([model.nominal.elements[e].device.force_scale for e in model.isolators])
 
 
-def _total_force_scale(model: BuildingModel) -> float:
+def total_force_scale(model: BuildingModel) -> float:
     """Force of all isolators over that of the device, along the first direction."""
     along = np.abs(model.nominal.holding[list(model.isolators), 0])
     return float(along @ _force_scales(model))
@@ -260,7 +260,7 @@ def _total_force_scale(model: BuildingModel) -> float:
 
 def _shares(model: BuildingModel) -> NDArray:
     """Share of each isolator in the force along its direction, (n_isolators,)."""
-    return _force_scales(model) / _total_force_scale(model)
+    return _force_scales(model) / total_force_scale(model)
 
 
 def _soil(model: BuildingModel, rocking: bool) -> Candidate:
@@ -304,7 +304,7 @@ def _isolators(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
     ]
     force = model.structure.total_mass * float(max(accelerations))
     # fitted in the device's own scale, reported in the building's, of all isolators together
-    metre, newton = device.length, _total_force_scale(model)
+    metre, newton = device.length, total_force_scale(model)
     length, strength = deformation / metre, force / newton
     speed = length * 2 * np.pi / TYPICAL_PERIOD
     sizes = {

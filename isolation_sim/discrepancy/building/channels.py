@@ -51,9 +51,9 @@ class Channel(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Sensor in words, such as ``floor 3, x``."""
+        """Sensor in words, such as ``floor 3 x``."""
         place = f"floor {self.floor}" if self.floor else self.place
-        return f"{place}, {self.axis}" if self.axis else place
+        return f"{place} {self.axis}" if self.axis else place
 
 
 def channel(name: str) -> Channel | None:

@@ -49,7 +49,8 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "isolator_amplitude_softening": effect("amplitude_softening", "mean_square"),
     "stress_softening": effect("stress_softening", "hyperbolic"),
     "coulomb_friction": effect("coulomb_friction"),
-    "extra_isolator_damping": DAMPER,
+    # found by its place, so that a saved device finds it again
+    "extra_isolator_damping": effect(f"{__name__}:DAMPER"),
     "moat_impact": effect("end_stop", "power"),
 }
 """By the name of the cause in a building, in the order in which they act."""

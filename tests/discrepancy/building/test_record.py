@@ -131,9 +131,9 @@ def test_two_directions_are_read_by_their_names(tmp_path):
     for motion, column in zip(record.ground, (1, 2), strict=True):
         np.testing.assert_allclose(motion.acceleration, rows[:, column], rtol=1e-8)
     assert [sensor.words for sensor in record.sensors[:3]] == [
-        "base, x",
-        "base, y",
-        "base, rotation",
+        "base x",
+        "base y",
+        "base rotation",
     ]
     assert [sensor.unit for sensor in record.sensors[2:4]] == ["rad/s2", "m/s2"]
     assert record_problems(record) == ()
