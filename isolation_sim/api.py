@@ -283,9 +283,8 @@ def diagnose(
         Parameters of the law: "fit", "published", or a file of ``fit --out``.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
         The nominal building; required for building records, with as many directions as they have.
-        For device tests it is the scenario
-        of the consequence; the main job by default. If its isolator section has no scales, the
-        diagnosis scales the device.
+        For device tests it is the scenario of the consequence; the main job by default. If its
+        isolator section has no scales, the diagnosis scales the device.
     consequence : bool, default True
         Whether to run the scenario's controllers with the evaluated and with the extended law, if
         a cause was found. For a building record this needs a scenario of the building.

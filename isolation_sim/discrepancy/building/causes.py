@@ -73,7 +73,9 @@ def candidates(model: BuildingModel, records: Sequence[BuildingRecord]) -> tuple
     """All candidate causes for the records of a building."""
     result = [*_storeys(model, records), *_base_mass(model, records), _damping(model)]
     result += [_soil(model, False), _soil(model, True)]
-    result += _isolators(model, records)
+    if all(law.directions < 3 for law in model.nominal.group_laws):
+        # no effect has a form under a vertical load that changes
+        result += _isolators(model, records)
     if model.device.depends_on_current and all(r.current is not None for r in records):
         result += [*_actuation(), *_limit(records)]
     result += _biases(records)

@@ -116,8 +116,28 @@ def test_an_eccentric_mass_is_that_of_two_bodies(isolated):
     np.testing.assert_array_equal(found[3:], isolated.structure.mass[3:])
 
 
-def test_forces_of_all_isolators_are_one(isolated):
-    assert total_force_scale(building_model(isolated, [record()])) == pytest.approx(1.0)
+def uniaxial(isolated):
+    """Eight isolators, along x and along y under each corner, and one damper of another kind."""
+    share, structure = isolated.elements[0].device, isolated.structure
+    apart = structure.with_element(share, structure.isolator_rows[0, 0], name="isolator0")
+    for k, row in enumerate(structure.isolator_rows.reshape(-1, structure.n_dofs)[1:], start=1):
+        apart = apart.with_element(share, row, name=f"isolator{k}")
+    return apart.with_element(iso.law("linear", {"k": 1.0}), "base_x", name="cable")
+
+
+@pytest.mark.parametrize("form", [lambda isolated: isolated, uniaxial])
+def test_effects_go_around_all_isolators_whose_forces_are_one(isolated, form):
+    model = building_model(form(isolated), [record()])
+    assert len(model.isolators) == 8
+    assert total_force_scale(model) == pytest.approx(1.0)
+    friction = next(
+        one for one in candidates(model, [record()]) if one.name == "coulomb_friction"
+    )  # fmt: skip
+    # the level is reported of all isolators together
+    assert friction.parameters[0].factor == pytest.approx(1.0)
+    elements = with_causes(model, ((friction, (1e4, 0.05)),)).assembled().elements
+    assert ["friction" in element.device.name for element in elements[:8]] == [True] * 8
+    assert not any("friction" in element.device.name for element in elements[8:])
 
 
 def test_what_does_not_fit_is_refused(isolated):
