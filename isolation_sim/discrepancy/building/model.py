@@ -212,7 +212,7 @@ def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord
     _check_layer(isolated)
     lowest = isolated.current_range()[0] if isolated.n_channels else 0.0
     for record in records:
-        for sensor in record.sensors:
+        for sensor in sorted(record.sensors, key=lambda sensor: -sensor.floor):
             n_levels = len(dofs_by_level(structure, sensor.axis))
             if n_levels == 0:
                 raise InputError(
